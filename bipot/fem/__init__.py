@@ -1,1 +1,1 @@
-"""x"""
+"""Finite elements: reference shapes, kinematics of one increment, assembly."""

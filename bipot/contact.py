@@ -1,0 +1,99 @@
+r"""From geometry to affine contact operators: the only place that knows what touches what.
+
+For the increment dU (free unknowns) of one step, per candidate c
+
+    gap at the end        g + G_n dU         (n,)      with g = gap at the start against the tool's end position,
+    relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion,
+
+both relative to the tool, n from the tool into the body. Dual to them are the contact *forces* (r_n, r_t).
+Friction rows exist only where the tangent is free and the tool has friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.fem.assembly import Space
+from bipot.programs.data import ContactRows
+from bipot.scene import Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Nodes that may touch a tool, tool by tool: ``node`` (c,), ``tool`` (c,), ``tangent_free`` (c,)."""
+
+    scene: Scene
+    space: Space
+    node: Ints
+    tool: Ints
+    tangent_free: Bools
+
+    def start_gap(self, nodes: Floats, tau: float) -> Floats:
+        """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``."""
+        gap = np.empty(len(self.node))
+        for k, tool in enumerate(self.scene.tools):
+            mine = self.tool == k
+            gap[mine] = nodes[self.node[mine]] @ np.array(tool.normal) - tool.offset(tau)
+        return gap
+
+    def rows(self, nodes: Floats, tau: float, tau_end: float) -> ContactRows:
+        """Operators of the increment from ``tau`` to ``tau_end`` that starts at ``nodes`` (a, 2)."""
+        tools = self.scene.tools
+        normal = np.array([tool.normal for tool in tools])[self.tool]
+        travel = np.array([tool.travel for tool in tools])[self.tool] * (tau_end - tau)
+        tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
+        mu = np.array([tool.mu for tool in tools])[self.tool]
+        closed = self.start_gap(nodes, tau) <= _closed_tolerance(self.scene)
+        tied = np.array([tool.welded for tool in tools])[self.tool] & closed
+        frictional = np.flatnonzero(self.tangent_free & (mu > 0) & (tied | np.isfinite(mu)))
+        slip = -np.einsum("cd,cd->c", tangent, travel)[frictional]
+        return ContactRows(
+            self._operator(self.node, normal),
+            self.start_gap(nodes, tau_end),
+            self._operator(self.node[frictional], tangent[frictional]),
+            slip[:, None],
+            frictional,
+            np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),
+            tied,
+        )
+
+    def _operator(self, node: Ints, direction: Floats) -> sp.csr_matrix:
+        """Rows ``direction . dU_node`` on the free unknowns (held ones do not move)."""
+        dofs = self.space.position[2 * node[:, None] + np.arange(2)]
+        rows = np.broadcast_to(np.arange(len(node))[:, None], dofs.shape)
+        kept = (dofs >= 0) & (direction != 0)
+        shape = (len(node), self.space.size)
+        return sp.csr_matrix((direction[kept], (rows[kept], dofs[kept])), shape=shape)
+
+
+def _closed_tolerance(scene: Scene) -> float:
+    """A welded point counts as touching below this gap: round-off of the geometry, not physics."""
+    return 1e-9 * scene.mesh.size
+
+
+def candidates(scene: Scene, space: Space) -> Candidates:
+    """Candidate nodes of every tool whose normal motion is free."""
+    node, owner, tangent_free = [], [], []
+    for k, tool in enumerate(scene.tools):
+        mine = scene.mesh.boundary_nodes(*tool.candidates)
+        free = space.position[2 * mine[:, None] + np.arange(2)] >= 0
+        movable = _free_along(free, tool.normal)
+        mine, free = mine[movable], free[movable]
+        node.append(mine)
+        owner.append(np.full(len(mine), k))
+        tangent_free.append(_free_along(free, (tool.normal[1], -tool.normal[0])))
+    return Candidates(scene, space, np.concatenate(node), np.concatenate(owner), np.concatenate(tangent_free))
+
+
+def _free_along(free: Bools, direction: tuple[float, float]) -> Bools:
+    """Whether a node with free components (c, 2) can move along ``direction``."""
+    return (free & (np.abs(direction) > 1e-12)).any(axis=1)
+

@@ -1,0 +1,114 @@
+"""Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
+
+Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.fem.elements import Quadrature, Tabulated, quad8
+from bipot.fem.kinematics import Geometry
+from bipot.mesh import Mesh
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Space:
+    """Displacements of a mesh under supports, with the pattern of the stiffness on the free unknowns.
+
+    ``dofs`` (e, 2k) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
+    each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
+    """
+
+    mesh: Mesh
+    geometry: Geometry
+    reference: Tabulated
+    dofs: Ints
+    free: Ints
+    position: Ints
+    scatter: Ints
+    indices: NDArray[np.int32]
+    indptr: NDArray[np.int32]
+
+    @property
+    def size(self) -> int:
+        """Number n of free unknowns."""
+        return len(self.free)
+
+    def spread(self, x: Floats) -> Floats:
+        """Nodal field (a, 2) from free unknowns (n,), zero where held."""
+        full = np.zeros(self.mesh.nodes.size)
+        full[self.free] = x
+        return full.reshape(self.mesh.nodes.shape)
+
+    def matrix(self, element: Floats) -> sp.csc_matrix:
+        """Sum element matrices (e, 2k, 2k) into the free-free matrix (n, n)."""
+        data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
+        return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
+
+    def vector(self, element: Floats) -> Floats:
+        """Sum element vectors (e, 2k) into the free vector (n,)."""
+        return np.bincount(self.dofs.ravel(), element.ravel(), minlength=self.mesh.nodes.size)[self.free]
+
+    def operator(self, blocks: Floats) -> sp.csr_matrix:
+        """Sparse operator (p m, n) from dense rows (p, m, 2k), points p ordered element by element."""
+        points, width, _ = blocks.shape
+        columns = np.repeat(self.position[self.dofs], points // len(self.dofs), axis=0)
+        columns = np.broadcast_to(columns[:, None, :], blocks.shape)
+        kept = columns >= 0
+        counts = np.concatenate([[0], np.cumsum(kept.sum(axis=2).ravel())])
+        return sp.csr_matrix((blocks[kept], columns[kept], counts), shape=(points * width, self.size))
+
+    def force_scale(self, element: Floats) -> float:
+        """Largest over the nodes of the sum of |element forces| (e, 2k): what residuals are measured by."""
+        size = np.linalg.norm(element.reshape(*self.mesh.elements.shape, -1), axis=-1)
+        return float(np.bincount(self.mesh.elements.ravel(), size.ravel()).max())
+
+
+def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space:
+    """The space of a mesh whose unknowns ``held`` (full numbers) are zero."""
+    dofs = (2 * mesh.elements[:, :, None] + np.arange(2)).reshape(len(mesh.elements), -1)
+    free = np.setdiff1d(np.arange(mesh.nodes.size), held)
+    position = np.full(mesh.nodes.size, -1, dtype=np.intp)
+    position[free] = np.arange(len(free))
+    local = position[dofs]
+    rows, columns = np.broadcast_arrays(local[:, :, None], local[:, None, :])
+    kept = (rows >= 0) & (columns >= 0)
+    # Column-major keys sort into CSC order; np.unique hands back each entry's place.
+    keys = columns[kept] * len(free) + rows[kept]
+    unique, place = np.unique(keys, return_inverse=True)
+    scatter = np.full(kept.shape, len(unique), dtype=np.intp)
+    scatter[kept] = place
+    counts = np.bincount(unique // len(free), minlength=len(free))
+    return Space(
+        mesh,
+        geometry,
+        quad8(rule),
+        dofs,
+        free,
+        position,
+        scatter.ravel(),
+        (unique % len(free)).astype(np.int32),
+        np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
+    )
+
+
+def element_stiffness(B: Floats, tangent: Floats, volume: Floats) -> Floats:
+    """K_e = sum_q w B^T C B (e, 2k, 2k), the quadratic term of (25); tangent (e, q, 4, 4) or (4, 4)."""
+    weighted = (tangent @ B) * volume[..., None, None]
+    e, _, _, n = B.shape
+    return B.reshape(e, -1, n).transpose(0, 2, 1) @ weighted.reshape(e, -1, n)
+
+
+def element_force(B: Floats, stress: Floats, volume: Floats) -> Floats:
+    """f_e = sum_q w B^T sigma (e, 2k)."""
+    weighted = stress * volume[..., None]
+    e, _, _, n = B.shape
+    return (weighted.reshape(e, 1, -1) @ B.reshape(e, -1, n))[:, 0]

@@ -1,0 +1,163 @@
+r"""From nodal displacement increments to strain, rotation, B and volumes, for all points at once.
+
+Configuration ``midpoint``: the strain increment is the symmetric gradient at x_n + dU/2, rotated by *half* the
+Hughes-Winget rotation; the stress is rotated by the whole; equilibrium, hence B and the volumes, at x_n + dU.
+Configuration ``paper``: strain, B and volumes on x_n, no rotation (the geometry follows by (30) afterwards).
+
+Shapes: nodes (a, 2), elements (e, k); strain (e, q, 4) as Mandel vectors, B (e, q, 4, 2k), volume (e, q).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import InvertedElement
+from bipot.fem.elements import Tabulated
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+MANDEL_2D = 4
+SQRT2 = np.sqrt(2.0)
+
+
+class Geometry(Enum):
+    """What the plane of the mesh stands for."""
+
+    AXISYMMETRIC = "axisymmetric"
+    PLANE_STRAIN = "plane_strain"
+
+
+class Configuration(Enum):
+    """Where an increment's strain and equilibrium are evaluated (module docstring)."""
+
+    MIDPOINT = "midpoint"
+    PAPER = "paper"
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """dN/dx (e, q, k, 2), physical volume of each point (e, q), and for axisymmetry N/r (e, q, k)."""
+
+    shape: Floats
+    volume: Floats
+    hoop: Floats | None
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Strain increment (e, q, 4), rotation angle (e, q), and B, volume where equilibrium is asked."""
+
+    strain: Floats
+    angle: Floats
+    B: Floats
+    volume: Floats
+
+
+def jacobians(nodes: Floats, elements: Ints, reference: Tabulated) -> Floats:
+    """Determinant (e, q) of the map from the reference square."""
+    J = nodes[elements].transpose(0, 2, 1)[:, None] @ reference.gradients
+    return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+
+
+def gradients(nodes: Floats, elements: Ints, reference: Tabulated, geometry: Geometry) -> Gradients:
+    """Shape gradients and volumes on the configuration ``nodes``; for axisymmetry volumes are those of the full ring.
+
+    Raises:
+        InvertedElement: a Jacobian determinant or a radius at an integration point is not positive.
+    """
+    x = nodes[elements]
+    J = x.transpose(0, 2, 1)[:, None] @ reference.gradients
+    determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    _refuse_inverted(determinant, "Jacobian determinant", x)
+    inverse = np.empty_like(J)
+    inverse[..., 0, 0], inverse[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
+    inverse[..., 0, 1], inverse[..., 1, 0] = -J[..., 0, 1], -J[..., 1, 0]
+    inverse /= determinant[..., None, None]
+    shape = reference.gradients @ inverse
+    volume = determinant * reference.weights
+    if geometry is Geometry.PLANE_STRAIN:
+        return Gradients(shape, volume, None)
+    radius = x[..., 0] @ reference.values.T
+    _refuse_inverted(radius, "radius", x)
+    return Gradients(shape, 2 * np.pi * radius * volume, reference.values / radius[..., None])
+
+
+def _refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
+    if positive.min() > 0:
+        return
+    worst = int(np.unravel_index(np.argmin(positive), positive.shape)[0])
+    place = np.round(x[worst].mean(axis=0), 6)
+    raise InvertedElement(f"element {worst} at {tuple(place.tolist())}: {name} {positive.min():.3g} is not positive")
+
+
+def strain_operator(grad: Gradients) -> Floats:
+    """B (e, q, 4, 2k) of (23): Mandel strain from the element's displacements (u_1, u_2 of node 1, ...)."""
+    e, q, k, _ = grad.shape.shape
+    B = np.zeros((e, q, MANDEL_2D, k, 2))
+    B[..., 0, :, 0] = grad.shape[..., 0]
+    B[..., 1, :, 1] = grad.shape[..., 1]
+    if grad.hoop is not None:
+        B[..., 2, :, 0] = grad.hoop
+    B[..., 3, :, 0] = grad.shape[..., 1] / SQRT2
+    B[..., 3, :, 1] = grad.shape[..., 0] / SQRT2
+    return B.reshape(e, q, MANDEL_2D, 2 * k)
+
+
+def strain_and_spin(grad: Gradients, du: Floats) -> tuple[Floats, Floats]:
+    """Symmetric gradient (e, q, 4) and spin (du_2,1 - du_1,2)/2 (e, q) of element displacements du (e, k, 2)."""
+    G = du.transpose(0, 2, 1)[:, None] @ grad.shape
+    strain = np.zeros((*G.shape[:2], MANDEL_2D))
+    strain[..., 0], strain[..., 1] = G[..., 0, 0], G[..., 1, 1]
+    strain[..., 3] = (G[..., 0, 1] + G[..., 1, 0]) / SQRT2
+    if grad.hoop is not None:
+        strain[..., 2] = (grad.hoop @ du[:, :, 0, None])[..., 0]
+    return strain, (G[..., 1, 0] - G[..., 0, 1]) / 2
+
+
+def rotate(tensor: Floats, angle: Floats) -> Floats:
+    """Rotate Mandel tensors (..., 4) by ``angle`` (...) about the third axis: Q t Q^T.
+
+    >>> rotate(np.array([1.0, 0.0, 0.0, 0.0]), np.array(np.pi / 2)).round(12)
+    array([0., 1., 0., 0.])
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
+    shear = SQRT2 * c * s * m
+    out = np.empty(np.broadcast_shapes(tensor.shape, (*np.shape(angle), MANDEL_2D)))
+    out[..., 0] = c * c * a + s * s * b - shear
+    out[..., 1] = s * s * a + c * c * b + shear
+    out[..., 2] = tensor[..., 2]
+    out[..., 3] = SQRT2 * c * s * (a - b) + (c * c - s * s) * m
+    return out
+
+
+def increment(
+    nodes: Floats,
+    du: Floats,
+    elements: Ints,
+    reference: Tabulated,
+    geometry: Geometry,
+    configuration: Configuration,
+) -> Kinematics:
+    """Kinematics of one increment ``du`` (a, 2) from the configuration ``nodes`` (a, 2).
+
+    Hughes-Winget: the rotation of spin w is the angle 2 atan(w/2), so half of it is atan(w/2).
+
+    Raises:
+        InvertedElement: at the middle or at the end of the increment.
+    """
+    element_du = du[elements]
+    if configuration is Configuration.PAPER:
+        start = gradients(nodes, elements, reference, geometry)
+        strain, _ = strain_and_spin(start, element_du)
+        return Kinematics(strain, np.zeros(strain.shape[:2]), strain_operator(start), start.volume)
+    middle = gradients(nodes + du / 2, elements, reference, geometry)
+    strain, spin = strain_and_spin(middle, element_du)
+    half = np.arctan(spin / 2)
+    end = gradients(nodes + du, elements, reference, geometry)
+    return Kinematics(rotate(strain, half), 2 * half, strain_operator(end), end.volume)

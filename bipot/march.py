@@ -1,0 +1,185 @@
+"""The march: a generator of accepted states, with increment control. The only loop over time.
+
+Under friction the increments start small, because first yield defeats large ones, then grow to the uniform size. A
+failing increment first falls back on the next form, then is cut in half; every scheduled pseudo-time is landed on
+exactly, and what happened is recorded in words.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.contact import candidates
+from bipot.energy import Energies
+from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
+from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
+from bipot.increment import Limits, Solved, System, Trial, solve_increment
+from bipot.response import Body, State, body_space, rest
+from bipot.scene import Scene
+
+FAILURES = (NotConverged, ProgramError, InvertedElement)
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """Pseudo-times to land on: ``increments`` uniform ones after a start-up.
+
+    ``first`` is the size (in pseudo-time) of the ``settling`` equal start-up increments; the next grow by
+    ``growth`` up to the uniform size. ``first = 0`` means no start-up.
+
+    Raises:
+        SceneError: a count below one, or a start-up that does not fit into [0, 1).
+    """
+
+    increments: int
+    first: float = 0.0
+    settling: int = 5
+    growth: float = 1.6
+
+    def __post_init__(self) -> None:
+        require(self.increments >= 1, "increments", self.increments, ">= 1")
+        require(self.settling >= 1, "settling", self.settling, ">= 1")
+        require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
+        require(0 <= self.first, "first", self.first, ">= 0")
+        length = self.first * self.settling
+        require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
+
+    def times(self) -> list[float]:
+        """The scheduled pseudo-times, the last one exactly 1."""
+        start = [0.0]
+        if self.first > 0:
+            start += [self.first * k for k in range(1, self.settling + 1)]
+            size = self.first * self.growth
+            while size < (1 - start[-1]) / self.increments:
+                start.append(start[-1] + size)
+                size *= self.growth
+        uniform = np.linspace(start[-1], 1.0, self.increments + 1)[1:]
+        return start[1:] + uniform.tolist()
+
+
+@dataclass(frozen=True)
+class Control:
+    """Form, what it falls back on, acceptance, and how often an increment may be halved."""
+
+    form: Form = Tangent()
+    fallbacks: tuple[Form, ...] = (Dissipation(),)
+    limits: Limits = Limits()
+    cuts: int = 8
+
+    def __post_init__(self) -> None:
+        require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
+
+    @property
+    def forms(self) -> tuple[Form, ...]:
+        """The form and its fallbacks, without repeating the form itself."""
+        return (self.form, *(f for f in self.fallbacks if f.name is not self.form.name))
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """One accepted increment: where it started, where it ended, how it was solved and what it cost.
+
+    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut.
+    """
+
+    number: int
+    start: State
+    state: State
+    solved: Solved
+    energies: Energies
+    form: FormName
+    passes: int
+    cuts: int
+    reason: str
+    seconds: float
+
+
+class Attempt(NamedTuple):
+    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed."""
+
+    solved: Solved | None
+    form: FormName
+    passes: int
+    failures: list[str]
+
+
+def system_of(scene: Scene) -> System:
+    """Body and contact candidates of a scene."""
+    space = body_space(scene)
+    return System(Body(scene, space), candidates(scene, space))
+
+
+def march(
+    scene: Scene, schedule: Schedule, control: Control = Control(), start: State | None = None
+) -> Iterator[Accepted]:
+    """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
+
+    Raises:
+        IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
+    """
+    system = system_of(scene)
+    state = rest(scene, len(system.candidates.node)) if start is None else start
+    workspace, energies = Workspace(), Energies()
+    largest = float(np.abs(state.forces).max(initial=0.0))
+    number = 0
+    for target in schedule.times():
+        size = target - state.tau
+        while state.tau < target:
+            began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
+            while True:
+                # Landing on the target itself, not on a sum that round-off moves.
+                tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
+                attempt = _attempt(system, state, tau, control, workspace, largest)
+                passes += attempt.passes
+                reasons += attempt.failures
+                if attempt.solved is not None:
+                    break
+                if cuts == control.cuts:
+                    raise IncrementFailed(_advice(state, tau, reasons), state)
+                cuts += 1
+                size = (tau - state.tau) / 2
+                reasons.append("cut")
+            solved = attempt.solved
+            energies = energies.after(system, state, solved, tau)
+            accepted = system.body.advance(solved.response, tau, solved.r)
+            largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
+            number += 1
+            seconds = time.perf_counter() - began
+            yield Accepted(
+                number, state, accepted, solved, energies, attempt.form, passes, cuts, "; ".join(reasons), seconds
+            )
+            state, size = accepted, 2 * (tau - state.tau)
+
+
+def _attempt(
+    system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
+) -> Attempt:
+    """Try the forms in turn on one increment."""
+    passes, failures = 0, []
+
+    def count(trial: Trial) -> None:
+        nonlocal passes
+        passes += 1
+
+    for form in control.forms:
+        try:
+            solved = solve_increment(system, state, tau, form, control.limits, workspace, largest, count)
+        except FAILURES as failure:
+            failures.append(f"{form.name.value}: {failure}")
+        else:
+            return Attempt(solved, form.name, passes, failures)
+    return Attempt(None, control.forms[-1].name, passes, failures)
+
+
+def _advice(state: State, tau: float, reasons: list[str]) -> str:
+    return (
+        f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). "
+        "Use more increments, or a mesh that is less distorted there."
+    )
+
+

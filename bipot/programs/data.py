@@ -1,0 +1,222 @@
+r"""The data of a program, and a solution that measures itself.
+
+A program in conic form is
+
+    minimise  1/2 x' P x + q' x    subject to   A_i x + b_i in K_i,   i = 1 .. m,
+
+with each ``A_i x + b_i`` a block of rows of one kind of cone. Optimality: ``P x + q = sum_i A_i' z_i`` with
+``z_i`` in the dual cone and orthogonal to the rows, so the duals of gap and slip rows *are* the contact forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+
+class Cone(Enum):
+    """Kinds of cone; in SECOND_ORDER the first of each ``width`` rows bounds the norm of the others."""
+
+    ZERO = "zero"
+    NONNEGATIVE = "nonnegative"
+    SECOND_ORDER = "second_order"
+
+
+class Term(Enum):
+    """The mechanical terms that contribute rows; they name the duals of a solution."""
+
+    GAP = "gap"
+    FRICTION = "friction"
+    TIE = "tie"
+    YIELD = "yield"
+    FICTITIOUS = "fictitious"
+
+
+class Block(Enum):
+    """The named variable blocks of a program."""
+
+    DISPLACEMENT = "dU"
+    ELASTIC_DEVIATOR = "elastic_deviator"
+    PLASTIC_NORM = "plastic_norm"
+    SLIP_BOUND = "slip_bound"
+
+
+class Outcome(Enum):
+    """What the solver claimed. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
+
+    SOLVED = "solved"
+    ALMOST = "almost"
+
+
+@dataclass(frozen=True)
+class Rows:
+    """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,)."""
+
+    term: Term
+    cone: Cone
+    A: sp.csr_matrix
+    b: Floats
+    width: int = 1
+
+    @property
+    def count(self) -> int:
+        """Number m of cones."""
+        return len(self.b) // self.width
+
+
+@dataclass(frozen=True)
+class ConicProgram:
+    """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks."""
+
+    P: sp.csc_matrix
+    q: Floats
+    rows: tuple[Rows, ...]
+    blocks: Mapping[Block, slice]
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds spent stating (compiling, transferring) and solving a program."""
+
+    build: float = 0.0
+    solve: float = 0.0
+
+
+@dataclass(frozen=True)
+class ConicSolution:
+    """Primal x (n,), dual per term (m, width), and measures of both that do not ask the solver."""
+
+    program: ConicProgram
+    x: Floats
+    dual: Mapping[Term, Floats]
+    outcome: Outcome
+    iterations: int
+    timing: Timing
+
+    def block(self, block: Block) -> Floats:
+        """The variables of one named block."""
+        return self.x[self.program.blocks[block]]
+
+    def dual_residual(self) -> float:
+        """max |P x + q - sum A' z|."""
+        stationarity = self.program.P @ self.x + self.program.q
+        for rows in self.program.rows:
+            stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
+        return float(np.abs(stationarity).max())
+
+    def primal_residual(self) -> float:
+        """Largest distance of a row block from its cone (componentwise excess)."""
+        return max((_excess(r, (r.A @ self.x + r.b).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
+
+    def duality_gap(self) -> float:
+        """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
+        return float(
+            sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count)
+        )
+
+
+def _excess(rows: Rows, value: Floats) -> float:
+    if rows.count == 0:
+        return 0.0
+    if rows.cone is Cone.ZERO:
+        return float(np.abs(value).max())
+    inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
+    return float(np.maximum(-inside, 0).max())
+
+
+@dataclass(frozen=True)
+class Units:
+    """What makes a program dimensionless: increment length, body size, stress and body volume."""
+
+    length: float
+    size: float
+    stress: float
+    volume: float
+
+    @property
+    def strain(self) -> float:
+        """length / size."""
+        return self.length / self.size
+
+    @property
+    def force(self) -> float:
+        """stress volume / size, so that energy = force length = stress strain volume."""
+        return self.stress * self.volume / self.size
+
+
+@dataclass(frozen=True)
+class ContactRows:
+    """Affine contact operators of c candidates, f of them with friction rows, on n unknowns dU.
+
+    Gap at the end ``gap + G_n dU`` (c,), slip ``slip + G_t dU`` (f, d-1); ``frictional`` (f,) numbers the
+    candidates with friction rows, ``mu`` (c,), ``tied`` (c,) marks welded points (gap and slip are equalities).
+    """
+
+    G_n: sp.csr_matrix
+    gap: Floats
+    G_t: sp.csr_matrix
+    slip: Floats
+    frictional: Ints
+    mu: Floats
+    tied: Bools
+
+    @property
+    def count(self) -> int:
+        """Number c of candidates."""
+        return len(self.gap)
+
+    @property
+    def tangents(self) -> int:
+        """d - 1."""
+        return self.slip.shape[1]
+
+    def take(self, chosen: Bools) -> ContactRows:
+        """The rows of the chosen candidates (c,) only."""
+        kept = chosen[self.frictional]
+        return ContactRows(
+            self.G_n[chosen],
+            self.gap[chosen],
+            self.G_t[np.repeat(kept, self.tangents)],
+            self.slip[kept],
+            (np.cumsum(chosen) - 1)[self.frictional[kept]],
+            self.mu[chosen],
+            self.tied[chosen],
+        )
+
+    def columns(self, dofs: Ints) -> ContactRows:
+        """The same rows on the unknowns ``dofs`` only, which must include every one they touch."""
+        return ContactRows(
+            self.G_n[:, dofs], self.gap, self.G_t[:, dofs], self.slip, self.frictional, self.mu, self.tied
+        )
+
+    def scaled(self, length: float) -> ContactRows:
+        """Gap and slip measured in ``length``."""
+        return ContactRows(
+            self.G_n, self.gap / length, self.G_t, self.slip / length, self.frictional, self.mu, self.tied
+        )
+
+    def motion(self, x: Floats) -> Floats:
+        """(g + du_n, du_t) (c, d), zero tangential part where there is no friction row."""
+        out = np.zeros((self.count, 1 + self.tangents))
+        out[:, 0] = self.gap + self.G_n @ x
+        out[self.frictional, 1:] = self.slip + (self.G_t @ x).reshape(self.slip.shape)
+        return out
+
+    def forces(self, r: Floats) -> Floats:
+        """G_n^T r_n + G_t^T r_t (n,): what contact forces r (c, d) do on the unknowns."""
+        return self.G_n.T @ r[:, 0] + self.G_t.T @ r[self.frictional, 1:].ravel()
+
+    def threshold(self, r: Floats) -> Floats:
+        """s = mu r_n (f,) on the friction rows; inf where tied."""
+        mu = self.mu[self.frictional]
+        finite = np.where(np.isfinite(mu), mu, 0.0) * np.maximum(r[self.frictional, 0], 0.0)
+        return np.where(self.tied[self.frictional], np.inf, finite)

@@ -1,0 +1,154 @@
+r"""The increment with plastic strain as a variable: the ``dissipation`` program.
+
+With e = e_0 + B dU the strain increment, d its elastic deviator and e_p = dev e - d the (trace-free) plastic strain,
+
+    minimise  sum_q w [ p_0 tr e + K/2 (tr e)^2 + s_0 : d + G |d|^2 + sqrt(2/3) a |e_p| + H/3 |e_p|^2 ]
+              - F . dU + sum_c s_c |G_t,c dU + w_t,c|     subject to   G_n dU + g >= 0,
+
+one second-order cone a point. It is (21)-(22) with total stress sigma_0 = p_0 1 + s_0 and *no* return map, convex
+and globally convergent for frozen threshold and configuration. a + H |e_p|_eq is the tangent line of sigma_Y at
+the last pass, |e_p|_eq = sqrt(2/3) |e_p|, hence the factors. The elastic deviator is a variable of its own because
+P is then diagonal on it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.programs.data import Block, Cone, ConicProgram, ConicSolution, Rows, Term, Units
+from bipot.programs.statement import ContactData, ContactStatement, Stated
+from bipot.programs.terms import ContactTerms
+
+Floats = NDArray[np.float64]
+
+ROOT = np.sqrt(2.0 / 3.0)
+
+
+@dataclass(frozen=True)
+class PlasticModel:
+    """Material data at g points, in coordinates of an orthonormal basis of the m trace-free tensors.
+
+    ``volumetric`` (g, n) and ``deviatoric`` (g m, n) map dU to tr e and dev e; ``trace_0`` (g,) and ``deviator_0``
+    (g, m) are their values at dU = 0; ``pressure`` (g,) and ``stress`` (g, m) the parts of sigma_0; ``weight`` (g,)
+    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the line of the yield stress; ``bulk``, ``shear`` moduli.
+    """
+
+    volumetric: sp.csr_matrix
+    deviatoric: sp.csr_matrix
+    trace_0: Floats
+    deviator_0: Floats
+    pressure: Floats
+    stress: Floats
+    weight: Floats
+    threshold: Floats
+    slope: Floats
+    bulk: float
+    shear: float
+
+    def scaled(self, units: Units) -> PlasticModel:
+        """Strains in ``units.strain``, stresses in ``units.stress``, volumes in ``units.volume``."""
+        modulus = units.strain / units.stress
+        return replace(
+            self,
+            volumetric=self.volumetric * units.size,
+            deviatoric=self.deviatoric * units.size,
+            trace_0=self.trace_0 / units.strain,
+            deviator_0=self.deviator_0 / units.strain,
+            pressure=self.pressure / units.stress,
+            stress=self.stress / units.stress,
+            weight=self.weight / units.volume,
+            threshold=self.threshold / units.stress,
+            slope=self.slope * modulus,
+            bulk=self.bulk * modulus,
+            shear=self.shear * modulus,
+        )
+
+
+@dataclass(frozen=True)
+class DissipationProgram:
+    """Material model, external force F (n,), contact with frozen threshold."""
+
+    model: PlasticModel
+    force: Floats
+    contact: ContactTerms
+
+    def scaled(self, units: Units) -> DissipationProgram:
+        """Dimensionless data."""
+        rows = self.contact.rows.scaled(units.length)
+        contact = ContactTerms(rows, self.contact.threshold / units.force)
+        return DissipationProgram(self.model.scaled(units), self.force / units.force, contact)
+
+    def conic(self) -> ConicProgram:
+        """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0)."""
+        m, n = self.model, len(self.force)
+        points, width = m.stress.shape
+        starts = np.cumsum([0, n, points * width, points, int(self.contact.sliding.sum())])
+        blocks = {block: slice(starts[i], starts[i + 1]) for i, block in enumerate(Block)}
+        volumetric = sp.csr_matrix(m.volumetric.multiply((m.bulk * m.weight)[:, None])).T @ m.volumetric
+        diagonal = np.concatenate(
+            [
+                np.repeat(2 * m.shear * m.weight, width),
+                2 / 3 * m.slope * m.weight,
+                np.zeros(starts[4] - starts[3]),
+            ]
+        )
+        q = np.concatenate(
+            [
+                m.volumetric.T @ (m.weight * (m.pressure + m.bulk * m.trace_0)) - self.force,
+                (m.weight[:, None] * m.stress).ravel(),
+                ROOT * m.weight * m.threshold,
+                self.contact.threshold[self.contact.sliding],
+            ]
+        )
+        P = sp.block_diag([volumetric, sp.diags_array(diagonal)], format="csc")
+        rows = (self._yield_rows(starts), *self.contact.cone_rows(starts[4], starts[3]))
+        return ConicProgram(sp.csc_matrix(P), q, rows, blocks)
+
+    def _yield_rows(self, starts: Floats) -> Rows:
+        """(t, dev e - d) in the second-order cone, point by point."""
+        m = self.model
+        points, width = m.stress.shape
+        head = np.arange(points) * (width + 1)
+        body = (head[:, None] + 1 + np.arange(width)).ravel()
+        B = m.deviatoric.tocoo()
+        rows = np.concatenate([head, body[B.row], body])
+        columns = np.concatenate([starts[2] + np.arange(points), B.col, starts[1] + np.arange(len(body))])
+        values = np.concatenate([np.ones(points), B.data, -np.ones(len(body))])
+        A = sp.csr_matrix((values, (rows, columns)), shape=(points * (width + 1), starts[4]))
+        b = np.zeros((points, width + 1))
+        b[:, 1:] = m.deviator_0
+        return Rows(Term.YIELD, Cone.SECOND_ORDER, A, b.ravel(), width + 1)
+
+    def plastic_strain(self, solution: ConicSolution) -> Floats:
+        """e_p (g, m) in basis coordinates: dev e - d."""
+        m = self.model
+        deviator = m.deviatoric @ solution.block(Block.DISPLACEMENT)
+        return m.deviator_0 + (deviator - solution.block(Block.ELASTIC_DEVIATOR)).reshape(m.stress.shape)
+
+    def statement(self) -> Stated:
+        """The same program as one writes it."""
+        m = self.model
+        dU, t = cp.Variable(len(self.force)), cp.Variable(len(m.weight))
+        d = cp.Variable(m.stress.shape)
+        contact = ContactStatement.of(dU, self.contact, ContactData.of(self.contact))
+        volume_change = m.volumetric @ dU + m.trace_0
+        plastic = cp.reshape(m.deviatoric @ dU, d.shape, order="C") + m.deviator_0 - d
+        root = np.sqrt(m.weight)
+        stored = (
+            (m.weight * m.pressure) @ volume_change
+            + m.bulk / 2 * cp.sum_squares(cp.multiply(root, volume_change))
+            + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
+            + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
+        )
+        dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(
+            cp.multiply(root * np.sqrt(m.slope / 3), t)
+        )
+        cost = stored + dissipated - self.force @ dU + contact.cost
+        return Stated(
+            cp.Problem(cp.Minimize(cost), [cp.SOC(t, plastic, axis=1), *contact.constraints]), dU, contact
+        )

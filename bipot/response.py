@@ -1,0 +1,162 @@
+r"""The body's response to a trial increment: kinematics, return map, internal force, tangent. fem and laws meet here.
+
+    sigma_trial = R sigma_n R' + C : de,    sigma = radial return of it (7)-(9),    f_int = sum_q w B' sigma,
+
+with de, R, B, w of the scene's configuration (:mod:`bipot.fem.kinematics`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.fem.assembly import Space, element_force, element_stiffness, space
+from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
+from bipot.laws.tensors import deviatoric_basis, identity, trace
+from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return
+from bipot.programs.dissipation import PlasticModel
+from bipot.scene import Scene
+
+Floats = NDArray[np.float64]
+
+
+class TangentKind(Enum):
+    """Which C^ep the quadratic energy uses: algorithmic, or the rate form (10)."""
+
+    CONSISTENT = "consistent"
+    CONTINUUM = "continuum"
+
+
+@dataclass(frozen=True)
+class State:
+    """An accepted state: pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q),
+    contact forces (c, d) on all candidates, and the velocity du/dtau (a, d) of the increment that led here.
+    """
+
+    tau: float
+    nodes: Floats
+    stress: Floats
+    plastic_strain: Floats
+    peeq: Floats
+    forces: Floats
+    velocity: Floats
+
+
+def rest(scene: Scene, candidates: int) -> State:
+    """The stress-free state at tau = 0."""
+    nodes = scene.mesh.nodes
+    space_ = body_space(scene)
+    tensor = np.zeros((len(scene.mesh.elements), len(space_.reference.weights), MANDEL_2D))
+    forces = np.zeros((candidates, nodes.shape[1]))
+    return State(0.0, nodes, tensor, tensor, tensor[..., 0], forces, np.zeros_like(nodes))
+
+
+def body_space(scene: Scene) -> Space:
+    """The scene's displacement space."""
+    return space(scene.mesh, scene.geometry, scene.quadrature, scene.held)
+
+
+@dataclass(frozen=True)
+class Response:
+    """What the body does under the trial displacement ``du`` (a, d) from ``state``.
+
+    ``rotated`` is R sigma_n R', ``trial`` the elastic trial stress, ``element_forces`` (e, 2k) and ``internal``
+    (n,) the internal forces of the returned stress.
+    """
+
+    state: State
+    x: Floats
+    kinematics: Kinematics
+    rotated: Floats
+    trial: Floats
+    returned: Returned
+    element_forces: Floats
+    internal: Floats
+
+
+@dataclass(frozen=True)
+class Body:
+    """A scene with its space: makes responses and their linear or convex models."""
+
+    scene: Scene
+    space: Space
+
+    def respond(self, state: State, x: Floats) -> Response:
+        """Response to the free displacements x (n,).
+
+        Raises:
+            InvertedElement: the trial configuration is not admissible.
+        """
+        mesh, space_ = self.scene.mesh, self.space
+        kin = increment(
+            state.nodes,
+            space_.spread(x),
+            mesh.elements,
+            space_.reference,
+            self.scene.geometry,
+            self.scene.configuration,
+        )
+        rotated = rotate(state.stress, kin.angle) if self.scene.configuration is Configuration.MIDPOINT else state.stress
+        elastic = self.scene.material.elasticity
+        trial = rotated + kin.strain @ elastic.stiffness(MANDEL_2D)
+        returned = radial_return(trial, state.peeq, elastic, self.scene.material.hardening)
+        forces = element_force(kin.B, returned.stress, kin.volume)
+        return Response(state, x, kin, rotated, trial, returned, forces, space_.vector(forces))
+
+    def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
+        """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
+        material, peeq = self.scene.material, response.state.peeq
+        if kind is TangentKind.CONSISTENT:
+            C = consistent_tangent(
+                response.trial, response.returned, peeq, material.elasticity, material.hardening
+            )
+        else:
+            r = response.returned
+            C = continuum_tangent(r.stress, peeq + r.dpeeq, r.plastic, material.elasticity, material.hardening)
+        return self.space.matrix(element_stiffness(response.kinematics.B, C, response.kinematics.volume))
+
+    def plastic_model(self, response: Response) -> PlasticModel:
+        """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""
+        kin, state, hardening = response.kinematics, response.state, self.scene.material.hardening
+        basis = deviatoric_basis(MANDEL_2D)
+        points = state.peeq.size
+        volumetric = self.space.operator((identity(MANDEL_2D) @ kin.B).reshape(points, 1, -1))
+        deviatoric = self.space.operator((basis @ kin.B).reshape(points, len(basis), -1))
+        strain = kin.strain.reshape(points, -1)
+        peeq = (state.peeq + response.returned.dpeeq).ravel()
+        slope = hardening.slope(peeq)
+        rotated = response.rotated.reshape(points, -1)
+        return PlasticModel(
+            volumetric,
+            deviatoric,
+            trace(strain) - volumetric @ response.x,
+            strain @ basis.T - (deviatoric @ response.x).reshape(points, -1),
+            trace(rotated) / 3,
+            rotated @ basis.T,
+            kin.volume.ravel(),
+            hardening.yield_stress(peeq) - slope * response.returned.dpeeq.ravel(),
+            slope,
+            self.scene.material.elasticity.bulk,
+            self.scene.material.elasticity.shear,
+        )
+
+    def advance(self, response: Response, tau: float, forces: Floats) -> State:
+        """The state after accepting the response: (30), stress and internals as returned."""
+        state = response.state
+        du = self.space.spread(response.x)
+        plastic = state.plastic_strain
+        if self.scene.configuration is Configuration.MIDPOINT:
+            plastic = rotate(plastic, response.kinematics.angle)
+        return State(
+            tau,
+            state.nodes + du,
+            response.returned.stress,
+            plastic + response.returned.plastic_strain,
+            state.peeq + response.returned.dpeeq,
+            forces,
+            du / (tau - state.tau),
+        )
