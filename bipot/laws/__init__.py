@@ -1,1 +1,1 @@
-"""x"""
+"""Material and contact laws as pure functions of arrays: no mesh, no scene."""

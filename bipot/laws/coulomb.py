@@ -1,0 +1,194 @@
+"""Unilateral contact with Coulomb friction and its bipotential, (11)-(18), for d = 2 and 3.
+
+Arrays are (c, d), or (…, d), rows (n, t_1 … t_{d-1}); ``mu`` is a number or (c,). The body's displacement
+relative to the tool is du (du_n >= 0 opens), the force on the body r (r_n >= 0 pushes), and sliding means
+r_t = -mu r_n du_t/|du_t|.
+
+mu = inf glues what touches. The cone is then the closed half space r_n >= 0, its dual {u_t = 0, u_n >= 0};
+du_t = 0 is a constraint measured by :func:`dual_cone_violation`, and the terms mu |u_t| and mu r_n |du_t|
+count as 0 in the shift, the natural map and the gap. Only :func:`bipotential` gives its +inf.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.laws.tensors import BoolArray, FloatArray, norm
+
+Friction = FloatArray | float
+
+
+class Status(IntEnum):
+    """What a contact point does in an increment."""
+
+    OPEN = 0
+    STICK = 1
+    SLIP = 2
+    UNDECIDED = 3
+
+
+def _finite(mu: Friction) -> FloatArray:
+    """The coefficient with 0 in the place of inf."""
+    return np.where(np.isinf(mu), 0.0, mu)
+
+
+def _limit(r_n: FloatArray, mu: Friction) -> FloatArray:
+    """Largest friction force mu r_n, and inf where mu = inf whatever r_n (the closed cone)."""
+    return np.where(np.isinf(mu), np.inf, _finite(mu) * r_n)
+
+
+def cone_violation(r: FloatArray, mu: Friction) -> FloatArray:
+    """How far r is outside K_mu (15): max of (|r_t| - mu r_n)+ and (-r_n)+, (…, d) -> (…), force units."""
+    r_n = r[..., 0]
+    return np.maximum(np.maximum(norm(r[..., 1:]) - _limit(r_n, mu), -r_n), 0.0)
+
+
+def dual_cone_violation(u: FloatArray, mu: Friction) -> FloatArray:
+    """How far u is outside the dual cone: (mu |u_t| - u_n)+, (…, d) -> (…), length units.
+
+    mu = inf: max of |u_t| and (-u_n)+.
+    """
+    u_n, u_t = u[..., 0], norm(u[..., 1:])
+    glued = np.maximum(u_t, -u_n)
+    return np.maximum(np.where(np.isinf(mu), glued, _finite(mu) * u_t - u_n), 0.0)
+
+
+def project_cone(r: FloatArray, mu: Friction) -> FloatArray:
+    """Nearest point of K_mu (15), (…, d) -> (…, d).
+
+    r inside; 0 in the polar cone mu |r_t| <= -r_n; else n (1, mu r_t/|r_t|), n = (r_n + mu |r_t|)/(1 + mu²).
+
+    >>> project_cone(np.array([[1.0, 3.0], [-3.0, 1.0]]), 1.0).tolist()
+    [[2.0, 2.0], [0.0, 0.0]]
+    """
+    r_n, r_t, m = r[..., 0], r[..., 1:], _finite(mu)
+    length = norm(r_t)
+    n = np.maximum((r_n + m * length) / (1.0 + m * m), 0.0)
+    inside = (length <= _limit(r_n, mu)) & (r_n >= 0)
+    glued = np.isinf(mu)
+    shrink = np.divide(m * n, length, out=np.zeros(length.shape), where=length > 0)
+    keep_t = inside | glued
+    normal = np.where(inside, r_n, n)
+    return np.concatenate([normal[..., None], np.where(keep_t, 1.0, shrink)[..., None] * r_t], axis=-1)
+
+
+def project_disc(t: FloatArray, radius: FloatArray | float) -> FloatArray:
+    """Nearest point of the disc |t| <= radius, (…, d-1) -> (…, d-1); radius >= 0, inf allowed.
+
+    >>> project_disc(np.array([[3.0, 4.0]]), 1.0).round(12).tolist()
+    [[0.6, 0.8]]
+    """
+    length = norm(t)
+    outside = length > radius
+    shrink = np.divide(radius, length, out=np.ones(length.shape), where=outside)
+    return shrink[..., None] * t
+
+
+def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -> FloatArray:
+    """b_c(-du, r) = mu r_n |du_t| if r is in K_mu and du_n >= 0, +inf otherwise (14), (…), energy units.
+
+    ``tol`` is how far outside, in the units of r and of du, still counts as inside. 0 · inf counts as 0.
+
+    >>> bipotential(np.array([[0.0, -2.0], [-1.0, 0.0]]), np.array([[3.0, 0.5], [3.0, 0.5]]), 0.5).tolist()
+    [3.0, inf]
+    """
+    admissible = (cone_violation(r, mu) <= tol) & (du[..., 0] >= -tol)
+    slip_force = r[..., 0] * norm(du[..., 1:])
+    with np.errstate(invalid="ignore"):
+        value = np.where(slip_force == 0, 0.0, mu * slip_force)
+    return np.where(admissible, value, np.inf)
+
+
+def bipotential_gap(du: FloatArray, r: FloatArray, mu: Friction) -> FloatArray:
+    """Distance to the law, mu r_n |du_t| + r_n du_n + r_t · du_t, (…), energy units.
+
+    It is b_c(-du, r) + du · r without the +inf of (14): never negative for r in K_mu and du_n >= 0, and then
+    0 exactly where the law (12) holds. For a law with a gap, pass gap + du_n in the place of du_n.
+
+    >>> bipotential_gap(np.array([[0.0, 2.0]]), np.array([[3.0, -1.5]]), 0.5).tolist()
+    [0.0]
+    """
+    return _finite(mu) * r[..., 0] * norm(du[..., 1:]) + np.sum(r * du, axis=-1)
+
+
+def incremental_bipotential(
+    du: FloatArray, dr: FloatArray, r0: FloatArray, mu: Friction, tol: float = 0.0
+) -> FloatArray:
+    """Δb_c(-du, dr) = b_c(-du, r0 + dr) + r0 · du (17), (…), energy units."""
+    return bipotential(du, r0 + dr, mu, tol) + np.sum(r0 * du, axis=-1)
+
+
+def de_saxce_shift(u: FloatArray, mu: Friction) -> FloatArray:
+    """Shifted displacement u + mu |u_t| n, in the dual of K_mu exactly where u_n >= 0, (…, d) -> (…, d)."""
+    shifted = np.array(u, dtype=np.float64)
+    shifted[..., 0] += _finite(mu) * norm(shifted[..., 1:])
+    return shifted
+
+
+def natural_map(r: FloatArray, u: FloatArray, mu: Friction, rho: Friction) -> FloatArray:
+    """Residual r - P_K(r - rho (u + mu |u_t| n)) of the law (12), zero exactly where it holds, (…, d).
+
+    ``rho`` > 0 is a number or (…), force per length; the map has the units of r.
+    """
+    return r - project_cone(r - np.asarray(rho)[..., None] * de_saxce_shift(u, mu), mu)
+
+
+def status(
+    r: FloatArray, du: FloatArray, gap: FloatArray | float, mu: Friction, force_tol: float, slip_tol: float
+) -> NDArray[np.int8]:
+    """:class:`Status` of each point as an integer, (…).
+
+    OPEN: |r| <= force_tol and gap + du_n > slip_tol. Otherwise, touching means r_n > force_tol and
+    |gap + du_n| <= slip_tol, and then
+    SLIP: |du_t| > slip_tol and |r_t| >= mu r_n - force_tol (or mu = 0, where nothing resists);
+    STICK: |du_t| <= slip_tol and |r_t| < mu r_n - force_tol.
+    UNDECIDED is the rest: grazing, on the edge between stick and slip, or outside the law.
+    """
+    r_n, slip, room = r[..., 0], norm(du[..., 1:]), gap + du[..., 0]
+    strictly_inside = norm(r[..., 1:]) < _limit(r_n, mu) - force_tol
+    opened = (norm(r) <= force_tol) & (room > slip_tol)
+    touching = (r_n > force_tol) & (np.abs(room) <= slip_tol)
+    sliding = touching & (((slip > slip_tol) & ~strictly_inside) | (np.asarray(mu) == 0))
+    sticking = touching & (slip <= slip_tol) & strictly_inside
+    choices = [np.int8(Status.OPEN), np.int8(Status.SLIP), np.int8(Status.STICK)]
+    return np.select([opened, sliding, sticking], choices, np.int8(Status.UNDECIDED))
+
+
+def satisfies_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> BoolArray:
+    """Whether r(du) follows (12), case by case on the force, (…); data of order one, ``tol`` absolute.
+
+    Separating: r = 0 and du_n >= 0. Sticking: |r_t| <= mu r_n and du = 0. Sliding: |r_t| = mu r_n, du_n = 0
+    and du_t = -λ r_t/|r_t| with λ >= 0. Two slips of the printed (12) are mended: sliding has du_n = 0, not
+    >= 0, and sticking allows equality (which the sliding case with λ = 0 covers).
+    """
+    r_n, r_t, du_n, du_t = r[..., 0], r[..., 1:], du[..., 0], du[..., 1:]
+    force, slip, limit = norm(r_t), norm(du_t), _limit(r_n, mu)
+    no_force = np.abs(r_n) <= tol
+    separating = (force <= tol * (1.0 + _finite(mu))) & (du_n >= -tol)
+    sticking = (np.abs(du_n) <= tol) & (slip <= tol)
+    along = np.divide(r_t, force[..., None], out=np.zeros(r_t.shape), where=force[..., None] > tol)
+    opposed = (norm(du_t + slip[..., None] * along) <= tol) | (force <= tol)
+    sliding = (np.abs(force - limit) <= tol) & (np.abs(du_n) <= tol) & opposed
+    pushing = np.where(force < limit - tol, sticking, sliding)
+    return np.where(no_force, separating, (r_n > tol) & pushing)
+
+
+def satisfies_inverse_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> BoolArray:
+    """Whether du(r) follows (13), case by case on the displacement, (…); data of order one, ``tol`` absolute.
+
+    No contact: du_n > 0 and r = 0. Sticking: du = 0 and |r_t| <= mu r_n. Sliding: du_n = 0, du_t ≠ 0 and
+    r_t = -mu r_n du_t/|du_t|. Two slips of the printed (13) are mended: no contact has du_n > 0, not = 0, and
+    sticking allows equality.
+    """
+    r_n, r_t, du_n, du_t = r[..., 0], r[..., 1:], du[..., 0], du[..., 1:]
+    slip = norm(du_t)
+    no_contact = norm(r) <= tol
+    sticking = (r_n >= -tol) & (norm(r_t) <= _limit(r_n, mu) + tol)
+    along = np.divide(du_t, slip[..., None], out=np.zeros(du_t.shape), where=slip[..., None] > tol)
+    opposed = norm(r_t + (_finite(mu) * r_n)[..., None] * along) <= tol
+    sliding = np.where(np.isinf(mu), no_contact, (r_n >= -tol) & opposed)
+    contact = (du_n >= -tol) & np.where(slip <= tol, sticking, sliding)
+    return np.where(du_n > tol, no_contact, contact)

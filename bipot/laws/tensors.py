@@ -1,0 +1,87 @@
+"""Symmetric tensors as Mandel vectors: the double contraction is the dot product, norms are Euclidean.
+
+The last axis s is 4 in two dimensions, order (11, 22, 33, √2·12) with 33 the hoop or out-of-plane component,
+and 6 in three, order (11, 22, 33, √2·12, √2·23, √2·31).
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@cache
+def identity(size: int) -> FloatArray:
+    """Unit tensor as a Mandel vector, shape (s,), read-only.
+
+    >>> identity(4).tolist()
+    [1.0, 1.0, 1.0, 0.0]
+    """
+    unit = np.zeros(size)
+    unit[:3] = 1.0
+    unit.flags.writeable = False
+    return unit
+
+
+@cache
+def deviatoric_projector(size: int) -> FloatArray:
+    """Projector on trace-free tensors, I - 1 ⊗ 1 / 3, shape (s, s), read-only."""
+    projector = np.eye(size) - np.outer(identity(size), identity(size)) / 3.0
+    projector.flags.writeable = False
+    return projector
+
+
+@cache
+def deviatoric_basis(size: int) -> FloatArray:
+    """Orthonormal rows Q spanning the trace-free tensors, (s-1, s), read-only: ξ = Q t and dev t = Qᵀ ξ.
+
+    >>> Q = deviatoric_basis(4)
+    >>> bool(np.allclose(Q.T @ Q, deviatoric_projector(4)))
+    True
+    """
+    basis = np.zeros((size - 1, size))
+    basis[0, :3] = np.array([1.0, -1.0, 0.0]) / np.sqrt(2.0)
+    basis[1, :3] = np.array([1.0, 1.0, -2.0]) / np.sqrt(6.0)
+    basis[2:, 3:] = np.eye(size - 3)
+    basis.flags.writeable = False
+    return basis
+
+
+def trace(t: FloatArray) -> FloatArray:
+    """Trace t_kk of Mandel vectors, (…, s) -> (…)."""
+    return t[..., 0] + t[..., 1] + t[..., 2]
+
+
+def deviator(t: FloatArray) -> FloatArray:
+    """Deviator t - (t_kk / 3) 1 of Mandel vectors, (…, s) -> (…, s)."""
+    dev = np.array(t, dtype=np.float64)
+    dev[..., :3] -= (trace(dev) / 3.0)[..., None]
+    return dev
+
+
+def norm(t: FloatArray) -> FloatArray:
+    """Euclidean norm over the last axis, (…, s) -> (…)."""
+    return np.sqrt(np.vecdot(t, t))
+
+
+def equivalent_stress(sigma: FloatArray) -> FloatArray:
+    """Von Mises stress √(3/2) |dev σ|, the first term of (7), (…, s) -> (…).
+
+    >>> round(float(equivalent_stress(np.array([100.0, 0.0, 0.0, 0.0]))), 12)
+    100.0
+    """
+    return np.sqrt(1.5) * norm(deviator(sigma))
+
+
+def equivalent_strain(e: FloatArray) -> FloatArray:
+    """Equivalent strain √(2/3) |e| of trace-free e (8), (…, s) -> (…).
+
+    >>> round(float(equivalent_strain(np.array([0.2, -0.1, -0.1, 0.0]))), 12)
+    0.2
+    """
+    return np.sqrt(2.0 / 3.0) * norm(e)

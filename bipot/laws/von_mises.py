@@ -1,0 +1,193 @@
+"""Isotropic elasticity with von Mises plasticity and isotropic hardening, (4)-(10).
+
+Radial return: with the trial deviator s_tr, N = s_tr/|s_tr| and q_tr = √(3/2) |s_tr|, the increment dp of the
+equivalent plastic strain solves q_tr - 3 G dp = σ_Y(p + dp), the plastic strain grows by √(3/2) dp N, and the
+deviator becomes √(2/3) σ_Y(p + dp) N.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import NotConverged, require
+from bipot.laws.hardening import Hardening
+from bipot.laws.tensors import (
+    BoolArray,
+    FloatArray,
+    deviator,
+    deviatoric_projector,
+    equivalent_stress,
+    identity,
+    norm,
+    trace,
+)
+
+_MAX_ITERATIONS = 200
+_ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class Elasticity:
+    """Isotropic linear elasticity (6): Young's modulus (stress units) and Poisson's ratio.
+
+    >>> Elasticity(210e3, 0.25).shear
+    84000.0
+    """
+
+    young: float
+    poisson: float
+
+    def __post_init__(self) -> None:
+        require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
+        require(-1 < self.poisson < 0.5, "poisson", self.poisson, "in the open interval (-1, 0.5)")
+
+    @property
+    def bulk(self) -> float:
+        """K = E / (3 (1 - 2ν))."""
+        return self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+
+    @property
+    def shear(self) -> float:
+        """G = E / (2 (1 + ν))."""
+        return self.young / (2.0 * (1.0 + self.poisson))
+
+    def stiffness(self, size: int) -> FloatArray:
+        """C^e = K 1 ⊗ 1 + 2 G I_dev of (6), shape (s, s)."""
+        unit = identity(size)
+        return self.bulk * np.outer(unit, unit) + 2.0 * self.shear * deviatoric_projector(size)
+
+    def compliance(self, size: int) -> FloatArray:
+        """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s)."""
+        unit = identity(size)
+        return np.outer(unit, unit) / (9.0 * self.bulk) + deviatoric_projector(size) / (2.0 * self.shear)
+
+
+@dataclass(frozen=True)
+class Returned:
+    """What :func:`radial_return` found, over leading axes (…).
+
+    ``stress`` (…, s); ``plastic_strain`` (…, s), the increment; ``dpeeq`` (…); ``direction`` (…, s), the unit
+    deviator N of the trial stress, zero where elastic; ``plastic`` (…), true where the trial stress is
+    outside the yield surface.
+    """
+
+    stress: FloatArray
+    plastic_strain: FloatArray
+    dpeeq: FloatArray
+    direction: FloatArray
+    plastic: BoolArray
+
+
+def yield_function(sigma: FloatArray, sigma_y: FloatArray | float) -> FloatArray:
+    """Yield function √(3/2) |dev σ| - σ_Y (7), (…, s) -> (…); admissible where <= 0."""
+    return equivalent_stress(sigma) - sigma_y
+
+
+def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening: Hardening) -> FloatArray:
+    """Solve q - 3 G dp - σ_Y(p + dp) = 0 for dp >= 0, for points outside the yield surface, shape (n,).
+
+    Newton inside a bracket that every iterate shortens, bisection where Newton would leave it: the left side
+    falls strictly, so the root is unique and kinks of σ_Y cannot make it cycle.
+    """
+    three_g = 3.0 * shear
+    low = np.zeros_like(q)
+    # A little wider than needed, for the root of perfect plasticity to lie strictly inside.
+    high = (1.0 + _ROUND_OFF) * (q - hardening.yield_stress(peeq)) / three_g
+    dp = low
+    for _ in range(_MAX_ITERATIONS):
+        residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
+        low = np.where(residual > 0, dp, low)
+        high = np.where(residual > 0, high, dp)
+        settled = (np.abs(residual) <= _ROUND_OFF * q) | (high - low <= _ROUND_OFF * high)
+        if settled.all():
+            return dp
+        newton = dp + residual / (three_g + hardening.slope(peeq + dp))
+        inside = (newton > low) & (newton < high)
+        dp = np.where(settled, dp, np.where(inside, newton, 0.5 * (low + high)))
+    raise NotConverged("radial return did not settle; check that the yield stress never decreases with peeq.")
+
+
+def radial_return(
+    trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening
+) -> Returned:
+    """Return trial stresses (…, s) to the yield surface of ``peeq`` (…), (7)-(9), backward Euler.
+
+    Stress and moduli share one unit. Raises NotConverged if a trial stress is not finite.
+
+    >>> from bipot.laws.hardening import Perfect
+    >>> trial = np.array([[400.0, 0.0, 0.0, 0.0]])
+    >>> radial_return(trial, np.zeros(1), Elasticity(210e3, 0.3), Perfect(300.0)).stress.round(9).tolist()
+    [[333.333333333, 33.333333333, 33.333333333, 0.0]]
+    """
+    trial = np.asarray(trial_stress, float)
+    peeq = np.broadcast_to(np.asarray(peeq, float), trial.shape[:-1])
+    s = deviator(trial)
+    q = np.sqrt(1.5) * norm(s)
+    if not np.isfinite(q).all():
+        raise NotConverged(
+            "a trial stress is not finite: the strain increment is too large; cut the increment."
+        )
+    plastic = np.asarray(q > hardening.yield_stress(peeq))
+    dpeeq, shrink, inverse = np.zeros(q.shape), np.ones(q.shape), np.zeros(q.shape)
+    if plastic.any():
+        p, q_out = peeq[plastic], q[plastic]
+        dp = _plastic_multiplier(q_out, p, elasticity.shear, hardening)
+        # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
+        shrink[plastic] = hardening.yield_stress(p + dp) / q_out
+        dpeeq[plastic] = dp
+        inverse[plastic] = np.sqrt(1.5) / q_out
+    direction = inverse[..., None] * s
+    stress = np.where(plastic[..., None], shrink[..., None] * s, trial)
+    stress[..., :3] += np.where(plastic, trace(trial) / 3.0, 0.0)[..., None]
+    return Returned(stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
+
+
+def _less_along(C: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
+    """C - factor N ⊗ N, with C (…, s, s) or (s, s), factor (…), N (…, s)."""
+    dyad = N[..., :, None] * N[..., None, :]
+    dyad *= factor[..., None, None]
+    return C - dyad
+
+
+def consistent_tangent(
+    trial_stress: FloatArray,
+    returned: Returned,
+    peeq: FloatArray,
+    elasticity: Elasticity,
+    hardening: Hardening,
+) -> FloatArray:
+    """Derivative of the returned stress with respect to the strain increment, (…, s, s), symmetric.
+
+    K 1 ⊗ 1 + 2 G β I_dev - 2 G (β - H/(3 G + H)) N ⊗ N with β = q/q_tr and H at p + dp (``peeq`` is p, at the
+    start of the increment); C^e where elastic. Positive semidefinite, since H >= 0.
+    """
+    trial = np.asarray(trial_stress, float)
+    size = trial.shape[-1]
+    G, q = elasticity.shear, equivalent_stress(trial)
+    H = hardening.slope(peeq + returned.dpeeq)
+    beta = np.ones(q.shape)
+    np.divide(equivalent_stress(returned.stress), q, out=beta, where=returned.plastic)
+    unit = identity(size)
+    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + elasticity.bulk * np.outer(
+        unit, unit
+    )
+    return _less_along(C, 2.0 * G * (beta - H / (3.0 * G + H)), returned.direction)
+
+
+def continuum_tangent(
+    stress: FloatArray, peeq: FloatArray, plastic: BoolArray, elasticity: Elasticity, hardening: Hardening
+) -> FloatArray:
+    """Rate tangent C^ep of (10) where ``plastic``, C^e elsewhere; (…, s, s), symmetric.
+
+    C^ep = C^e - (C^e N)(C^e ∂f/∂σ)ᵀ / (∂f/∂σᵀ C^e N + √(2/3) H), N the unit normal and ∂f/∂σ = √(3/2) N; the
+    hardening term is missing in the printed (10). It reduces to C^e - 2 G (3 G/(3 G + H)) N ⊗ N.
+    """
+    s = deviator(stress)
+    length = norm(s)
+    active = plastic & (length > 0)
+    N = np.divide(s, length[..., None], out=np.zeros(s.shape), where=active[..., None])
+    G, H = elasticity.shear, hardening.slope(peeq)
+    return _less_along(elasticity.stiffness(s.shape[-1]), 6.0 * G**2 / (3.0 * G + H), N)
