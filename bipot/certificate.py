@@ -74,20 +74,16 @@ class Certificate:
     contact_gap: float
     material_gap: float
 
-    def within(self, bound: Bounds) -> bool:
-        """Whether every measure that ``bound`` names is within it."""
-        return not self.exceeded(bound)
-
-    def exceeded(self, bound: Bounds) -> list[str]:
-        """Names of the measures above their bound (NaN counts as above)."""
-        return [f.name for f in fields(bound) if not getattr(self, f.name) <= getattr(bound, f.name)]
+    def ratios(self, bounds: Bounds) -> dict[str, float]:
+        """Each bounded measure over its bound."""
+        return {f.name: getattr(self, f.name) / getattr(bounds, f.name) for f in fields(bounds)}
 
 
 @dataclass(frozen=True)
 class Bounds:
     """Upper bounds on the certificate for an increment to be accepted."""
 
-    equilibrium: float = 1e-7
+    equilibrium: float = 5e-7
     yield_violation: float = 1e-9
     penetration: float = 1e-10
     cone_violation: float = 1e-8

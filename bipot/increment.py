@@ -7,7 +7,6 @@ the fields, is within the bounds.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -19,11 +18,13 @@ from bipot.contact import Candidates
 from bipot.errors import NotConverged
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.forms import Answer, Form, Pass, Workspace
-from bipot.programs.data import Bools, ContactRows, Units
+from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Threshold
 from bipot.response import Body, Response, State
 
 Floats = NDArray[np.float64]
+
+NEAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -36,22 +37,34 @@ class System:
 
 @dataclass(frozen=True)
 class Limits:
-    """When an increment is accepted, and when it is given up."""
+    """When an increment is accepted, and when it is given up.
+
+    It is given up after ``passes``, or when ``patience`` passes have not brought the worst measure (over its bound)
+    below ``progress`` times the least so far.
+    """
 
     bounds: Bounds = Bounds()
     passes: int = 40
+    patience: int = 8
+    progress: float = 0.7
 
 
 @dataclass(frozen=True)
 class Solved:
-    """An increment that met its bounds: response, contact rows and forces (all candidates), certificate, cost."""
+    """An increment that met its bounds: response, rows and forces of all candidates, certificate, cost.
+
+    ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
+    """
 
     response: Response
     rows: ContactRows
     r: Floats
     certificate: Certificate
+    posed: float
     passes: int
     iterations: int
+    almost: int
+    timing: Timing
 
 
 @dataclass(frozen=True)
@@ -60,7 +73,6 @@ class Trial:
 
     number: int
     answer: Answer
-    response: Response
     certificate: Certificate
 
 
@@ -79,67 +91,109 @@ def solve_increment(
     ``largest`` is the largest contact force of the run so far, the scale of the cone measure.
 
     Raises:
-        NotConverged: after ``limits.passes``, naming the measures above their bounds.
+        NotConverged: after ``limits``, naming the measures above their bounds.
         InvertedElement, ProgramError: from an iterate.
     """
     body = system.body
     rows = system.candidates.rows(state.nodes, state.tau, tau)
+    start_gap = system.candidates.start_gap(state.nodes, state.tau)
     units = _units(system, state, tau)
     x = (state.velocity * (tau - state.tau)).ravel()[body.space.free]
     response = body.respond(state, x)
     near = _near(rows, x, units)
     threshold = Threshold.start(rows.threshold(state.forces))
-    iterations = 0
+    r, force = state.forces, np.zeros(body.space.size)
+    watch = _Watch(limits, form.exact)
+    iterations, almost, timing = 0, 0, Timing()
     for number in range(1, limits.passes + 1):
-        chosen = rows.take(near)
-        kept = near[rows.frictional]
-        given = Pass(body, response, chosen, threshold.value[kept], np.zeros(body.space.size), units)
+        given = Pass(
+            body,
+            response,
+            rows.take(near),
+            threshold.value[near[rows.frictional]],
+            start_gap[near],
+            state.forces[near],
+            r[near],
+            force,
+            units,
+        )
         answer = form.solve(given, workspace)
-        iterations += answer.iterations
-        r = np.zeros((rows.count, answer.r.shape[1]))
+        iterations, timing = iterations + answer.iterations, timing + answer.timing
+        almost += answer.outcome is Outcome.ALMOST
+        r = np.zeros_like(state.forces)
         r[near] = answer.r
         response = body.respond(state, answer.x)
         certificate = certify_response(system, response, rows, r, tau, largest)
-        observe(Trial(number, answer, response, certificate))
-        if certificate.within(limits.bounds):
-            return Solved(response, rows, r, certificate, number, iterations)
+        observe(Trial(number, answer, certificate))
+        if watch.accepts(certificate, answer.posed):
+            return Solved(response, rows, r, certificate, answer.posed, number, iterations, almost, timing)
         near = near | (rows.motion(answer.x)[:, 0] < 0)
         threshold = threshold.update(rows.threshold(r))
-    above = ", ".join(f"{n} = {getattr(certificate, n):.2g}" for n in certificate.exceeded(limits.bounds))
-    raise NotConverged(f"{limits.passes} passes left {above}", certificate)
+    raise watch.failure(f"{limits.passes} passes left")
+
+
+class _Watch:
+    """Acceptance and patience over the passes of one increment."""
+
+    def __init__(self, limits: Limits, exact: bool) -> None:
+        self.limits, self.exact = limits, exact
+        self.least, self.waited = np.inf, 0
+        self.last: dict[str, float] = {}
+
+    def accepts(self, certificate: Certificate, posed: float) -> bool:
+        """Whether the bounds are met; raises NotConverged when patience has run out."""
+        ratios = certificate.ratios(self.limits.bounds)
+        if not self.exact:
+            ratios = {k: ratios[k] for k in ("equilibrium", "yield_violation")}
+            ratios["posed"] = posed / self.limits.bounds.cone_violation
+        self.last = {k: v for k, v in ratios.items() if not v <= 1}
+        worst = max(ratios.values())
+        if not self.last:
+            return True
+        if worst < self.limits.progress * self.least:
+            self.least, self.waited = worst, 0
+        else:
+            self.waited += 1
+        if self.waited >= self.limits.patience or not np.isfinite(worst):
+            raise self.failure("stalled with")
+        return False
+
+    def failure(self, what: str) -> NotConverged:
+        """The exception that names what is above its bound, in multiples of it."""
+        above = ", ".join(f"{name} {ratio:.2g} times" for name, ratio in self.last.items())
+        return NotConverged(f"{what} {above} its bound", self.last)
 
 
 def certify_response(
     system: System, response: Response, rows: ContactRows, r: Floats, tau: float, largest: float
 ) -> Certificate:
-    """The certificate of a response and contact forces r (c, d) on ``rows`` (DESIGN 4)."""
-    body, scene, returned = system.body, system.body.scene, response.returned
-    kin, elastic = response.kinematics, scene.material.elasticity
-    residual = body.space.spread(response.internal - rows.forces(r))
-    points = returned.peeq_shape if hasattr(returned, "peeq_shape") else returned.dpeeq.size
-    flat = lambda a: a.reshape(points, -1)
+    """The certificate of a response and contact forces r (c, d) on the rows of all candidates."""
+    body, material = system.body, system.body.scene.material
+    kin, returned, elastic = response.kinematics, response.returned, material.elasticity
     sigma_e = response.rotated + (kin.strain - returned.plastic_strain) @ elastic.stiffness(MANDEL_2D)
-    sigma_y = float(scene.material.hardening.yield_stress(0.0))
-    work = float(np.sum(tool_forces(system, r) * tool_travel(system, tau - response.state.tau)))
-    return certify(
-        ContactFields(r, rows.motion(response.x), rows.mu, rows.tied, max(largest, float(np.abs(r).max(initial=0)))),
-        MaterialFields(
-            flat(returned.stress),
-            flat(returned.plastic_strain),
-            flat(sigma_e),
-            (response.state.peeq + returned.dpeeq).ravel(),
-            kin.volume.ravel(),
-            elastic,
-            scene.material.hardening,
-        ),
-        Balance(
-            np.linalg.norm(residual, axis=1),
-            body.space.force_scale(response.element_forces),
-            scene.mesh.size,
-            work,
-            1e-3 * sigma_y**2 / (2 * elastic.young) * float(kin.volume.sum()),
-        ),
+    contact = ContactFields(
+        r, rows.motion(response.x), rows.mu, rows.tied, max(largest, float(np.abs(r).max(initial=0.0)))
     )
+    points = (-1, MANDEL_2D)
+    fields = MaterialFields(
+        returned.stress.reshape(points),
+        returned.plastic_strain.reshape(points),
+        sigma_e.reshape(points),
+        (response.state.peeq + returned.dpeeq).ravel(),
+        kin.volume.ravel(),
+        elastic,
+        material.hardening,
+    )
+    residual = np.linalg.norm(body.space.spread(response.internal - rows.forces(r)), axis=1)
+    sigma_y = float(material.hardening.yield_stress(0.0))
+    balance = Balance(
+        residual,
+        body.space.force_scale(response.element_forces),
+        body.scene.mesh.size,
+        float(np.sum(tool_forces(system, r) * tool_travel(system, tau - response.state.tau))),
+        1e-3 * sigma_y**2 / (2 * elastic.young) * float(kin.volume.sum()),
+    )
+    return certify(contact, fields, balance)
 
 
 def tool_forces(system: System, r: Floats) -> Floats:
@@ -158,14 +212,13 @@ def tool_travel(system: System, dtau: float) -> Floats:
 
 
 def _units(system: System, state: State, tau: float) -> Units:
-    """Displacements in tool travel, stresses in the initial yield stress, the body as it is."""
+    """Displacements in tool travel, stresses in the initial yield stress, volume in that of a cube."""
     scene = system.body.scene
     travel = float(np.linalg.norm(tool_travel(system, tau - state.tau), axis=1).max())
     size = scene.mesh.size
-    sigma_y = float(scene.material.hardening.yield_stress(0.0))
-    return Units(travel, size, sigma_y, size**3)
+    return Units(travel, size, float(scene.material.hardening.yield_stress(0.0)), size**3)
 
 
 def _near(rows: ContactRows, x: Floats, units: Units) -> Bools:
     """Candidates within a few travels of a tool at the predicted end: the others get no rows until they touch."""
-    return (rows.gap + rows.G_n @ x < 4 * units.length) | rows.tied
+    return (rows.gap + rows.G_n @ x < NEAR * units.length) | rows.tied

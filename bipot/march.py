@@ -145,6 +145,8 @@ def march(
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
             solved = attempt.solved
+            if solved.almost:
+                reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
             energies = energies.after(system, state, solved, tau)
             accepted = system.body.advance(solved.response, tau, solved.r)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))

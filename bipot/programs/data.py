@@ -90,6 +90,10 @@ class Timing:
     build: float = 0.0
     solve: float = 0.0
 
+    def __add__(self, other: Timing) -> Timing:
+        """Both together."""
+        return Timing(self.build + other.build, self.solve + other.solve)
+
 
 @dataclass(frozen=True)
 class ConicSolution:

@@ -1,0 +1,108 @@
+"""What every form shares: the pass it is given, the answer it returns, and what it may keep between passes.
+
+A form turns a :class:`Pass` (response at the last iterate, contact rows, frozen threshold) into the next
+displacement and contact forces. Everything else of an increment is shared, so comparisons are fair by construction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.programs.conic import CompiledTangent, TangentProgram, structure
+from bipot.programs.data import ContactRows, Outcome, Timing, Units
+from bipot.programs.statement import Stated
+from bipot.response import Body, Response
+
+Floats = NDArray[np.float64]
+
+
+class FormName(Enum):
+    """Names of the forms on the command line and in a history."""
+
+    TANGENT = "tangent"
+    DISSIPATION = "dissipation"
+    PENALTY = "penalty"
+    UZAWA = "uzawa"
+    NEWTON = "newton"
+
+
+class Backend(Enum):
+    """Who hands a program to Clarabel: its cvxpy statement, or the same data directly."""
+
+    CVXPY = "cvxpy"
+    CLARABEL = "clarabel"
+
+
+@dataclass(frozen=True)
+class Pass:
+    """What a form is given for one pass.
+
+    Body and response at the iterate, contact rows of c candidates, their frozen threshold s (f,), gap at the start
+    of the increment (c,), contact forces (c, d) at that start and after the last pass, load F (n,), units.
+    """
+
+    body: Body
+    response: Response
+    rows: ContactRows
+    threshold: Floats
+    start_gap: Floats
+    start_forces: Floats
+    last_forces: Floats
+    force: Floats
+    units: Units
+
+
+@dataclass(frozen=True)
+class Answer:
+    """The next iterate: free displacement x (n,), contact forces r (c, d), and what the solver claimed.
+
+    ``posed`` is how far (x, r) is from the contact law the form *poses*, over the largest force; exact forms leave
+    it to the certificate.
+    """
+
+    x: Floats
+    r: Floats
+    outcome: Outcome
+    iterations: int
+    timing: Timing
+    posed: float = 0.0
+
+
+@dataclass
+class Workspace:
+    """Programs compiled during a run, by structure: the one mutable thing, owned by the march."""
+
+    compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
+
+    def stated(self, program: TangentProgram) -> Stated:
+        """The compiled statement with the numbers of ``program`` assigned."""
+        key = structure(program)
+        if key not in self.compiled:
+            self.compiled[key] = CompiledTangent.of(program)
+        return self.compiled[key].assign(program)
+
+
+class Form(Protocol):
+    """One way to solve a pass."""
+
+    @property
+    def name(self) -> FormName:
+        """How the history calls it."""
+        ...
+
+    @property
+    def exact(self) -> bool:
+        """Whether it poses the exact law: acceptance then asks for the whole certificate.
+
+        Otherwise equilibrium, yield and ``Answer.posed`` decide, and the certificate only reports.
+        """
+        ...
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """Next displacement and forces; raises ProgramError and its kin."""
+        ...

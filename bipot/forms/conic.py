@@ -1,0 +1,110 @@
+"""The two conic forms: exact contact at a frozen threshold, the material as a tangent energy or as its dissipation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.forms.base import Answer, Backend, FormName, Pass, Workspace
+from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.condensation import condense
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Block, ConicProgram, Outcome, Timing
+from bipot.programs.dissipation import DissipationProgram
+from bipot.programs.polish import couple, polish
+from bipot.programs.statement import Stated, solve_stated
+from bipot.programs.terms import ContactTerms
+from bipot.response import TangentKind
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
+
+    With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
+    when exact); otherwise the threshold moves by the fixed point alone.
+    """
+
+    kind: TangentKind = TangentKind.CONSISTENT
+    backend: Backend = Backend.CVXPY
+    accuracy: Accuracy = Accuracy(1e-9)
+    coupled: bool = True
+    name: ClassVar[FormName] = FormName.TANGENT
+    exact: ClassVar[bool] = True
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """One proximal-Newton pass."""
+        K = given.body.stiffness(given.response, self.kind)
+        f = K @ given.response.x - given.response.internal + given.force
+        program = TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units)
+        condensed = condense(program)
+        small = condensed.program
+        if self.backend is Backend.CVXPY:
+            raw = _through_cvxpy(workspace.stated(small), self.accuracy)
+        else:
+            raw = _directly(small, self.accuracy)
+        u, r = (couple(small, raw.u, raw.r) if self.coupled else None) or polish(small, raw.u, raw.r)
+        x = condensed.recover(u) * given.units.length
+        return Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing)
+
+
+@dataclass(frozen=True)
+class Dissipation:
+    """Plastic strain as a variable, one second-order cone a point; globally convergent at a frozen threshold."""
+
+    backend: Backend = Backend.CLARABEL
+    accuracy: Accuracy = Accuracy(1e-11)
+    name: ClassVar[FormName] = FormName.DISSIPATION
+    exact: ClassVar[bool] = True
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """One program with the configuration and the line of the yield stress frozen."""
+        model = given.body.plastic_model(given.response)
+        contact = ContactTerms(given.rows, given.threshold)
+        program = DissipationProgram(model, given.force, contact).scaled(given.units)
+        if self.backend is Backend.CVXPY:
+            raw = _through_cvxpy(program.statement(), self.accuracy)
+        else:
+            raw = _directly(program, self.accuracy)
+        x, r = raw.u * given.units.length, raw.r * given.units.force
+        return Answer(x, r, raw.outcome, raw.iterations, raw.timing)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """An interior-point answer in the program's own units."""
+
+    u: Floats
+    r: Floats
+    outcome: Outcome
+    iterations: int
+    timing: Timing
+
+
+class Exact(Protocol):
+    """A program with exact contact terms."""
+
+    @property
+    def contact(self) -> ContactTerms:
+        """Its contact terms."""
+        ...
+
+    def conic(self) -> ConicProgram:
+        """Its data."""
+        ...
+
+
+def _through_cvxpy(stated: Stated, accuracy: Accuracy) -> Raw:
+    outcome, iterations, timing = solve_stated(stated, accuracy)
+    return Raw(np.asarray(stated.dU.value), stated.contact.forces(), outcome, iterations, timing)
+
+
+def _directly(program: Exact, accuracy: Accuracy) -> Raw:
+    answer = solve(program.conic(), accuracy)
+    r = program.contact.contact_forces(answer)
+    return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
