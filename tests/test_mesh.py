@@ -1,0 +1,63 @@
+"""Meshes: counts, orientation, boundaries, refusals."""
+
+import numpy as np
+import pytest
+
+from bipot.errors import SceneError
+from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.kinematics import jacobians
+from bipot.mesh import Mesh, block, cylinder, ring
+
+
+def test_cylinder_counts_and_orientation():
+    mesh = cylinder(5.0, 4.0, 3, 2)
+    assert mesh.nodes.shape == (12 + 17, 2)
+    assert mesh.elements.shape == (6, 8)
+    determinant = jacobians(mesh.nodes, mesh.elements, quad8(Quadrature.GAUSS2))
+    np.testing.assert_allclose(determinant, 20.0 / 6)
+
+
+def test_first_reference_axis_is_the_first_of_space():
+    mesh = cylinder(3.0, 1.0, 1, 1)
+    J = mesh.nodes[mesh.elements[0]].T @ quad8(Quadrature.GAUSS2).gradients[0]
+    np.testing.assert_allclose(J, np.diag([3.0, 1.0]), atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "axis", "value"), [("axis", 0, 0.0), ("side", 0, 5.0), ("base", 1, 0.0), ("top", 1, 4.0)]
+)
+def test_boundaries_lie_where_their_name_says(name, axis, value):
+    mesh = cylinder(5.0, 4.0, 3, 2)
+    edges = mesh.boundary(name)
+    assert len(edges) == (2 if axis == 0 else 3)
+    np.testing.assert_allclose(mesh.nodes[edges][..., axis], value)
+    ends, middle = mesh.nodes[edges[:, [0, 2]]], mesh.nodes[edges[:, 1]]
+    np.testing.assert_allclose(ends.mean(axis=1), middle)
+
+
+def test_ring_and_block_have_their_own_names():
+    assert set(ring(1.5, 3.0, 1.0, 2, 2).boundaries) == {"bore", "side", "base", "top"}
+    assert set(block(1.0, 1.0, 1, 1).boundaries) == {"left", "right", "base", "top"}
+
+
+def test_size_is_the_largest_extent():
+    assert cylinder(5.0, 7.0, 1, 1).size == 7.0
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: cylinder(-1.0, 1.0, 1, 1), "radius = -1.0"),
+        (lambda: cylinder(1.0, float("nan"), 1, 1), "height = nan"),
+        (lambda: cylinder(1.0, 1.0, 0, 1), "elements along the first axis = 0"),
+        (lambda: ring(2.0, 1.0, 1.0, 1, 1), "outer = 1.0"),
+        (lambda: cylinder(1.0, 1.0, 1, 1).boundary("lid"), "boundary = 'lid'"),
+        (lambda: Mesh(np.full((8, 2), np.nan), np.arange(8)[None]), "mesh.nodes"),
+        (lambda: Mesh(np.zeros((7, 2)), np.arange(8)[None]), "node index"),
+        (lambda: Mesh(np.zeros((8, 2)), np.arange(8)[None], {"top": np.empty((0, 3), int)}), "'top'"),
+        (lambda: Mesh(np.zeros((8, 2)), np.empty((0, 8), int)), "at least one element"),
+    ],
+)
+def test_bad_meshes_are_refused_by_name(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
