@@ -95,5 +95,4 @@ def candidates(scene: Scene, space: Space) -> Candidates:
 
 def _free_along(free: Bools, direction: tuple[float, float]) -> Bools:
     """Whether a node with free components (c, 2) can move along ``direction``."""
-    return (free & (np.abs(direction) > 1e-12)).any(axis=1)
-
+    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))

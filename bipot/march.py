@@ -153,7 +153,16 @@ def march(
             number += 1
             seconds = time.perf_counter() - began
             yield Accepted(
-                number, state, accepted, solved, energies, attempt.form, passes, cuts, "; ".join(reasons), seconds
+                number,
+                state,
+                accepted,
+                solved,
+                energies,
+                attempt.form,
+                passes,
+                cuts,
+                "; ".join(reasons),
+                seconds,
             )
             state, size = accepted, 2 * (tau - state.tau)
 
@@ -183,5 +192,3 @@ def _advice(state: State, tau: float, reasons: list[str]) -> str:
         f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). "
         "Use more increments, or a mesh that is less distorted there."
     )
-
-

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
+from bipot.fem.geometric import element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
 from bipot.laws.tensors import deviatoric_basis, identity, trace
 from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return
@@ -100,7 +101,9 @@ class Body:
             self.scene.geometry,
             self.scene.configuration,
         )
-        rotated = rotate(state.stress, kin.angle) if self.scene.configuration is Configuration.MIDPOINT else state.stress
+        rotated = (
+            rotate(state.stress, kin.angle) if self.scene.configuration is Configuration.MIDPOINT else state.stress
+        )
         elastic = self.scene.material.elasticity
         trial = rotated + kin.strain @ elastic.stiffness(MANDEL_2D)
         returned = radial_return(trial, state.peeq, elastic, self.scene.material.hardening)
@@ -111,13 +114,20 @@ class Body:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
         material, peeq = self.scene.material, response.state.peeq
         if kind is TangentKind.CONSISTENT:
-            C = consistent_tangent(
-                response.trial, response.returned, peeq, material.elasticity, material.hardening
-            )
+            C = consistent_tangent(response.trial, response.returned, peeq, material.elasticity, material.hardening)
         else:
             r = response.returned
             C = continuum_tangent(r.stress, peeq + r.dpeeq, r.plastic, material.elasticity, material.hardening)
         return self.space.matrix(element_stiffness(response.kinematics.B, C, response.kinematics.volume))
+
+    def tangent(self, response: Response) -> Floats:
+        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric."""
+        kin, returned, elastic = response.kinematics, response.returned, self.scene.material.elasticity
+        C = consistent_tangent(response.trial, returned, response.state.peeq, elastic, self.scene.material.hardening)
+        if self.scene.configuration is Configuration.PAPER:
+            return element_stiffness(kin.B, C, kin.volume)
+        du = self.space.spread(response.x).ravel()[self.space.dofs]
+        return element_tangent(kin, du, response.rotated, returned.stress, C, elastic.shear)
 
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""

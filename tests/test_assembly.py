@@ -80,10 +80,8 @@ def test_stiffness_and_force_equal_scikit_fem(geometry):
     B = strain_operator(grad)
     ours = space_.matrix(element_stiffness(B, ELASTIC.stiffness(4), grad.volume)).toarray()
     np.testing.assert_allclose(ours, K, atol=1e-13 * np.abs(K).max())
-    stress = np.broadcast_to([1.0, -2.0, 3.0, 0.5 * np.sqrt(2)], B.shape[:2] + (4,))
-    np.testing.assert_allclose(
-        space_.vector(element_force(B, stress, grad.volume)), f, atol=1e-13 * np.abs(f).max()
-    )
+    stress = np.broadcast_to([1.0, -2.0, 3.0, 0.5 * np.sqrt(2)], (*B.shape[:2], 4))
+    np.testing.assert_allclose(space_.vector(element_force(B, stress, grad.volume)), f, atol=1e-13 * np.abs(f).max())
 
 
 def fine_rule():

@@ -63,7 +63,8 @@ def test_rotation_agrees_with_the_matrix_product():
 
 
 @pytest.mark.parametrize(
-    ("configuration", "factor"), [(Configuration.MIDPOINT, lambda e: e / (1 - e / 2)), (Configuration.PAPER, lambda e: e)]
+    ("configuration", "factor"),
+    [(Configuration.MIDPOINT, lambda e: e / (1 - e / 2)), (Configuration.PAPER, lambda e: e)],
 )
 def test_homogeneous_upsetting_strain(configuration, factor):
     mesh, e = cylinder(5.0, 5.0, 2, 2), 0.1

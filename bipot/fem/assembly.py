@@ -55,7 +55,8 @@ class Space:
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, 2k) into the free vector (n,)."""
-        return np.bincount(self.dofs.ravel(), element.ravel(), minlength=self.mesh.nodes.size)[self.free]
+        full = np.bincount(self.dofs.ravel(), weights=element.ravel(), minlength=self.mesh.nodes.size)
+        return np.asarray(full[self.free], dtype=np.float64)
 
     def operator(self, blocks: Floats) -> sp.csr_matrix:
         """Sparse operator (p m, n) from dense rows (p, m, 2k), points p ordered element by element."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
+from typing import Any
 
 import numpy as np
 import skfem
@@ -73,7 +74,7 @@ def _rule(rule: Quadrature) -> tuple[Floats, Floats]:
     return (points + 1) / 2, weights / 4
 
 
-def _tabulate(element: skfem.Element, points: Floats, weights: Floats) -> Tabulated:
+def _tabulate(element: Any, points: Floats, weights: Floats) -> Tabulated:
     basis = [element.lbasis(points.T, i) for i in range(len(element.doflocs))]
     values = np.column_stack([value for value, _ in basis])
     gradients = np.stack([np.asarray(gradient).T for _, gradient in basis], axis=1)

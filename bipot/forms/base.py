@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,7 @@ class Answer:
     """The next iterate: free displacement x (n,), contact forces r (c, d), and what the solver claimed.
 
     ``posed`` is how far (x, r) is from the contact law the form *poses*, over the largest force; exact forms leave
-    it to the certificate.
+    it to the certificate. ``response`` is the body's response to x, when the form has evaluated it already.
     """
 
     x: Floats
@@ -71,6 +71,7 @@ class Answer:
     iterations: int
     timing: Timing
     posed: float = 0.0
+    response: Response | None = None
 
 
 @dataclass
@@ -78,6 +79,7 @@ class Workspace:
     """Programs compiled during a run, by structure: the one mutable thing, owned by the march."""
 
     compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
+    newton: Memory | None = None
 
     def stated(self, program: TangentProgram) -> Stated:
         """The compiled statement with the numbers of ``program`` assigned."""
@@ -90,18 +92,14 @@ class Workspace:
 class Form(Protocol):
     """One way to solve a pass."""
 
-    @property
-    def name(self) -> FormName:
-        """How the history calls it."""
-        ...
+    name: ClassVar[FormName]
+    """How the history calls it."""
 
-    @property
-    def exact(self) -> bool:
-        """Whether it poses the exact law: acceptance then asks for the whole certificate.
+    exact: ClassVar[bool]
+    """Whether it poses the exact law: acceptance then asks for the whole certificate.
 
-        Otherwise equilibrium, yield and ``Answer.posed`` decide, and the certificate only reports.
-        """
-        ...
+    Otherwise equilibrium, yield and ``Answer.posed`` decide, and the certificate only reports.
+    """
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """Next displacement and forces; raises ProgramError and its kin."""

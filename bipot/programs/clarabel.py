@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from typing import Any
 
-import clarabel
+import clarabel as _clarabel
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -14,6 +15,9 @@ from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, requ
 from bipot.programs.data import Cone, ConicProgram, ConicSolution, Outcome, Rows, Term, Timing
 
 Floats = NDArray[np.float64]
+
+# The extension module carries no annotations.
+clarabel: Any = _clarabel
 
 CLAIMS = {clarabel.SolverStatus.Solved: Outcome.SOLVED, clarabel.SolverStatus.AlmostSolved: Outcome.ALMOST}
 INFEASIBLE = (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible)
@@ -64,7 +68,7 @@ def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
     )
 
 
-def settings(accuracy: Accuracy) -> clarabel.DefaultSettings:
+def settings(accuracy: Accuracy) -> Any:
     """Clarabel's settings for the asked accuracy, silent and on one thread."""
     chosen = clarabel.DefaultSettings()
     chosen.verbose = False
@@ -84,6 +88,4 @@ def _cones(rows: Rows) -> list[object]:
 
 def _split(rows: tuple[Rows, ...], z: Floats) -> dict[Term, Floats]:
     ends = np.cumsum([len(r.b) for r in rows])
-    return {
-        r.term: z[end - len(r.b) : end].reshape(-1, r.width) for r, end in zip(rows, ends, strict=True)
-    }
+    return {r.term: z[end - len(r.b) : end].reshape(-1, r.width) for r, end in zip(rows, ends, strict=True)}

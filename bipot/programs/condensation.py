@@ -14,6 +14,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
+from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
 
 Floats = NDArray[np.float64]
@@ -39,8 +40,15 @@ class Condensed:
 
 
 def factorise(K: sp.csc_matrix) -> sla.SuperLU:
-    """LU of a symmetric positive definite sparse matrix (symmetric mode, minimum degree)."""
-    return sla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    """LU of a symmetric positive definite sparse matrix (symmetric mode, minimum degree).
+
+    Raises:
+        ProgramError: the matrix is singular.
+    """
+    try:
+        return sla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError as singular:
+        raise ProgramError("the stiffness is singular: a part of the body moves without resistance") from singular
 
 
 def condense(program: TangentProgram) -> Condensed:

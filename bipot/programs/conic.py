@@ -65,9 +65,9 @@ class TangentProgram:
 
 @dataclass(frozen=True)
 class CompiledTangent:
-    """The dense tangent program of one structure, compiled once: K enters by its Cholesky factor.
+    """The dense tangent program of one structure, compiled once: K enters by a square root L' L = K.
 
-    quad_form with a parameter is outside cvxpy's disciplined parametrised rules; |L' dU|^2 with K = L L' is inside.
+    quad_form with a parameter is outside cvxpy's disciplined parametrised rules; |L dU|^2 is inside.
     """
 
     stated: Stated
@@ -88,10 +88,16 @@ class CompiledTangent:
 
     def assign(self, program: TangentProgram) -> Stated:
         """Give the parameters the numbers of ``program``, which must have the compiled structure."""
-        self.factor.value = np.linalg.cholesky(program.K).T
+        self.factor.value = _square_root(np.asarray(program.K))
         self.load.value = program.f
         self.data.assign(program.contact)
         return self.stated
+
+
+def _square_root(K: Floats) -> Floats:
+    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
+    values, vectors = np.linalg.eigh(K)
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 
 
 def structure(program: TangentProgram) -> bytes:

@@ -123,9 +123,7 @@ class ConicSolution:
 
     def duality_gap(self) -> float:
         """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
-        return float(
-            sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count)
-        )
+        return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
 
 
 def _excess(rows: Rows, value: Floats) -> float:

@@ -145,10 +145,6 @@ class DissipationProgram:
             + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
             + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
         )
-        dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(
-            cp.multiply(root * np.sqrt(m.slope / 3), t)
-        )
+        dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
         cost = stored + dissipated - self.force @ dU + contact.cost
-        return Stated(
-            cp.Problem(cp.Minimize(cost), [cp.SOC(t, plastic, axis=1), *contact.constraints]), dU, contact
-        )
+        return Stated(cp.Problem(cp.Minimize(cost), [cp.SOC(t, plastic, axis=1), *contact.constraints]), dU, contact)

@@ -45,7 +45,7 @@ class NaturalMap:
         rows = program.contact.rows
         G = np.vstack([rows.G_n.toarray(), rows.G_t.toarray()])
         offset = np.concatenate([rows.gap, rows.slip.ravel()])
-        return NaturalMap(rows, threshold, G, offset, float(np.trace(program.K)) / len(program.f))
+        return NaturalMap(rows, threshold, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
 
     def evaluate(self, motion: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
         """Residual (m,) and its derivatives with respect to motion and to r, (m, m) each."""
@@ -95,9 +95,7 @@ def couple(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Float
     return (x, r) if error <= EXACT else None
 
 
-def _newton(
-    program: TangentProgram, threshold: Floats | None, x: Floats, r: Floats
-) -> tuple[Floats, Floats, float]:
+def _newton(program: TangentProgram, threshold: Floats | None, x: Floats, r: Floats) -> tuple[Floats, Floats, float]:
     """Best iterate and its residual over the largest force."""
     natural = NaturalMap.of(program, threshold)
     rows, n = program.contact.rows, len(x)

@@ -53,9 +53,9 @@ class ContactData:
         """Parameters of the shapes that ``contact`` has."""
         numbers = ContactData.of(contact)
         shapes = (numbers.gap, numbers.tied_gap, numbers.slip, numbers.stuck_slip)
-        free = [cp.Parameter(a.shape) if a.size else a for a in shapes]
+        gap, tied, slip, stuck = (cp.Parameter(a.shape) if a.size else a for a in shapes)
         bound = numbers.threshold
-        return ContactData(*free, cp.Parameter(bound.shape, nonneg=True) if bound.size else bound)
+        return ContactData(gap, tied, slip, stuck, cp.Parameter(bound.shape, nonneg=True) if bound.size else bound)
 
     def assign(self, contact: ContactTerms) -> None:
         """Give the parameters the numbers of ``contact``."""
@@ -107,7 +107,7 @@ class ContactStatement:
         tie = np.zeros(0) if self.tie is None else -_dual(self.tie)
         tangential = np.zeros((0, tangents))
         if self.friction is not None:
-            tangential = np.asarray(self.friction.dual_value[1]).reshape(-1, tangents)
+            tangential = np.asarray(list(self.friction.dual_variables)[1].value).reshape(-1, tangents)
         return self.contact.assemble(normal, tangential, tie)
 
 

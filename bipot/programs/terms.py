@@ -51,19 +51,29 @@ class ContactTerms:
         normal = self.rows.G_n
         sliding, slip = self.tangent_rows(self.sliding)
         stuck, offset = self.tangent_rows(self.stuck)
-        tie = sp.vstack([normal[self.rows.tied], stuck])
+        tie = sp.csr_matrix(sp.vstack([normal[self.rows.tied], stuck]))
         return (
-            Rows(Term.GAP, Cone.NONNEGATIVE, _pad(normal[self.unilateral], columns), self.rows.gap[self.unilateral]),
+            Rows(
+                Term.GAP,
+                Cone.NONNEGATIVE,
+                _pad(normal[self.unilateral], columns),
+                self.rows.gap[self.unilateral],
+            ),
             _norm_rows(Term.FRICTION, sliding, slip, columns, bounds),
             Rows(
-                Term.TIE, Cone.ZERO, _pad(tie, columns), np.concatenate([self.rows.gap[self.rows.tied], offset.ravel()])
+                Term.TIE,
+                Cone.ZERO,
+                _pad(tie, columns),
+                np.concatenate([self.rows.gap[self.rows.tied], offset.ravel()]),
             ),
         )
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
         return self.assemble(
-            solution.dual[Term.GAP].ravel(), solution.dual[Term.FRICTION][:, 1:], solution.dual[Term.TIE].ravel()
+            solution.dual[Term.GAP].ravel(),
+            solution.dual[Term.FRICTION][:, 1:],
+            solution.dual[Term.TIE].ravel(),
         )
 
     def assemble(self, normal: Floats, tangential: Floats, tie: Floats) -> Floats:
@@ -98,4 +108,4 @@ def _norm_rows(term: Term, G: sp.csr_matrix, offset: Floats, columns: int, bound
 
 
 def _pad(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
-    return sp.csr_matrix((A.data, A.indices, A.indptr), shape=(A.shape[0], columns))
+    return sp.csr_matrix((A.data, A.indices, A.indptr), shape=(len(A.indptr) - 1, columns))

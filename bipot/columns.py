@@ -1,0 +1,75 @@
+"""The columns of a history that every study shares; a study adds its own and fixes units and order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from bipot.increment import System
+from bipot.march import Accepted
+
+Value = float | int | str
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a history: its header, what it is in which unit, and how to get it."""
+
+    name: str
+    meaning: str
+    value: Callable[[System, Accepted], Value]
+
+
+INCREMENT = Column("increment", "number of the accepted increment, from 1", lambda _, a: a.number)
+SECONDS = Column("seconds", "wall time of the increment, s", lambda _, a: a.seconds)
+COURSE = (
+    Column("passes", "passes spent, failed attempts included", lambda _, a: a.passes),
+    Column("cuts", "times the increment was halved", lambda _, a: a.cuts),
+    Column("form", "the form that solved it", lambda _, a: a.form.value),
+    Column("reason", "why it fell back or was cut", lambda _, a: a.reason),
+)
+
+
+def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
+    """Work, elastic, plastic, friction of the whole body since the start, times ``factor`` to ``unit``.
+
+    >>> [column.name for column in energies("J", 1e-3)]
+    ['work_J', 'elastic_J', 'plastic_J', 'friction_J']
+    """
+    meanings = {
+        "work": "work of the tools",
+        "elastic": "elastic energy",
+        "plastic": "plastic dissipation and energy stored by hardening",
+        "friction": "frictional dissipation",
+    }
+
+    def column(name: str, meaning: str) -> Column:
+        value = _scaled(lambda a: getattr(a.energies, name), factor)
+        return Column(f"{name}_{unit}", f"{meaning}, {unit}", value)
+
+    return tuple(column(name, meaning) for name, meaning in meanings.items())
+
+
+def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
+    """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
+
+    >>> [column.name for column in certificate("J", 1e-3)][-2:]
+    ['bipotential_gap_J', 'relative_gap']
+    """
+
+    def measure(name: str, meaning: str) -> Column:
+        return Column(name, meaning, lambda _, a: getattr(a.solved.certificate, name))
+
+    gap = _scaled(lambda a: a.solved.certificate.gap, factor)
+    return (
+        measure("equilibrium", "largest residual over largest nodal force"),
+        measure("yield_violation", "largest equivalent stress above yield over yield stress"),
+        measure("penetration", "largest penetration over body size"),
+        measure("cone_violation", "largest force outside the cone over largest force"),
+        Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
+        measure("relative_gap", "that gap over the work of the increment"),
+    )
+
+
+def _scaled(energy: Callable[[Accepted], float], factor: float) -> Callable[[System, Accepted], float]:
+    return lambda system, accepted: factor * system.body.scene.copies * energy(accepted)

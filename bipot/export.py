@@ -1,0 +1,251 @@
+"""One HDF5 file a run, in VTKHDF layout, so that ParaView opens it and a run resumes from it.
+
+``/VTKHDF`` is a transient unstructured grid (version 2, VTK type 23: quadratic quads), step k = accepted
+increment k + 1: points and vectors padded to three components, nodal fields, and cell averages weighted by
+volume (symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds
+the rest: mesh at rest, full integration-point arrays step by step, what was asked, in which units, by which
+versions.
+
+Every step is appended, then counted, then flushed: what the count covers is complete. The file is not locked,
+so it can be read while the run goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bipot.fem.kinematics import Configuration
+from bipot.increment import System
+from bipot.laws.coulomb import Status
+from bipot.laws.hardening import Perfect
+from bipot.march import Accepted
+from bipot.mesh import Mesh
+from bipot.scene import Scene
+from bipot.traction import FORCE_TOLERANCE, SLIP_TOLERANCE, Traction, traction
+
+Floats = NDArray[np.float64]
+Parameters = Mapping[str, Any]
+# h5py types every item as group, dataset or datatype alike.
+Item = Any
+
+QUADRATIC_QUAD = 23
+NO_CANDIDATE = -1
+PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
+
+
+@dataclass(frozen=True)
+class RunFile:
+    """An open ``run.h5`` of one system: append accepted increments, mark it complete, close."""
+
+    file: h5py.File
+    system: System
+
+    def append(self, accepted: Accepted) -> None:
+        """Write one accepted increment and flush."""
+        tractions = increment_traction(self.system, accepted)
+        vtk: Item = self.file["VTKHDF"]
+        steps = vtk["Steps"]
+        number = int(steps.attrs["NSteps"])
+        points, cells = len(self.system.body.scene.mesh.nodes), len(self.system.body.scene.mesh.elements)
+        append(vtk, "Points", padded(accepted.state.nodes))
+        append(steps, "Values", [accepted.state.tau])
+        append(steps, "PartOffsets", [0])
+        append(steps, "NumberOfParts", [1])
+        append(steps, "PointOffsets", [number * points])
+        append(steps, "CellOffsets", [[0]])
+        append(steps, "ConnectivityIdOffsets", [[0]])
+        for group, fields, rows in (
+            ("PointData", point_fields(self.system, accepted, tractions), points),
+            ("CellData", cell_fields(accepted), cells),
+        ):
+            for name, values in fields.items():
+                append(vtk[group], name, values)
+                append(steps[f"{group}Offsets"], name, [number * rows])
+        for name, values in step_fields(accepted, tractions).items():
+            append(self._own, name, np.asarray(values)[None])
+        steps.attrs["NSteps"] = number + 1
+        self.file.flush()
+
+    @property
+    def _own(self) -> Item:
+        return self.file["bipot/steps"]
+
+    def finish(self) -> None:
+        """Record that the path was marched to its end."""
+        self.file["bipot"].attrs["complete"] = True
+
+    def close(self) -> None:
+        """Close the file."""
+        self.file.close()
+
+
+def create(path: Path, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
+    """A new file without steps; ``parameters`` and ``units`` are stored as given."""
+    file = h5py.File(path, "w", libver=("earliest", "v110"), locking=False)
+    scene = system.body.scene
+    _write_grid(file, scene.mesh)
+    own = file.create_group("bipot")
+    own.attrs["complete"] = False
+    own.attrs["parameters"] = json.dumps(dict(parameters))
+    own.attrs["units"] = json.dumps(dict(units))
+    own.attrs["scene"] = json.dumps(describe(scene))
+    own.attrs["versions"] = json.dumps(versions())
+    own.attrs["status"] = json.dumps({**{s.name.lower(): int(s) for s in Status}, "no_candidate": NO_CANDIDATE})
+    own.attrs["status_thresholds"] = (
+        f"steps/force_tol = {FORCE_TOLERANCE:g} x largest contact force, "
+        f"steps/slip_tol = {SLIP_TOLERANCE:g} x tool travel of the increment"
+    )
+    own.create_group("steps")
+    _write_mesh(own.create_group("mesh"), scene.mesh)
+    own["candidates/node"] = system.candidates.node
+    own["candidates/tool"] = system.candidates.tool
+    file.flush()
+    return RunFile(file, system)
+
+
+def increment_traction(system: System, accepted: Accepted) -> Traction:
+    """Traction and status at the end of an accepted increment, on its configuration of equilibrium."""
+    solved, start, end = accepted.solved, accepted.start, accepted.state
+    nodes = start.nodes if system.body.scene.configuration is Configuration.PAPER else end.nodes
+    return traction(system.candidates, solved.rows, solved.response.x, nodes, solved.r, end.tau - start.tau)
+
+
+def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:
+    """Nodal fields: vectors (a, 3), scalars (a,); NaN (status: -1) where a node is no candidate.
+
+    Where two tools share a node, the one that pushes harder speaks, except for the force, which is the sum.
+    """
+    scene, candidates, r = system.body.scene, system.candidates, accepted.solved.r
+    order = np.argsort(r[:, 0], kind="stable")
+    node, count = candidates.node[order], len(scene.mesh.nodes)
+
+    def scatter(values: NDArray[Any], empty: float) -> NDArray[Any]:
+        out = np.full(count, empty, dtype=values.dtype)
+        out[node] = values[order]
+        return out
+
+    normal = np.array([tool.normal for tool in scene.tools])[candidates.tool]
+    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
+    force = np.zeros((count, 2))
+    np.add.at(force, candidates.node, r[:, :1] * normal + r[:, 1:] * tangent)
+    gap = accepted.solved.rows.motion(accepted.solved.response.x)[:, 0]
+    return {
+        "velocity": padded(accepted.state.velocity),
+        "contact_force": padded(force),
+        "pressure": scatter(tractions.pressure, np.nan),
+        "shear": scatter(tractions.shear, np.nan),
+        "gap": scatter(gap, np.nan),
+        "status": scatter(tractions.status, NO_CANDIDATE),
+    }
+
+
+def cell_fields(accepted: Accepted) -> dict[str, Floats]:
+    """Volume averages: stress and plastic strain (e, 6) in VTK's order, peeq (e,)."""
+    state, volume = accepted.state, accepted.solved.response.kinematics.volume
+    weight = volume / volume.sum(axis=1, keepdims=True)
+    return {
+        "stress": symmetric(np.einsum("eq,eqs->es", weight, state.stress)),
+        "plastic_strain": symmetric(np.einsum("eq,eqs->es", weight, state.plastic_strain)),
+        "peeq": np.einsum("eq,eq->e", weight, state.peeq),
+    }
+
+
+def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]:
+    """What ``/bipot/steps`` holds of one increment: everything a state needs beside nodes and velocity."""
+    state = accepted.state
+    return {
+        "stress": state.stress,
+        "plastic_strain": state.plastic_strain,
+        "peeq": state.peeq,
+        "volume": accepted.solved.response.kinematics.volume,
+        "contact_force": state.forces,
+        "force_tol": tractions.force_tol,
+        "slip_tol": tractions.slip_tol,
+    }
+
+
+def padded(vectors: Floats) -> Floats:
+    """Vectors (a, d) with zeros up to three components."""
+    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+
+
+def symmetric(mandel: Floats) -> Floats:
+    """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, 4) in the plane.
+
+    >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
+    array([[1., 2., 3., 1., 0., 0.]])
+    """
+    return np.pad(mandel / np.array([1, 1, 1, np.sqrt(2.0)]), ((0, 0), (0, 2)))
+
+
+def append(group: Item, name: str, values: ArrayLike) -> None:
+    """Append rows to an extensible dataset, made on first use with one append a chunk."""
+    rows = np.asarray(values)
+    if name not in group:
+        group.create_dataset(name, data=rows, maxshape=(None, *rows.shape[1:]), chunks=rows.shape)
+        return
+    data = group[name]
+    start = data.shape[0]
+    data.resize(start + len(rows), axis=0)
+    data[start:] = rows
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package, of what it computes with, and of Python."""
+    return {**{name: version(name) for name in PACKAGES}, "python": platform.python_version()}
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """The scene in plain numbers and words, for readers of the file."""
+    material = scene.material
+    return {
+        "geometry": scene.geometry.value,
+        "quadrature": scene.quadrature.value,
+        "configuration": scene.configuration.value,
+        "copies": scene.copies,
+        "young": material.elasticity.young,
+        "poisson": material.elasticity.poisson,
+        "yield_stress": float(material.hardening.yield_stress(0.0)),
+        "hardening": repr(material.hardening),
+        "perfectly_plastic": isinstance(material.hardening, Perfect),
+        "supports": [{"boundary": s.boundary, "direction": s.direction} for s in scene.supports],
+        "tools": [
+            {"point": t.point, "normal": t.normal, "travel": t.travel, "candidates": t.candidates, "mu": t.mu}
+            for t in scene.tools
+        ],
+    }
+
+
+def _write_grid(file: h5py.File, mesh: Mesh) -> None:
+    """The static part of the grid: one partition whose cells every step shares."""
+    vtk = file.create_group("VTKHDF")
+    vtk.attrs["Version"] = np.array([2, 2])
+    vtk.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
+    vtk["NumberOfPoints"] = [len(mesh.nodes)]
+    vtk["NumberOfCells"] = [len(mesh.elements)]
+    vtk["NumberOfConnectivityIds"] = [mesh.elements.size]
+    vtk["Connectivity"] = mesh.elements.ravel()
+    vtk["Offsets"] = np.arange(len(mesh.elements) + 1) * mesh.elements.shape[1]
+    vtk["Types"] = np.full(len(mesh.elements), QUADRATIC_QUAD, dtype=np.uint8)
+    steps = vtk.create_group("Steps")
+    steps.attrs["NSteps"] = 0
+    for name in ("PointData", "CellData"):
+        vtk.create_group(name)
+        steps.create_group(f"{name}Offsets")
+
+
+def _write_mesh(group: h5py.Group, mesh: Mesh) -> None:
+    group["nodes"] = mesh.nodes
+    group["elements"] = mesh.elements
+    for name, edges in mesh.boundaries.items():
+        group[f"boundaries/{name}"] = edges

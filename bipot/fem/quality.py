@@ -1,0 +1,59 @@
+r"""How far eight-node quadrilaterals are from squares.
+
+Sampled where distortion shows first, at the four corners, and at the 3 x 3 Gauss points, with J = dx/dxi on
+the reference square:
+
+    Jacobian ratio = min det J / mean det J       (1: parallelogram; <= 0: folded), mean over the square,
+    aspect ratio   = max sigma_1(J) / sigma_2(J)  (1: square), the ratio of principal stretches: shear counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.fem.elements import Quadrature, quad8
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Jacobian ratio (e,) and aspect ratio (e,) of every element (module docstring)."""
+
+    jacobian: Floats
+    aspect: Floats
+
+
+def quality(nodes: Floats, elements: Ints) -> Quality:
+    """Quality of the elements (e, 8) with nodes (a, 2): four corners anticlockwise, then mid-sides.
+
+    >>> x = np.array([[0, 0], [2, 0], [2, 1], [0, 1], [1, 0], [2, 0.5], [1, 1], [0, 0.5]])
+    >>> quality(x, np.arange(8)[None]).aspect.round(12)
+    array([2.])
+    """
+    x = nodes[elements]
+    rule = quad8(Quadrature.GAUSS3)
+    inside = np.einsum("eka,qkb->eqab", x, rule.gradients)
+    J = np.concatenate([inside, corner_jacobians(x)], axis=1)
+    determinant = np.linalg.det(J)
+    mean = determinant[:, : len(rule.weights)] @ rule.weights
+    stretch = np.linalg.svd(J, compute_uv=False)
+    with np.errstate(divide="ignore"):
+        aspect = stretch[..., 0] / stretch[..., 1]
+    return Quality(determinant.min(axis=1) / mean, aspect.max(axis=1))
+
+
+def corner_jacobians(x: Floats) -> Floats:
+    """J (e, 4, 2, 2) at the corners of x (e, 8, 2): the tangents of the two parabolas that meet there.
+
+    Each corner has its own axes, turned by a right angle from the last: det J and singular values are those
+    of the common reference square.
+    """
+    corner, middle = x[:, :4], x[:, 4:]
+    forth = -3 * corner + 4 * middle - np.roll(corner, -1, axis=1)
+    back = -3 * corner + 4 * np.roll(middle, 1, axis=1) - np.roll(corner, 1, axis=1)
+    return np.stack([forth, back], axis=-1)

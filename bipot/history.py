@@ -1,0 +1,211 @@
+"""What a run leaves behind: ``history.csv``, one row an accepted increment, and ``run.h5``, its fields.
+
+Both are flushed row by row, so an interrupted or failed run leaves them readable. A folder holds one run:
+results of the same parameters are overwritten, those of others refused.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self, TextIO
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.columns import Column, Value
+from bipot.errors import IncrementFailed, ResultsError, require
+from bipot.export import Item, Parameters, RunFile, create
+from bipot.march import Accepted, system_of
+from bipot.mesh import Mesh
+from bipot.response import State
+from bipot.scene import Scene
+
+CURVES = "history.csv"
+FIELDS = "run.h5"
+CHOICE = "delete it or choose another folder"
+
+
+class Recorder:
+    """Writes every accepted increment of one run into ``folder``, as a context manager.
+
+    Leaving it normally marks the run complete; an :class:`IncrementFailed` on its way out gets the
+    :class:`History` so far attached. ``parameters`` (JSON values) identify the run; ``units`` are stored as
+    given.
+
+    Raises:
+        ResultsError: the folder cannot be written, or holds a run of other parameters (names the field).
+        SceneError: two columns of one name.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        scene: Scene,
+        columns: Sequence[Column],
+        parameters: Parameters,
+        units: Mapping[str, str],
+    ) -> None:
+        names = [column.name for column in columns]
+        require(len(set(names)) == len(names), "columns", names, "of different names")
+        _refuse_other(folder, parameters)
+        self.folder, self.columns, self.parameters, self.units = folder, tuple(columns), parameters, units
+        self.system = system_of(scene)
+        self._fields: RunFile
+        self._curves: TextIO
+
+    def __enter__(self) -> Self:
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._curves = (self.folder / CURVES).open("w", newline="", encoding="utf-8")
+            self._fields = create(self.folder / FIELDS, self.system, self.parameters, self.units)
+        except OSError as error:
+            raise ResultsError(f"{self.folder}: cannot be written ({error})") from error
+        self._write([column.name for column in self.columns])
+        return self
+
+    def record(self, accepted: Accepted) -> None:
+        """Append one accepted increment to both files and flush them."""
+        self._fields.append(accepted)
+        self._write([column.value(self.system, accepted) for column in self.columns])
+
+    def _write(self, row: Sequence[Value]) -> None:
+        # float() first, because NumPy's scalars print their type.
+        csv.writer(self._curves).writerow([float(v) if isinstance(v, np.floating) else v for v in row])
+        self._curves.flush()
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is None:
+            self._fields.finish()
+        self._fields.close()
+        self._curves.close()
+        if isinstance(error, IncrementFailed):
+            error.history = load(self.folder)
+
+
+@dataclass(frozen=True)
+class History:
+    """A run read back: its columns as arrays (n,), what was asked, and its states in ``run.h5``."""
+
+    folder: Path
+    columns: Mapping[str, NDArray[Any]]
+    parameters: Parameters
+    scene: Mapping[str, Any]
+    complete: bool
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        require(name in self.columns, "column", name, f"one of {list(self.columns)}")
+        return self.columns[name]
+
+    def __len__(self) -> int:
+        return len(next(iter(self.columns.values())))
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh at rest."""
+        with _open(self.folder) as file:
+            group = file["bipot/mesh"]
+            edges = {name: _array(group["boundaries"], name) for name in group["boundaries"]}
+            return Mesh(_array(group, "nodes"), _array(group, "elements"), edges)
+
+    def state(self, row: int = -1) -> State:
+        """The state after the increment of ``row`` (negative: from the end), as a march resumes from it."""
+        with _open(self.folder) as file:
+            vtk, steps = file["VTKHDF"], file["bipot/steps"]
+            step = range(int(vtk["Steps"].attrs["NSteps"]))[row]
+            return State(
+                float(vtk["Steps/Values"][step]),
+                _nodal(vtk, "Points", step)[:, :2].copy(),
+                steps["stress"][step],
+                steps["plastic_strain"][step],
+                steps["peeq"][step],
+                steps["contact_force"][step],
+                _nodal(vtk, "PointData/velocity", step)[:, :2].copy(),
+            )
+
+    def nodal(self, name: str, row: int = -1) -> NDArray[Any]:
+        """Nodal field ``name`` of ``run.h5`` after the increment of ``row``: (a,) or (a, 3)."""
+        with _open(self.folder) as file:
+            vtk = file["VTKHDF"]
+            require(name in vtk["PointData"], "nodal field", name, f"one of {list(vtk['PointData'])}")
+            return _nodal(vtk, f"PointData/{name}", range(int(vtk["Steps"].attrs["NSteps"]))[row])
+
+
+def load(folder: Path, command: str = "") -> History:
+    """Read the run in ``folder``.
+
+    Raises:
+        ResultsError: there is none; the message names the ``command`` that makes it.
+    """
+    missing = [name for name in (CURVES, FIELDS) if not (folder / name).is_file()]
+    if missing:
+        advice = f"; run: {command}" if command else ""
+        raise ResultsError(f"{folder}: no results ({', '.join(missing)} missing){advice}")
+    with (folder / CURVES).open(newline="", encoding="utf-8") as file:
+        header, *rows = csv.reader(file)
+    with _open(folder) as file:
+        own = file["bipot"].attrs
+        parameters, scene = json.loads(own["parameters"]), json.loads(own["scene"])
+        complete = bool(own["complete"])
+    columns = {name: _typed([row[k] for row in rows]) for k, name in enumerate(header)}
+    return History(folder, columns, parameters, scene, complete)
+
+
+def resume(folder: Path, command: str = "") -> State:
+    """The last state in ``folder``, for ``march(start=...)``.
+
+    Raises:
+        ResultsError: there is no run, or it has no accepted increment.
+    """
+    history = load(folder, command)
+    if not len(history):
+        raise ResultsError(f"{folder}: the run has no accepted increment to resume from")
+    return history.state()
+
+
+def _refuse_other(folder: Path, parameters: Parameters) -> None:
+    """Refuse a folder with a run of other parameters, or with curves whose parameters are unknown."""
+    if not (folder / FIELDS).exists():
+        if (folder / CURVES).exists():
+            raise ResultsError(f"{folder}: holds {CURVES} without {FIELDS}; delete it or choose another folder")
+        return
+    with _open(folder) as file:
+        stored = json.loads(file["bipot"].attrs["parameters"])
+    asked = json.loads(json.dumps(dict(parameters)))
+    for name in sorted(stored.keys() | asked.keys()):
+        held, new = (given.get(name, "absent") for given in (stored, asked))
+        if held != new:
+            raise ResultsError(f"{folder}: holds a run with {name} = {held}, not {new}; {CHOICE}")
+
+
+def _open(folder: Path) -> Item:
+    try:
+        return h5py.File(folder / FIELDS, "r", locking=False)
+    except OSError as error:
+        raise ResultsError(f"{folder / FIELDS}: cannot be read ({error}); delete the folder and run again") from error
+
+
+def _array(group: Item, name: str) -> NDArray[Any]:
+    return group[name][...]
+
+
+def _nodal(vtk: Item, name: str, step: int) -> NDArray[Any]:
+    points = int(vtk["NumberOfPoints"][0])
+    return vtk[name][step * points : (step + 1) * points]
+
+
+def _typed(texts: list[str]) -> NDArray[Any]:
+    """Integers if all are, else floats if all are, else strings."""
+    for kind in (int, float):
+        try:
+            return np.array([kind(text) for text in texts], dtype=kind)
+        except ValueError:
+            continue
+    return np.array(texts, dtype=str)

@@ -1,0 +1,96 @@
+"""Plots of meshes and curves: each takes ``ax=None`` (the current axes) and returns what it drew.
+
+matplotlib is needed only when one of them is called.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
+    from matplotlib.lines import Line2D
+    from matplotlib.quiver import Quiver
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+def element_edges(elements: Ints) -> Ints:
+    """Each edge of the elements (e, 8) once, as end, middle, end (f, 3)."""
+    corner, middle = elements[:, :4], elements[:, 4:]
+    edges = np.stack([corner, middle, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 3)
+    return edges[np.unique(edges[:, 1], return_index=True)[1]]
+
+
+def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
+    """Points (f, pieces + 1, 2) along the parabolas through the edges (f, 3)."""
+    x = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+    start, middle, end = (nodes[edges[:, None, k]] for k in range(3))
+    return start + x * (4 * middle - 3 * start - end) + 2 * x**2 * (start - 2 * middle + end)
+
+
+def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
+    """The edges of eight-node quadrilaterals, curved as they are; ``style`` is matplotlib's."""
+    from matplotlib.collections import LineCollection
+
+    lines = LineCollection(list(curved(nodes, element_edges(elements))), **{"color": "0.6", "lw": 0.5, **style})
+    axes = _axes(ax)
+    axes.add_collection(lines)
+    axes.autoscale_view()
+    return lines
+
+
+def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
+    """The edges (f, 3) of a boundary, curved as they are."""
+    from matplotlib.collections import LineCollection
+
+    lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})
+    _axes(ax).add_collection(lines)
+    return lines
+
+
+def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
+    """Nodal vectors (a, 2) drawn from the nodes; ``length`` is what a unit vector takes, in data units."""
+    kept = {"width": 0.002, "headwidth": 3.5, "headlength": 4.5, "headaxislength": 4.0, "zorder": 3, **style}
+    scaled = values * length
+    return _axes(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)
+
+
+def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style: Any) -> Line2D:
+    """Force over stroke, from the origin."""
+    (line,) = _axes(ax).plot(np.append(0.0, stroke), np.append(0.0, force), **style)
+    return line
+
+
+def traction_profile(
+    ends: Floats,
+    means: Floats,
+    radius: Floats,
+    values: Floats,
+    ax: Axes | None = None,
+    marker: str = ".",
+    **style: Any,
+) -> tuple[LineCollection, Line2D]:
+    """Traction on a contact line: means (f,) as steps between the edges' ends (f, 2), nodal values marked."""
+    from matplotlib.collections import LineCollection
+
+    axes = _axes(ax)
+    levels = np.stack([ends, np.broadcast_to(means[:, None], ends.shape)], axis=-1)
+    steps = LineCollection(list(levels), **{"lw": 2.2, **style})
+    axes.add_collection(steps)
+    (marks,) = axes.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)
+    axes.autoscale_view()
+    return steps, marks
+
+
+def _axes(ax: Axes | None) -> Axes:
+    if ax is not None:
+        return ax
+    from matplotlib import pyplot
+
+    return pyplot.gca()

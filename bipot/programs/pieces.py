@@ -1,0 +1,112 @@
+r"""Coulomb's law with contact by its smooth pieces, as semismooth Newton needs them.
+
+Per contact, with a scale > 0 that balances force against motion and y_t = r_t - scale slip:
+
+    closed  where r_n - scale gap > 0:    scale gap = 0,    else r = 0,
+    slides  where |y_t| > mu r_n:         r_t = mu r_n y_t / |y_t|,    else scale slip = 0;    tied points always stick.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.laws.tensors import norm
+from bipot.programs.data import ContactRows
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Deadband:
+    """How far a contact may stray from its piece before it changes: a pull (force) and a gap (length).
+
+    The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up to
+    round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms nothing.
+    """
+
+    pull: float = 0.0
+    gap: float = 0.0
+
+
+@dataclass(frozen=True)
+class Pieces:
+    """Pieces of c contacts: ``closed`` and ``slides`` (c,), sliding direction y/|y| and mu |r_n| / |y| of them.
+
+    ``tangential`` (c,) marks contacts with friction rows; the others' tangential rows only say r_t = 0.
+    """
+
+    closed: Bools
+    slides: Bools
+    direction: Floats
+    shrink: Floats
+    mu: Floats
+    scale: Floats
+
+    @staticmethod
+    def of(
+        rows: ContactRows,
+        motion: Floats,
+        r: Floats,
+        scale: Floats,
+        band: Deadband = Deadband(),
+        before: Pieces | None = None,
+    ) -> Pieces:
+        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to."""
+        closed = r[:, 0] - scale * motion[:, 0] > 0
+        if before is not None:
+            held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
+            weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
+            closed = np.where(weak, held, closed)
+        closed = closed | rows.tied
+        frictional = np.zeros(rows.count, dtype=bool)
+        frictional[rows.frictional] = True
+        mu = np.where(frictional & ~rows.tied, rows.mu, 0.0)
+        y = r[:, 1:] - scale[:, None] * motion[:, 1:]
+        length = norm(y)
+        radius = mu * np.maximum(r[:, 0], 0.0)
+        slides = ~(rows.tied & frictional) & (~closed | (length > radius) | (mu == 0))
+        safe = np.where(length > 0, length, 1.0)
+        return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, radius / safe, 0.0), mu, scale)
+
+    def same(self, other: Pieces) -> bool:
+        """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
+        slip = self.closed & self.slides & (self.mu > 0)
+        return (
+            np.array_equal(self.closed, other.closed)
+            and np.array_equal(self.slides[self.closed], other.slides[self.closed])
+            and bool(np.all(np.abs(self.direction[slip] - other.direction[slip]) < 1e-9))
+        )
+
+    def value(self, motion: Floats, r: Floats) -> Floats:
+        """What must vanish (c, d), in units of force."""
+        out = np.empty_like(r)
+        out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
+        dragged = np.where(self.closed, self.mu * r[:, 0], 0.0)[:, None] * self.direction
+        out[:, 1:] = np.where(self.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
+        return out
+
+    @property
+    def by_motion(self) -> Floats:
+        """Derivative (c, d, d) of :meth:`value` with respect to motion."""
+        out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
+        out[:, 0, 0] = self.scale * self.closed
+        out[:, 1:, 1:] = self.scale[:, None, None] * self._projector()
+        return out
+
+    @property
+    def by_force(self) -> Floats:
+        """Derivative (c, d, d) of :meth:`value` with respect to r."""
+        out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
+        out[:, 0, 0] = ~self.closed
+        out[:, 1:, 0] = -(self.mu * (self.closed & self.slides))[:, None] * self.direction
+        out[:, 1:, 1:] = np.eye(self.direction.shape[1]) - self._projector()
+        return out
+
+    def _projector(self) -> Floats:
+        """dP/dy of the projection on the disc (c, d-1, d-1): identity where it sticks."""
+        across = np.eye(self.direction.shape[1]) - self.direction[:, :, None] * self.direction[:, None, :]
+        return np.where(self.slides[:, None, None], self.shrink[:, None, None] * across, np.eye(across.shape[1]))

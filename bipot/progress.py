@@ -1,0 +1,65 @@
+"""Progress as an object passed in: the library itself never prints."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, Protocol
+
+
+class Progress(Protocol):
+    """Told how far a run is: started once with a title, advanced to fractions of its path, closed."""
+
+    def start(self, title: str) -> None:
+        """A run of this title begins at 0."""
+        ...
+
+    def advance(self, fraction: float, note: str = "") -> None:
+        """The run has reached ``fraction`` in [0, 1] of its path."""
+        ...
+
+    def close(self) -> None:
+        """The run is over, at its end or not."""
+        ...
+
+
+@dataclass(frozen=True)
+class Silent:
+    """Says nothing: the default."""
+
+    def start(self, title: str) -> None:
+        """Nothing."""
+
+    def advance(self, fraction: float, note: str = "") -> None:
+        """Nothing."""
+
+    def close(self) -> None:
+        """Nothing."""
+
+
+@dataclass
+class Bar:
+    """A tqdm bar in per cent on stderr."""
+
+    _bar: Any = field(default=None, init=False, repr=False)
+
+    def start(self, title: str) -> None:
+        """Show an empty bar."""
+        shape = "{desc} {percentage:3.0f} %|{bar}| {elapsed}<{remaining} {postfix}"
+        self._bar = import_module("tqdm").tqdm(total=1.0, desc=title, bar_format=shape, file=sys.stderr)
+
+    def advance(self, fraction: float, note: str = "") -> None:
+        """Fill it up to ``fraction``, with ``note`` behind it."""
+        self._bar.set_postfix_str(note, refresh=False)
+        self._bar.update(fraction - self._bar.n)
+
+    def close(self) -> None:
+        """Leave it as it is."""
+        self._bar.close()
+
+
+def terminal() -> Progress:
+    """A bar when stderr is a terminal and tqdm is installed, else silence."""
+    return Bar() if sys.stderr.isatty() and find_spec("tqdm") else Silent()

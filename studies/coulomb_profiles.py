@@ -1,0 +1,182 @@
+"""Which solver solves which discrete Coulomb problem, how well and how fast.
+
+    python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto,proximal ...] [--limit 30]
+                                       [--workers 2] [--fast] [--out DIR]
+
+Over every FCLIB file of the folders, each solver gets `limit` seconds a problem. Written to `out`:
+`solved.csv` (one row a problem and solver), `table.csv` (problems solved at 1e-4 … 1e-10, by residual = the larger
+of the two natural-map measures, whatever the solver said), `profile.csv` and `profile.png` (Dolan-More: the share
+of problems solved within tau times the best solver's time).
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor
+from dataclasses import astuple, dataclass, fields
+from functools import partial
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot import coulomb
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
+PROFILE_AT = 1e-8
+HERE = Path(__file__).resolve().parents[1]
+DEFAULT_FOLDERS = (HERE.parent / "shared/fclib/problems", HERE / "tests/data/fclib")
+
+AUTO = "auto"
+SOLVERS: dict[str, coulomb.Solver[Any] | None] = {
+    AUTO: None,
+    "proximal": coulomb.ProximalPoint(),
+    "proximal-natural": coulomb.ProximalPoint(coulomb.NaturalMap()),
+    "newton": coulomb.Newton(),
+    "newton-natural": coulomb.Newton(coulomb.NaturalMap()),
+    "newton-lm": coulomb.Newton(levenberg=1e-2),
+    "tresca": coulomb.TrescaFixedPoint(),
+    "tresca-plain": coulomb.TrescaFixedPoint(coulomb.Damped()),
+    "de-saxce": coulomb.DeSaxceFixedPoint(),
+    "de-saxce-plain": coulomb.DeSaxceFixedPoint(coulomb.Damped()),
+    "gauss-seidel": coulomb.GaussSeidel(),
+    "uzawa": coulomb.Uzawa(),
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One problem and one solver, as measured on the returned force."""
+
+    id: str
+    dim: int
+    contacts: int
+    solver: str
+    status: str
+    residual: float
+    residual_unit_free: float
+    bipotential_gap: float
+    iterations: int
+    seconds: float
+
+
+def measure(task: tuple[Path, str], limit: float, tol: float) -> Row:
+    """Read, reduce and solve one problem; the time counted is the solver's, reading and reduction are not."""
+    path, name = task
+    problem = coulomb.reduced(coulomb.read_fclib(path))
+    limits = coulomb.Limits(tol=tol, iterations=10_000_000, seconds=limit)
+    solver = SOLVERS[name]
+    answer = coulomb.solve(problem, limits) if solver is None else coulomb.run(solver, problem, limits)
+    return Row(
+        id=path.stem,
+        dim=problem.dim,
+        contacts=problem.contacts,
+        solver=name,
+        status=answer.outcome.value,
+        residual=answer.residual(),
+        residual_unit_free=answer.unit_free_residual(),
+        bipotential_gap=answer.bipotential_gap(),
+        iterations=answer.iterations,
+        seconds=answer.seconds,
+    )
+
+
+def study(
+    paths: Sequence[Path], solvers: Sequence[str], limit: float, executor: Executor, tol: float = 1e-10
+) -> list[Row]:
+    """All problems by all solvers, on any executor."""
+    tasks = [(path, name) for path in paths for name in solvers]
+    return list(executor.map(partial(measure, limit=limit, tol=tol), tasks))
+
+
+def solved_table(rows: Iterable[Row]) -> list[list[str]]:
+    """Problems solved at each tolerance and the total time, a line a solver, most solved first."""
+    rows = list(rows)
+    lines = []
+    for name in dict.fromkeys(row.solver for row in rows):
+        own = [row for row in rows if row.solver == name]
+        counts = [sum(row.residual <= tol for row in own) for tol in TOLERANCES]
+        seconds = np.array([row.seconds for row in own])
+        median, total = f"{np.median(seconds):.3f}", f"{seconds.sum():.1f}"
+        lines.append([name, *map(str, counts), str(len(own)), median, total])
+    return sorted(lines, key=lambda line: [-int(n) for n in line[1:5]])
+
+
+def performance_profile(rows: Iterable[Row], tol: float) -> dict[str, NDArray[np.float64]]:
+    """Dolan and More's ratios time / best time over the problems, sorted, inf where not solved at ``tol``."""
+    rows = list(rows)
+    names, ids = (list(dict.fromkeys(getattr(row, key) for row in rows)) for key in ("solver", "id"))
+    seconds = np.full((len(ids), len(names)), np.inf)
+    for row in rows:
+        if row.residual <= tol:
+            seconds[ids.index(row.id), names.index(row.solver)] = max(row.seconds, 1e-3)
+    best = seconds.min(axis=1, keepdims=True)
+    ratios = np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(best), best, 1.0), np.inf)
+    return {name: np.sort(ratios[:, k]) for k, name in enumerate(names)}
+
+
+def write(rows: list[Row], out: Path) -> None:
+    """The tables, and the figure where matplotlib is installed."""
+    out.mkdir(parents=True, exist_ok=True)
+    _write_csv(out / "solved.csv", [field.name for field in fields(Row)], map(astuple, rows))
+    header = ["solver", *(f"{tol:.0e}" for tol in TOLERANCES), "problems", "median_seconds", "total_seconds"]
+    _write_csv(out / "table.csv", header, solved_table(rows))
+    profile = performance_profile(rows, PROFILE_AT)
+    _write_csv(out / "profile.csv", list(profile), zip(*profile.values(), strict=True))
+    _draw(profile, out / "profile.png")
+
+
+def _write_csv(path: Path, header: Sequence[str], lines: Iterable[Iterable[Any]]) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(header)
+        writer.writerows(lines)
+
+
+def _draw(profile: dict[str, NDArray[np.float64]], path: Path) -> None:
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        return
+    axes = (figure := Figure(figsize=(6, 4), layout="constrained")).subplots()
+    for name, ratios in profile.items():
+        axes.step(ratios, np.arange(1, ratios.size + 1) / ratios.size, where="post", label=name)
+    axes.set(xscale="log", xlim=(1, 1e4), ylim=(0, 1.02))
+    axes.set(xlabel="time / best time", ylabel=f"share of problems solved at {PROFILE_AT:.0e}")
+    axes.legend(fontsize="x-small")
+    figure.savefig(path, dpi=150)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
+    parser.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
+    parser.add_argument("--limit", type=float, default=30.0, help="seconds a problem and solver")
+    parser.add_argument("--tol", type=float, default=1e-10)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--fast", action="store_true", help="small files only (under 20 kB), 5 s each")
+    parser.add_argument("--out", type=Path, default=Path("results/coulomb_profiles"))
+    options = parser.parse_args(arguments)
+    paths = [path for folder in options.problems for path in sorted(folder.glob("*.hdf5"))]
+    if options.fast:
+        paths = [path for path in paths if path.stat().st_size < 20_000]
+    if not paths:
+        print(f"no .hdf5 files in {', '.join(map(str, options.problems))}: nothing to study")
+        return 0
+    limit, began = min(options.limit, 5.0) if options.fast else options.limit, perf_counter()
+    with ProcessPoolExecutor(options.workers) as executor:
+        rows = study(paths, options.solvers, limit, executor, options.tol)
+    write(rows, options.out)
+    for line in solved_table(rows):
+        print("  ".join(line))
+    print(f"{len(paths)} problems in {perf_counter() - began:.0f} s; written to {options.out}")
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())

@@ -1,0 +1,65 @@
+"""Small ready-made increments for tests: a system, a state under way, and the program of one pass."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from bipot.forms import Backend, Tangent
+from bipot.increment import System
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import ContactRows, Units
+from bipot.programs.dissipation import DissipationProgram
+from bipot.programs.terms import ContactTerms
+from bipot.response import TangentKind
+from bipot.scene import upsetting
+
+FIRST = 0.001
+DIRECT = Tangent(backend=Backend.CLARABEL)
+
+
+def path(reduction: float, increments: int) -> Schedule:
+    """Start-up of 0.1 % of the height, then uniform."""
+    return Schedule(increments, first=FIRST / reduction)
+
+
+@cache
+def run(mu: float, elements: int = 4, reduction: float = 0.1, increments: int = 5) -> tuple[Accepted, ...]:
+    """A short upsetting, shared by tests."""
+    scene = upsetting(mu=mu, reduction=reduction, elements=elements)
+    return tuple(march(scene, path(reduction, increments), Control(DIRECT)))
+
+
+@dataclass(frozen=True)
+class Posed:
+    """One pass of one increment as programs, with a threshold that is neither zero nor converged."""
+
+    tangent: TangentProgram
+    dissipation: DissipationProgram
+    rows: ContactRows
+    units: Units
+
+
+@cache
+def posed(mu: float = 0.3, after: int = 6) -> Posed:
+    """The dimensionless programs of the pass that follows the ``after``-th increment of :func:`run`."""
+    accepted = run(mu)[after - 1]
+    system = system_of(upsetting(mu=mu, reduction=0.1, elements=4))
+    state, dtau = accepted.state, accepted.state.tau - accepted.start.tau
+    rows = system.candidates.rows(state.nodes, state.tau, state.tau + dtau)
+    rows = rows.take(rows.gap < 0.2)
+    x = (state.velocity * dtau).ravel()[system.body.space.free]
+    response = system.body.respond(state, x)
+    threshold = rows.threshold(state.forces[: rows.count])
+    K = system.body.stiffness(response, TangentKind.CONSISTENT)
+    units = Units(0.5 * dtau, 5.0, 300.0, 125.0)
+    tangent = TangentProgram.of(K, K @ x - response.internal, rows, threshold).scaled(units)
+    model = system.body.plastic_model(response)
+    dissipation = DissipationProgram(model, np.zeros(len(x)), ContactTerms(rows, threshold)).scaled(units)
+    return Posed(tangent, dissipation, rows, units)
+
+
+def fresh(mu: float, **options) -> System:
+    """A system at rest."""
+    return system_of(upsetting(mu=mu, **options))

@@ -1,0 +1,174 @@
+"""Each measure of the certificate rises by the right amount under a planted error of known size."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.certificate import (
+    Balance,
+    Bounds,
+    Certificate,
+    ContactFields,
+    MaterialFields,
+    certify,
+    contact_gaps,
+    material_gaps,
+)
+from bipot.increment import certify_response
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, radial_return
+from tests.scenes import fresh, run
+
+ELASTIC, HARDENING = Elasticity(210_000.0, 0.3), Linear(300.0, 1000.0)
+
+
+@pytest.fixture(scope="module")
+def accepted():
+    return run(0.3)[7]
+
+
+@pytest.fixture(scope="module")
+def system():
+    return fresh(0.3, reduction=0.1, elements=4)
+
+
+def recertify(system, accepted, **changes):
+    """The certificate of an accepted increment with some of its fields replaced."""
+    solved = accepted.solved
+    response, r = changes.get("response", solved.response), changes.get("r", solved.r)
+    rows, largest = changes.get("rows", solved.rows), float(np.abs(solved.r).max())
+    return certify_response(system, response, rows, r, accepted.state.tau, largest)
+
+
+def test_the_accepted_increment_is_certified(system, accepted):
+    clean = recertify(system, accepted)
+    assert clean == accepted.solved.certificate
+    assert max(clean.ratios(Bounds()).values()) <= 1
+
+
+def test_nodal_force_shows_in_equilibrium(system, accepted):
+    """An extra force of size p on one node gives p over the largest nodal sum of |element forces|."""
+    r = accepted.solved.r.copy()
+    node = int(np.argmax(r[:, 0]))
+    extra = 1e-3 * r[node, 0]
+    r[node, 0] += extra
+    scale = system.body.space.force_scale(accepted.solved.response.element_forces)
+    assert recertify(system, accepted, r=r).equilibrium == pytest.approx(extra / scale, rel=1e-3)
+
+
+def test_threshold_one_per_cent_off_shows_in_the_cone_and_in_the_gap(system, accepted):
+    """|r_t| = 1.01 mu r_n on sliding points: cone by 0.01 mu r_n, gap by 0.01 mu r_n |du_t| each."""
+    solved = accepted.solved
+    motion = solved.rows.motion(solved.response.x)
+    sliding = np.abs(motion[:, 1]) > 1e-6
+    assert sliding.sum() >= 2
+    r = solved.r.copy()
+    r[sliding, 1] *= 1.01
+    planted = recertify(system, accepted, r=r)
+    excess = 0.01 * 0.3 * solved.r[sliding, 0]
+    assert planted.cone_violation == pytest.approx(excess.max() / np.abs(r).max(), rel=1e-2)
+    assert planted.contact_gap == pytest.approx(np.sum(excess * np.abs(motion[sliding, 1])), rel=1e-6)
+
+
+def test_threshold_one_per_cent_low_shows_in_the_gap_alone(system, accepted):
+    solved = accepted.solved
+    motion = solved.rows.motion(solved.response.x)
+    sliding = np.abs(motion[:, 1]) > 1e-6
+    r = solved.r.copy()
+    r[sliding, 1] *= 0.99
+    planted = recertify(system, accepted, r=r)
+    missing = 0.01 * 0.3 * solved.r[sliding, 0] * np.abs(motion[sliding, 1])
+    assert planted.cone_violation <= accepted.solved.certificate.cone_violation
+    assert planted.contact_gap == pytest.approx(missing.sum(), rel=1e-6)
+
+
+def test_associated_sliding_shows_in_the_gap():
+    """Dilatant sliding opens by mu |du_t|: r . (du_n, du_t) is then zero, and the gap is mu r_n |du_t| of real work."""
+    mu, r_n, slip = 0.3, 2.0, 0.5
+    r = np.array([[r_n, -mu * r_n]])
+    lifted = np.array([[mu * slip, slip]])
+    none = np.array([False])
+    gap = contact_gaps(ContactFields(r, lifted, np.array([mu]), none, r_n))
+    assert gap == pytest.approx(mu * r_n * slip)
+    exact = contact_gaps(ContactFields(r, np.array([[0.0, slip]]), np.array([mu]), none, r_n))
+    assert exact == pytest.approx(0.0, abs=1e-15)
+
+
+def test_penetration_is_measured_by_the_body_size(system, accepted):
+    rows = accepted.solved.rows
+    depth = 1e-3
+    planted = recertify(system, accepted, rows=replace(rows, gap=rows.gap - depth))
+    touching = rows.motion(accepted.solved.response.x)[:, 0].min()
+    assert planted.penetration == pytest.approx((depth - touching) / system.body.scene.mesh.size)
+    pushed = accepted.solved.r[:, 0].sum() * depth
+    assert planted.contact_gap == pytest.approx(pushed, rel=1e-6)
+
+
+def test_stress_off_the_surface_shows_in_yield_and_in_the_material_gap(system, accepted):
+    solved = accepted.solved
+    returned = solved.response.returned
+    point = np.unravel_index(np.argmax(returned.dpeeq), returned.dpeeq.shape)
+    stress = returned.stress.copy()
+    pressure = stress[point][:3].mean()
+    stress[point] = 1.01 * (stress[point] - pressure * np.array([1, 1, 1, 0])) + pressure * np.array([1, 1, 1, 0])
+    response = replace(solved.response, returned=replace(returned, stress=stress))
+    planted = recertify(system, accepted, response=response)
+    assert planted.yield_violation == pytest.approx(0.01, rel=1e-6)
+    weight = solved.response.kinematics.volume[point]
+    fenchel = -0.01 * 300.0 * returned.dpeeq[point]
+    elastic = (0.01 * 300.0) ** 2 / (6 * ELASTIC.shear)
+    assert planted.material_gap == pytest.approx(weight * abs(fenchel + elastic), rel=1e-6)
+
+
+def material_fields(plastic_factor=1.0):
+    """One point returned to the surface, its plastic strain times ``plastic_factor``."""
+    trial = np.array([[900.0, -200.0, 50.0, 120.0]])
+    found = radial_return(trial, np.array([0.1]), ELASTIC, HARDENING)
+    e_p = plastic_factor * found.plastic_strain
+    sigma_e = trial - e_p @ ELASTIC.stiffness(4)
+    peeq = np.array([0.1]) + plastic_factor * found.dpeeq
+    return MaterialFields(found.stress, e_p, sigma_e, peeq, np.array([2.0]), ELASTIC, HARDENING), found
+
+
+def test_material_gap_is_zero_after_a_return_and_positive_off_it():
+    exact, found = material_fields()
+    assert abs(material_gaps(exact)[0]) < 1e-12
+    wrong, _ = material_fields(0.9)
+    lost = 0.1 * found.plastic_strain @ ELASTIC.stiffness(4)
+    mismatch = 0.5 * float(np.sum(lost * (lost @ ELASTIC.compliance(4))))
+    hardening = 0.9 * found.dpeeq[0] * (HARDENING.yield_stress(wrong.peeq)[0] - HARDENING.yield_stress(exact.peeq)[0])
+    assert material_gaps(wrong)[0] == pytest.approx(2.0 * (mismatch + hardening), rel=1e-9)
+
+
+def empty_contact(mu=0.3):
+    one = np.zeros((1, 2))
+    return ContactFields(one, one, np.array([mu]), np.array([False]), 0.0)
+
+
+def test_zero_over_zero_counts_as_met_and_a_force_without_scale_does_not():
+    exact, _ = material_fields()
+    calm = certify(empty_contact(), exact, Balance(np.zeros(1), 0.0, 1.0, 0.0, 1.0))
+    assert (calm.equilibrium, calm.cone_violation) == (0.0, 0.0)
+    loud = certify(empty_contact(), exact, Balance(np.ones(1), 0.0, 1.0, 0.0, 1.0))
+    assert loud.equilibrium == np.inf
+
+
+def test_relative_gap_has_a_floor_and_pulling_is_a_cone_violation():
+    exact, _ = material_fields()
+    contact = ContactFields(np.array([[-0.5, 0.0]]), np.array([[0.2, 0.0]]), np.array([0.3]), np.array([False]), 2.0)
+    measured = certify(contact, exact, Balance(np.zeros(1), 1.0, 1.0, 0.0, 4.0))
+    assert measured.cone_violation == 0.25
+    assert measured.relative_gap == pytest.approx(0.1 / 4.0)
+
+
+def test_nan_is_never_within_bounds():
+    certificate = Certificate(*([0.0] * 8))
+    assert max(certificate.ratios(Bounds()).values()) == 0.0
+    broken = replace(certificate, equilibrium=float("nan"))
+    assert not broken.ratios(Bounds())["equilibrium"] <= 1
+
+
+def test_welded_points_count_the_work_on_the_motion_they_forbid():
+    contact = ContactFields(np.array([[-1.0, 5.0]]), np.array([[0.1, -0.2]]), np.array([np.inf]), np.array([True]), 5.0)
+    assert contact_gaps(contact) == pytest.approx(0.1 + 1.0)

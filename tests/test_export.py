@@ -1,0 +1,161 @@
+"""``run.h5``: read back through VTK's own reader, and while it is being written."""
+
+import json
+import platform
+
+import h5py
+import numpy as np
+import pytest
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonCore import reference
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
+from vtkmodules.vtkIOHDF import vtkHDFReader
+
+from bipot.export import NO_CANDIDATE, create, increment_traction
+from bipot.fem.elements import Quadrature, quad8
+from bipot.forms import Backend, Tangent
+from bipot.laws.coulomb import Status
+from bipot.march import Control, Schedule, march, system_of
+from bipot.scene import upsetting
+
+PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}
+UNITS = {"length": "mm", "force": "N", "stress": "MPa"}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A written run: path, system, accepted increments."""
+    scene = upsetting(mu=0.3, elements=3, reduction=0.2)
+    system = system_of(scene)
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    out = create(path, system, PARAMETERS, UNITS)
+    accepted = []
+    for increment in march(scene, Schedule(3, first=0.005), Control(Tangent(backend=Backend.CLARABEL))):
+        accepted.append(increment)
+        out.append(increment)
+    out.finish()
+    out.close()
+    return path, system, accepted
+
+
+@pytest.fixture(scope="module")
+def steps(run):
+    """(time, points, nodal arrays, cell arrays) of every step, by VTK's reader."""
+    reader = vtkHDFReader()
+    assert reader.CanReadFile(str(run[0]))
+    reader.SetFileName(str(run[0]))
+    reader.UpdateInformation()
+    times = reader.GetOutputInformation(0).Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS())
+    out = []
+    for time in times:
+        reader.UpdateTimeStep(time)
+        grid = reader.GetOutput()
+        nodal, cell = grid.GetPointData(), grid.GetCellData()
+        out.append(
+            (
+                time,
+                vtk_to_numpy(grid.GetPoints().GetData()).copy(),
+                {
+                    nodal.GetArrayName(i): vtk_to_numpy(nodal.GetArray(i)).copy()
+                    for i in range(nodal.GetNumberOfArrays())
+                },
+                {cell.GetArrayName(i): vtk_to_numpy(cell.GetArray(i)).copy() for i in range(cell.GetNumberOfArrays())},
+            )
+        )
+    return out
+
+
+def test_vtk_reads_times_points_and_velocity_of_every_increment(run, steps):
+    _, _, accepted = run
+    assert [step[0] for step in steps] == [a.state.tau for a in accepted]
+    for (_, points, nodal, _), a in zip(steps, accepted, strict=True):
+        np.testing.assert_array_equal(points[:, :2], a.state.nodes)
+        np.testing.assert_array_equal(nodal["velocity"][:, :2], a.state.velocity)
+        assert not points[:, 2].any()
+        assert not nodal["velocity"][:, 2].any()
+
+
+def test_vtk_reads_contact_fields_of_every_increment(run, steps):
+    _, system, accepted = run
+    node = system.candidates.node
+    others = np.setdiff1d(np.arange(len(steps[0][1])), node)
+    for (_, _, nodal, _), a in zip(steps, accepted, strict=True):
+        result = increment_traction(system, a)
+        np.testing.assert_array_equal(nodal["pressure"][node], result.pressure)
+        np.testing.assert_array_equal(nodal["shear"][node], result.shear)
+        np.testing.assert_array_equal(nodal["status"][node], result.status)
+        assert (nodal["status"][others] == NO_CANDIDATE).all()
+        assert np.isnan(nodal["gap"][others]).all()
+        # The punch pushes down, and friction holds the outward flow back.
+        np.testing.assert_allclose(nodal["contact_force"][node, 1], -a.solved.r[:, 0], atol=0)
+        assert (nodal["contact_force"][:, 0] <= 0).all()
+        gap = a.state.nodes[node, 1] - (5 - a.state.tau * 0.2 * 5)
+        np.testing.assert_allclose(-nodal["gap"][node], gap, atol=1e-12)
+
+
+def test_vtk_reads_cell_averages_weighted_by_volume(run, steps):
+    _, _, accepted = run
+    for (_, _, _, cell), a in zip(steps, accepted, strict=True):
+        volume = a.solved.response.kinematics.volume
+        total = np.sum(volume * a.state.peeq)
+        assert np.sum(volume.sum(axis=1) * cell["peeq"]) == pytest.approx(total, rel=1e-12, abs=1e-12)
+        mandel = np.sum(volume[..., None] * a.state.stress, axis=1) / volume.sum(axis=1)[:, None]
+        np.testing.assert_allclose(cell["stress"][:, :3], mandel[:, :3], rtol=1e-12)
+        np.testing.assert_allclose(cell["stress"][:, 3] * np.sqrt(2), mandel[:, 3], rtol=1e-12)
+        assert not cell["stress"][:, 4:].any()
+        np.testing.assert_allclose(cell["plastic_strain"][:, :3].sum(axis=1), 0, atol=1e-12)
+
+
+def test_vtk_interpolates_as_our_shape_functions(run):
+    path, _, accepted = run
+    reader = vtkHDFReader()
+    reader.SetFileName(str(path))
+    reader.UpdateInformation()
+    reader.UpdateTimeStep(accepted[-1].state.tau)
+    grid, rule = reader.GetOutput(), quad8(Quadrature.RADON7)
+    elements = h5py.File(path, "r")["bipot/mesh/elements"][...]
+    for e, nodes in enumerate(elements):
+        expected = rule.values @ accepted[-1].state.nodes[nodes]
+        for point, place in zip(rule.points, expected, strict=True):
+            x, weights = [0.0] * 3, [0.0] * 8
+            grid.GetCell(e).EvaluateLocation(reference(0), [*point, 0.0], x, weights)
+            np.testing.assert_allclose(x[:2], place, rtol=1e-12)
+
+
+def test_the_file_says_what_was_asked_in_which_units_by_which_versions(run):
+    with h5py.File(run[0], "r") as file:
+        own = file["bipot"].attrs
+        assert json.loads(own["parameters"]) == PARAMETERS
+        assert json.loads(own["units"]) == UNITS
+        versions = json.loads(own["versions"])
+        assert versions["python"] == platform.python_version()
+        assert {"bipot", "numpy", "scipy", "cvxpy", "clarabel"} < versions.keys()
+        assert json.loads(own["scene"])["tools"][0]["mu"] == 0.3
+        assert json.loads(own["status"])["slip"] == Status.SLIP
+        assert own["complete"]
+        assert file["VTKHDF"].attrs["Version"][0] == 2
+
+
+def test_full_integration_point_arrays_are_kept(run):
+    path, _, accepted = run
+    with h5py.File(path, "r") as file:
+        for name in ("stress", "plastic_strain", "peeq"):
+            stored = file[f"bipot/steps/{name}"]
+            assert stored.maxshape[0] is None
+            np.testing.assert_array_equal(stored[...], [getattr(a.state, name) for a in accepted])
+
+
+def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
+    _, system, accepted = run
+    out = create(tmp_path / "run.h5", system, PARAMETERS, UNITS)
+    for count, increment in enumerate(accepted[:2], start=1):
+        out.append(increment)
+        # Without the writer's help, as another process would: a copy of the bytes on disk.
+        copy = tmp_path / f"copy{count}.h5"
+        copy.write_bytes((tmp_path / "run.h5").read_bytes())
+        with h5py.File(copy, "r") as file:
+            assert file["VTKHDF/Steps"].attrs["NSteps"] == count
+            assert not file["bipot"].attrs["complete"]
+            last = file["bipot/steps/stress"][count - 1]
+        np.testing.assert_array_equal(last, increment.state.stress)
+    out.close()

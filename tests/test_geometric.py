@@ -1,0 +1,103 @@
+"""The consistent tangent of the configuration against differences of the internal force."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bipot.fem.geometric import element_tangent, gradient_operator, turn
+from bipot.fem.kinematics import Configuration, Geometry, rotate
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity
+from bipot.mesh import Mesh, block, ring
+from bipot.response import Body, State, TangentKind, body_space, rest
+from bipot.scene import FlatTool, Material, Scene, Support
+
+MATERIAL = Material(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
+
+
+def body_of(geometry: Geometry, configuration: Configuration) -> Body:
+    mesh = ring(1.0, 3.0, 2.0, 2, 2) if geometry is Geometry.AXISYMMETRIC else block(2.0, 2.0, 2, 2)
+    distorted = mesh.nodes + 0.08 * np.random.default_rng(3).uniform(-1, 1, mesh.nodes.shape)
+    mesh = Mesh(distorted, mesh.elements, mesh.boundaries)
+    tool = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -1.0), ("top",), 0.1)
+    scene = Scene(mesh, geometry, MATERIAL, (Support("base", 1),), (tool,), configuration=configuration)
+    return Body(scene, body_space(scene))
+
+
+def stressed(body: Body) -> State:
+    """A state with stress and history at every point, some of them yielding on the next increment."""
+    state = rest(body.scene, 0)
+    rng = np.random.default_rng(1)
+    stress = 150 * rng.normal(size=state.stress.shape)
+    return State(0.0, state.nodes, stress, state.plastic_strain, 0.01 * rng.uniform(size=state.peeq.shape), state.forces, state.velocity)
+
+
+@pytest.mark.parametrize("geometry", Geometry)
+@pytest.mark.parametrize("configuration", Configuration)
+@pytest.mark.parametrize("size", [1e-3, 0.1])
+def test_tangent_is_the_derivative_of_the_internal_force(
+    geometry: Geometry, configuration: Configuration, size: float
+) -> None:
+    body = body_of(geometry, configuration)
+    state = stressed(body)
+    rng = np.random.default_rng(5)
+    x = size * rng.uniform(-1, 1, body.space.size)
+    response = body.respond(state, x)
+    assert 0 < response.returned.plastic.mean() <= 1
+    K = body.space.matrix(body.tangent(response))
+    for _ in range(4):
+        v = rng.uniform(-1, 1, len(x))
+        # Richardson on central differences: error h^4, below round-off of the smaller step.
+        h = 1e-6
+        d1, d2 = (
+            (body.respond(state, x + k * h * v).internal - body.respond(state, x - k * h * v).internal) / (2 * k * h)
+            for k in (1, 2)
+        )
+        expected = (4 * d1 - d2) / 3
+        np.testing.assert_allclose(K @ v, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("geometry", Geometry)
+def test_paper_tangent_is_the_symmetric_stiffness(geometry: Geometry) -> None:
+    body = body_of(geometry, Configuration.PAPER)
+    response = body.respond(stressed(body), np.full(body.space.size, 1e-3))
+    K = body.space.matrix(body.tangent(response))
+    reference = body.stiffness(response, TangentKind.CONSISTENT)
+    assert abs(K - reference).max() <= 1e-12 * abs(reference).max()
+
+
+def test_at_rest_without_stress_the_two_configurations_agree() -> None:
+    midpoint, paper = (body_of(Geometry.AXISYMMETRIC, c) for c in (Configuration.MIDPOINT, Configuration.PAPER))
+    K, reference = (b.tangent(b.respond(rest(b.scene, 0), np.zeros(b.space.size))) for b in (midpoint, paper))
+    np.testing.assert_allclose(K, reference, rtol=0, atol=1e-12 * np.abs(reference).max())
+
+
+def test_rigid_rotation_turns_the_internal_force() -> None:
+    """Plane strain: K_T times the spin field is the force turned by the rate, whatever the stress (objectivity)."""
+    body = body_of(Geometry.PLANE_STRAIN, Configuration.MIDPOINT)
+    state = stressed(body)
+    response = body.respond(state, np.zeros(body.space.size))
+    nodes, elements = state.nodes, body.scene.mesh.elements
+    spin = np.stack([-nodes[:, 1], nodes[:, 0]], axis=-1)[elements].reshape(len(elements), -1)
+    s = response.returned
+    C = np.broadcast_to(MATERIAL.elasticity.stiffness(4), (*s.stress.shape, 4))
+    K = element_tangent(response.kinematics, np.zeros_like(spin), s.stress, s.stress, C, MATERIAL.elasticity.shear)
+    f = response.element_forces.reshape(len(elements), -1, 2)
+    turned = np.stack([-f[..., 1], f[..., 0]], axis=-1).reshape(len(elements), -1)
+    np.testing.assert_allclose((K @ spin[:, :, None])[..., 0], turned, rtol=0, atol=1e-10 * np.abs(f).max())
+
+
+def test_turn_is_the_derivative_of_rotate() -> None:
+    tensor = np.random.default_rng(0).normal(size=(7, 4))
+    step = 1e-6
+    difference = (rotate(tensor, np.full(7, step)) - rotate(tensor, np.full(7, -step))) / (2 * step)
+    np.testing.assert_allclose(turn(tensor), difference, atol=1e-9)
+
+
+def test_gradient_operator_gives_strain_back() -> None:
+    body = body_of(Geometry.AXISYMMETRIC, Configuration.MIDPOINT)
+    B = body.respond(stressed(body), np.zeros(body.space.size)).kinematics.B
+    D = gradient_operator(B)
+    np.testing.assert_allclose((D[:, :, 1] + D[:, :, 2]) / np.sqrt(2), B[:, :, 3])
+    np.testing.assert_allclose(D[:, :, [0, 3, 4]], B[:, :, :3])

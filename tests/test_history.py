@@ -1,0 +1,243 @@
+"""``history.csv`` and what surrounds it: recorded, interrupted, refused, read back, resumed; progress."""
+
+import csv
+import io
+import subprocess
+import sys
+from dataclasses import fields
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bipot.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
+from bipot.errors import IncrementFailed, ResultsError, SceneError
+from bipot.forms import Backend, Tangent
+from bipot.history import Recorder, load, resume
+from bipot.march import Control, Schedule, march
+from bipot.progress import Bar, Silent, terminal
+from bipot.response import State
+from bipot.scene import upsetting
+
+SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
+SCHEDULE = Schedule(4, first=0.005)
+CONTROL = Control(Tangent(backend=Backend.CLARABEL))
+REDUCTION = Column("reduction", "of the height", lambda _, a: 0.2 * a.state.tau)
+COLUMNS = (INCREMENT, REDUCTION, *energies("J", 1e-3), *COURSE, *certificate("J", 1e-3), SECONDS)
+PARAMETERS = {"mu": 0.3, "elements": 2, "hardening": None, "form": "tangent"}
+UNITS = {"length": "mm", "force": "N"}
+HEADER = (
+    "increment,reduction,work_J,elastic_J,plastic_J,friction_J,passes,cuts,form,reason,"
+    "equilibrium,yield_violation,penetration,cone_violation,bipotential_gap_J,relative_gap,seconds"
+)
+
+
+def recorder(folder, **changed):
+    return Recorder(folder, SCENE, COLUMNS, {**PARAMETERS, **changed}, UNITS)
+
+
+@pytest.fixture(scope="module")
+def accepted():
+    return list(march(SCENE, SCHEDULE, CONTROL))
+
+
+@pytest.fixture(scope="module")
+def folder(accepted, tmp_path_factory):
+    """A complete run on disk."""
+    path = tmp_path_factory.mktemp("results") / "mu0.3"
+    with recorder(path) as out:
+        for increment in accepted:
+            out.record(increment)
+    return path
+
+
+def test_header_is_the_columns_in_their_order(folder):
+    assert (folder / "history.csv").read_text().splitlines()[0] == HEADER
+
+
+def test_rows_read_back_exactly(folder, accepted):
+    history = load(folder)
+    assert history.complete
+    assert len(history) == len(accepted)
+    assert history["increment"].tolist() == [a.number for a in accepted]
+    assert history["reduction"].tolist() == [0.2 * a.state.tau for a in accepted]
+    assert history["equilibrium"].tolist() == [a.solved.certificate.equilibrium for a in accepted]
+    assert history["form"].tolist() == [a.form.value for a in accepted]
+    assert history["reason"].tolist() == [a.reason for a in accepted]
+    assert history["passes"].dtype.kind == "i"
+
+
+def test_energies_are_those_of_the_whole_body_in_the_asked_unit(folder, accepted):
+    history = load(folder)
+    assert SCENE.copies == 2
+    np.testing.assert_allclose(history["work_J"], [2e-3 * a.energies.work for a in accepted], rtol=1e-15)
+    gap = [2e-3 * a.solved.certificate.gap for a in accepted]
+    np.testing.assert_allclose(history["bipotential_gap_J"], gap, rtol=1e-15)
+
+
+def test_states_and_mesh_read_back_exactly(folder, accepted):
+    history = load(folder)
+    for row, a in enumerate(accepted):
+        state = history.state(row)
+        for f in fields(State):
+            np.testing.assert_array_equal(getattr(state, f.name), getattr(a.state, f.name))
+    np.testing.assert_array_equal(history.mesh.nodes, SCENE.mesh.nodes)
+    np.testing.assert_array_equal(history.mesh.boundary("top"), SCENE.mesh.boundary("top"))
+    np.testing.assert_array_equal(history.nodal("velocity", 2)[:, :2], accepted[2].state.velocity)
+
+
+def test_unknown_names_are_refused_with_the_known_ones(folder):
+    history = load(folder)
+    with pytest.raises(SceneError, match=r"column = 'force': must be one of \['increment'"):
+        history["force"]
+    with pytest.raises(SceneError, match="nodal field = 'temperature'"):
+        history.nodal("temperature")
+
+
+def test_text_with_commas_and_lines_survives(tmp_path, accepted):
+    said = 'tangent: 3 passes left equilibrium = 2, "cone" = 1;\ncut'
+    columns = (INCREMENT, Column("reason", "", lambda _, a: said), Column("x", "", lambda _, a: np.float64(0.1)))
+    with Recorder(tmp_path / "run", SCENE, columns, PARAMETERS, UNITS) as out:
+        out.record(accepted[0])
+    assert load(tmp_path / "run")["reason"].tolist() == [said]
+    assert load(tmp_path / "run")["x"].tolist() == [0.1]
+
+
+def test_every_row_is_on_disk_at_once(tmp_path, accepted):
+    with recorder(tmp_path / "run") as out:
+        for count, increment in enumerate(accepted[:3], start=1):
+            out.record(increment)
+            with (tmp_path / "run/history.csv").open(newline="") as file:
+                assert len(list(csv.reader(file))) == 1 + count
+            assert len(load(tmp_path / "run")) == count
+
+
+def interrupted(folder, accepted, count):
+    """A run stopped by Ctrl-C after ``count`` increments."""
+    with recorder(folder) as out:
+        for increment in islice(accepted, count):
+            out.record(increment)
+        raise KeyboardInterrupt
+
+
+def test_an_interrupted_run_is_readable_and_resumes_to_the_same_end(tmp_path, accepted):
+    with pytest.raises(KeyboardInterrupt):
+        interrupted(tmp_path / "run", accepted, 5)
+    history = load(tmp_path / "run")
+    assert not history.complete
+    assert len(history) == 5
+    *_, last = march(SCENE, SCHEDULE, CONTROL, start=resume(tmp_path / "run"))
+    for f in fields(State):
+        np.testing.assert_array_equal(getattr(last.state, f.name), getattr(accepted[-1].state, f.name))
+
+
+def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):
+    def fails():
+        with recorder(tmp_path / "run") as out:
+            out.record(accepted[0])
+            out.record(accepted[1])
+            raise IncrementFailed("use more increments", accepted[1].state)
+
+    with pytest.raises(IncrementFailed) as caught:
+        fails()
+    assert len(caught.value.history) == 2
+    assert not caught.value.history.complete
+
+
+def test_a_run_without_increments_is_readable_but_cannot_resume(tmp_path):
+    with recorder(tmp_path / "run"):
+        pass
+    history = load(tmp_path / "run")
+    assert len(history) == 0
+    assert ",".join(history.columns) == HEADER
+    with pytest.raises(ResultsError, match="no accepted increment"):
+        resume(tmp_path / "run")
+
+
+def test_other_parameters_are_refused_before_anything_is_touched(folder):
+    before = (folder / "history.csv").read_bytes()
+    with pytest.raises(ResultsError, match=r"mu0\.3: holds a run with elements = 2, not 20"):
+        recorder(folder, elements=20)
+    with pytest.raises(ResultsError, match="fast = absent, not True"):
+        recorder(folder, fast=True)
+    with pytest.raises(ResultsError, match="hardening = None, not absent"):
+        Recorder(folder, SCENE, COLUMNS, {k: v for k, v in PARAMETERS.items() if k != "hardening"}, UNITS)
+    assert (folder / "history.csv").read_bytes() == before
+
+
+def test_the_same_parameters_overwrite(tmp_path, accepted):
+    for count in (3, 2):
+        with recorder(tmp_path / "run") as out:
+            for increment in accepted[:count]:
+                out.record(increment)
+    assert len(load(tmp_path / "run")) == 2
+
+
+@pytest.mark.parametrize("mu", [np.inf, 0.1])
+def test_parameters_compare_as_they_are_stored(tmp_path, mu):
+    for _ in range(2):
+        with recorder(tmp_path / "run", mu=mu, radii=(1, 2)):
+            pass
+    assert load(tmp_path / "run").parameters["mu"] == mu
+
+
+def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    with pytest.raises(ResultsError, match=r"file.run: cannot be written"), recorder(tmp_path / "file" / "run"):
+        pass
+
+
+def test_foreign_or_broken_files_are_refused(tmp_path):
+    (tmp_path / "history.csv").write_text("increment\n")
+    with pytest.raises(ResultsError, match=r"history\.csv without run\.h5"):
+        recorder(tmp_path)
+    (tmp_path / "run.h5").write_bytes(b"not HDF5")
+    with pytest.raises(ResultsError, match=r"run\.h5: cannot be read"):
+        recorder(tmp_path)
+
+
+def test_missing_results_name_the_command(tmp_path):
+    with pytest.raises(ResultsError, match=r"nowhere: no results .*; run: python -m studies\.upsetting"):
+        load(tmp_path / "nowhere", "python -m studies.upsetting")
+    with pytest.raises(ResultsError, match="no results"):
+        resume(Path("/nonexistent"))
+
+
+def test_two_columns_of_one_name_are_refused(tmp_path):
+    with pytest.raises(SceneError, match="of different names"):
+        Recorder(tmp_path, SCENE, (INCREMENT, INCREMENT), PARAMETERS, UNITS)
+
+
+class Terminal(io.StringIO):
+    def isatty(self):
+        return True
+
+
+def test_progress_is_silent_unless_stderr_is_a_terminal(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", io.StringIO())
+    assert isinstance(terminal(), Silent)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    bar = terminal()
+    assert isinstance(bar, Bar)
+    bar.start("mu = 0.3")
+    bar.advance(0.25, "F = 30 kN")
+    bar.advance(1.0)
+    bar.close()
+    assert "mu = 0.3 100 %" in sys.stderr.getvalue()
+
+
+def test_silence_writes_nothing(capfd):
+    silent = Silent()
+    silent.start("run")
+    silent.advance(0.5, "note")
+    silent.close()
+    assert capfd.readouterr() == ("", "")
+
+
+def test_the_library_imports_without_its_optional_extras():
+    code = (
+        "import sys; sys.modules['matplotlib'] = sys.modules['tqdm'] = None; "
+        "import bipot, bipot.history, bipot.plot, bipot.progress, bipot.fem.quality"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,241 @@
+"""One program, several routes: cvxpy statement, direct Clarabel, condensed, compiled, polished. All agree to 1e-7."""
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from bipot.errors import InfeasibleProgram, SceneError, UnboundedProgram
+from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.condensation import condense
+from bipot.programs.conic import CompiledTangent, TangentProgram, structure
+from bipot.programs.data import Block, Cone, ContactRows, Term, Units
+from bipot.programs.fixed_point import Threshold
+from bipot.programs.polish import couple, polish
+from bipot.programs.statement import solve_stated
+from tests.scenes import posed
+
+TIGHT = Accuracy(1e-11)
+
+
+def relative(a, b):
+    return np.abs(a - b).max() / np.abs(b).max()
+
+
+def direct(program):
+    answer = solve(program.conic(), TIGHT)
+    return answer.block(Block.DISPLACEMENT), program.contact.contact_forces(answer)
+
+
+def stated(program):
+    statement = program.statement()
+    solve_stated(statement, TIGHT)
+    return statement.dU.value, statement.contact.forces()
+
+
+def routes(program):
+    """(x, r) of the full program by both back ends and of the condensed one, direct and compiled."""
+    condensed = condense(program)
+    u_c, r_c = direct(condensed.program)
+    compiled = CompiledTangent.of(condensed.program).assign(condensed.program)
+    solve_stated(compiled, TIGHT)
+    return (
+        direct(program),
+        stated(program),
+        (condensed.recover(u_c), r_c),
+        (condensed.recover(compiled.dU.value), compiled.contact.forces()),
+    )
+
+
+def dense(program):
+    return TangentProgram.of(program.K.toarray(), program.f, program.contact.rows, program.contact.threshold)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+def test_condensed_full_cvxpy_and_direct_clarabel_agree(mu):
+    """Polished, as the toolkit uses them, to 1e-7 in displacement and force."""
+    program = posed(mu).tangent
+    x, r = polish(dense(program), *direct(program))
+    for other in routes(program):
+        other_x, other_r = polish(dense(program), *other)
+        assert relative(other_x, x) < 1e-7
+        assert relative(other_r, r) < 1e-7
+
+
+def test_raw_interior_point_answers_agree_only_to_the_root_of_their_tolerance():
+    """The axis node has neither force nor gap: without strict complementarity the routes stall near that root."""
+    (x, r), *others = routes(posed(0.3).tangent)
+    for other_x, other_r in others:
+        assert relative(other_r, r) < 10 * np.sqrt(TIGHT.tolerance)
+        assert relative(other_x, x) < 10 * np.sqrt(TIGHT.tolerance)
+
+
+@pytest.mark.parametrize("mu", [0.1, 0.3])
+def test_dissipation_statement_and_direct_agree(mu):
+    """Unpolished: to 1e-7 in force; in displacement as far as the axis node's missing strictness allows."""
+    program = posed(mu).dissipation
+    x, r = direct(program)
+    other_x, other_r = stated(program)
+    assert relative(other_x, x) < np.sqrt(TIGHT.tolerance)
+    assert relative(other_r, r) < 1e-7
+
+
+def test_dissipation_variables_are_the_plasticity_they_stand_for():
+    """e_p is trace-free by its basis, |e_p| meets its bound, and its stress is on the yield surface where e_p > 0."""
+    program = posed(0.3).dissipation
+    answer = solve(program.conic(), TIGHT)
+    e_p, bound = program.plastic_strain(answer), answer.block(Block.PLASTIC_NORM)
+    length = np.linalg.norm(e_p, axis=1)
+    np.testing.assert_allclose(length, bound, atol=1e-8)
+    model = program.model
+    d = answer.block(Block.ELASTIC_DEVIATOR).reshape(e_p.shape)
+    stress = model.stress + 2 * model.shear * d
+    flowing = length > 1e-4
+    assert flowing.sum() > 20
+    equivalent = np.sqrt(1.5) * np.linalg.norm(stress, axis=1)
+    np.testing.assert_allclose(equivalent[flowing], model.threshold[flowing], rtol=1e-7)
+    assert (equivalent < model.threshold * (1 + 1e-7)).all()
+
+
+def test_a_solution_measures_itself():
+    answer = solve(posed(0.3).tangent.conic(), TIGHT)
+    assert answer.dual_residual() < 1e-8
+    assert answer.primal_residual() < 1e-10
+    assert answer.duality_gap() < 1e-8
+    loose = solve(posed(0.3).tangent.conic(), Accuracy(1e-3))
+    assert loose.duality_gap() > 1e3 * answer.duality_gap()
+
+
+def test_polish_reaches_round_off_where_the_interior_point_stalls():
+    """On its natural map the polished answer is exact: complementarity to 1e-13, from a loose interior point."""
+    program = condense(posed(0.3).tangent).program
+    u, r = direct_loose(program)
+    before, after = complementarity(program, u, r), complementarity(program, *polish(program, u, r))
+    assert before > 1e-7
+    assert after < 1e-13
+
+
+def direct_loose(program):
+    answer = solve(program.conic(), Accuracy(1e-5))
+    return answer.block(Block.DISPLACEMENT), program.contact.contact_forces(answer)
+
+
+def complementarity(program, u, r):
+    rows = program.contact.rows
+    motion = rows.motion(u)
+    stationarity = np.abs(program.K @ u - program.f - rows.forces(r)).max()
+    return max(np.abs(np.minimum(r[:, 0], motion[:, 0])).max(), stationarity)
+
+
+def test_couple_finds_exact_coulomb_on_the_quadratic_model():
+    program = condense(posed(0.3).tangent).program
+    coupled = couple(program, *direct_loose(program))
+    assert coupled is not None
+    u, r = coupled
+    rows = program.contact.rows
+    motion = rows.motion(u)
+    gap = 0.3 * r[:, 0] * np.abs(motion[:, 1]) + (r * motion).sum(axis=1)
+    assert np.abs(gap).max() < 1e-13
+    assert (np.abs(r[:, 1]) <= 0.3 * r[:, 0] + 1e-13).all()
+    slipping = np.abs(motion[:, 1]) > 1e-9
+    assert slipping.any()
+    frozen = program.contact.threshold
+    assert np.abs(rows.threshold(r) - frozen).max() > 1e-4
+
+
+def one_dof(gap, tied=False):
+    """Two opposed candidates on one unknown: total clearance sum(gap)."""
+    G = sp.csr_matrix(np.array([[1.0], [-1.0]]))
+    none = sp.csr_matrix((0, 1))
+    rows = ContactRows(G, np.array(gap), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(2), np.array([tied, tied]))
+    return TangentProgram.of(np.eye(1), np.zeros(1), rows, np.zeros(0))
+
+
+def test_no_clearance_is_reported_infeasible_by_both_routes():
+    """BENCHMARKS 5: one unknown between two opposed contacts with negative total clearance."""
+    for route in (direct, stated):
+        with pytest.raises(InfeasibleProgram, match="no displacement"):
+            route(one_dof((-1.0, 0.5)))
+
+
+def test_no_stiffness_under_load_is_reported_unbounded():
+    program = one_dof((1.0, 1.0))
+    rows = program.contact.rows.take(np.array([True, False]))
+    free = TangentProgram.of(np.zeros((1, 1)), np.ones(1), rows, np.zeros(0))
+    for route in (direct, stated):
+        with pytest.raises(UnboundedProgram, match="limit load"):
+            route(free)
+
+
+def test_tied_rows_are_equalities_and_their_force_may_pull():
+    program = one_dof((0.25, -0.25), tied=True)
+    for route in (direct, stated):
+        x, r = route(program)
+        assert x == pytest.approx([-0.25], abs=1e-9)
+        assert r[0, 0] - r[1, 0] == pytest.approx(-0.25, abs=1e-8)
+
+
+def test_rows_of_zero_threshold_are_left_out():
+    program = posed(0.3).tangent
+    rows = program.contact.rows
+    silent = TangentProgram.of(program.K, program.f, rows, np.zeros(len(rows.frictional)))
+    friction = next(r for r in silent.conic().rows if r.term is Term.FRICTION)
+    assert friction.count == 0
+    assert friction.cone is Cone.SECOND_ORDER
+    _, r = direct(silent)
+    assert np.all(r[:, 1] == 0)
+
+
+def test_structure_is_equal_exactly_when_one_compilation_serves():
+    program = condense(posed(0.3).tangent).program
+    other = TangentProgram.of(program.K * 2, program.f, program.contact.rows, program.contact.threshold * 2)
+    assert structure(program) == structure(other)
+    fewer = program.contact.threshold.copy()
+    fewer[0] = 0.0
+    assert structure(TangentProgram.of(program.K, program.f, program.contact.rows, fewer)) != structure(program)
+
+
+def test_compiled_program_is_reused_with_new_numbers():
+    program = condense(posed(0.3).tangent).program
+    compiled = CompiledTangent.of(program)
+    doubled = TangentProgram.of(program.K * 2, program.f, program.contact.rows, program.contact.threshold)
+    for given in (program, doubled):
+        statement = compiled.assign(given)
+        solve_stated(statement, TIGHT)
+        x, r = polish(given, *direct(given))
+        other_x, other_r = polish(given, statement.dU.value, statement.contact.forces())
+        assert relative(other_x, x) < 1e-7
+        assert relative(other_r, r) < 1e-7
+
+
+def test_scaling_a_program_scales_its_answer():
+    given, units = posed(0.3), Units(2.0, 3.0, 5.0, 7.0)
+    small = condense(given.tangent).program
+    x, r = polish(small, *direct(small))
+    scaled = small.scaled(units)
+    scaled_x, scaled_r = polish(scaled, *direct(scaled))
+    assert relative(scaled_x * units.length, x) < 1e-7
+    assert relative(scaled_r * units.force, r) < 1e-7
+    y, s = direct(given.dissipation)
+    scaled_y, scaled_s = direct(given.dissipation.scaled(units))
+    assert relative(scaled_y * units.length, y) < 1e-6
+    assert relative(scaled_s * units.force, s) < 1e-6
+
+
+def test_threshold_is_damped_only_when_it_oscillates():
+    steady = Threshold.start(np.array([1.0])).update(np.array([2.0])).update(np.array([2.5]))
+    assert steady.damping == 1.0
+    assert steady.value == pytest.approx(2.5)
+    swinging = Threshold.start(np.array([1.0])).update(np.array([2.0])).update(np.array([1.0]))
+    assert swinging.damping == 0.5
+    assert swinging.value == pytest.approx(1.5)
+    welded = Threshold.start(np.array([np.inf, 1.0])).update(np.array([np.inf, 2.0]))
+    np.testing.assert_array_equal(welded.value, [np.inf, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [(lambda: Accuracy(0.0), "tolerance = 0.0"), (lambda: Accuracy(1e-9, 0), "iterations = 0")],
+)
+def test_bad_accuracy_is_refused(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
