@@ -1,1 +1,48 @@
-"""x"""
+"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every increment a conic program.
+
+A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
+certificate. Everything else is in the submodules, one subject each.
+
+>>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
+>>> accepted.solved.certificate.relative_gap < 1e-7
+True
+"""
+
+from bipot.certificate import Certificate
+from bipot.errors import BipotError, IncrementFailed
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.forms import Backend, Dissipation, Tangent
+from bipot.history import Recorder, load
+from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
+from bipot.march import Accepted, Control, Schedule, march
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+
+__version__ = "0.1.0"
+
+__all__ = [
+    "Accepted",
+    "Backend",
+    "BipotError",
+    "Certificate",
+    "Configuration",
+    "Control",
+    "Dissipation",
+    "FlatTool",
+    "Geometry",
+    "IncrementFailed",
+    "Linear",
+    "Material",
+    "Perfect",
+    "Quadrature",
+    "Recorder",
+    "Scene",
+    "Schedule",
+    "Support",
+    "Tabulated",
+    "Tangent",
+    "Voce",
+    "load",
+    "march",
+    "upsetting",
+]

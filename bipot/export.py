@@ -81,8 +81,9 @@ class RunFile:
         return self.file["bipot/steps"]
 
     def finish(self) -> None:
-        """Record that the path was marched to its end."""
-        self.file["bipot"].attrs["complete"] = True
+        """Mark the run complete if its last increment landed on the end of the path, tau = 1."""
+        steps: Item = self.file["VTKHDF/Steps"]
+        self.file["bipot"].attrs["complete"] = bool(steps.attrs["NSteps"] and steps["Values"][-1] == 1.0)
 
     def close(self) -> None:
         """Close the file."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -34,9 +35,9 @@ CHOICE = "delete it or choose another folder"
 class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
-    Leaving it normally marks the run complete; an :class:`IncrementFailed` on its way out gets the
-    :class:`History` so far attached. ``parameters`` (JSON values) identify the run; ``units`` are stored as
-    given.
+    Leaving it normally at the end of the path marks the run complete; an :class:`IncrementFailed` on its way
+    out gets the :class:`History` so far attached. ``parameters`` (JSON values) identify the run; ``units`` are
+    stored as given.
 
     Raises:
         ResultsError: the folder cannot be written, or holds a run of other parameters (names the field).
@@ -58,15 +59,20 @@ class Recorder:
         self.system = system_of(scene)
         self._fields: RunFile
         self._curves: TextIO
+        self._opened: ExitStack
 
     def __enter__(self) -> Self:
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            self._curves = (self.folder / CURVES).open("w", newline="", encoding="utf-8")
-            self._fields = create(self.folder / FIELDS, self.system, self.parameters, self.units)
+            with ExitStack() as opened:
+                curves = (self.folder / CURVES).open("w", newline="", encoding="utf-8")
+                self._curves = opened.enter_context(curves)
+                self._fields = create(self.folder / FIELDS, self.system, self.parameters, self.units)
+                opened.callback(self._fields.close)
+                self._write([column.name for column in self.columns])
+                self._opened = opened.pop_all()
         except OSError as error:
             raise ResultsError(f"{self.folder}: cannot be written ({error})") from error
-        self._write([column.name for column in self.columns])
         return self
 
     def record(self, accepted: Accepted) -> None:
@@ -84,8 +90,7 @@ class Recorder:
     ) -> None:
         if error is None:
             self._fields.finish()
-        self._fields.close()
-        self._curves.close()
+        self._opened.close()
         if isinstance(error, IncrementFailed):
             error.history = load(self.folder)
 

@@ -172,6 +172,7 @@ def test_the_same_parameters_overwrite(tmp_path, accepted):
             for increment in accepted[:count]:
                 out.record(increment)
     assert len(load(tmp_path / "run")) == 2
+    assert not load(tmp_path / "run").complete
 
 
 @pytest.mark.parametrize("mu", [np.inf, 0.1])
