@@ -23,11 +23,14 @@ EXACT_FORCE, EXACT_RADIUS, EXACT_VOLUME = 42815.427, 6.7400726, 0.9994287
 BRACKET = (42815.427, 63050.0)
 
 
+TANGENT = Control(DIRECT)
+
+
 def force(scene, accepted):
     return float(-tool_forces(system_of(scene), accepted.solved.r)[0, 1])
 
 
-def last(scene, schedule, control=Control(DIRECT)):
+def last(scene, schedule, control=TANGENT):
     *_, accepted = march(scene, schedule, control)
     return accepted
 

@@ -1,4 +1,9 @@
-"""The two conic forms: exact contact at a frozen threshold, the material as a tangent energy or as its dissipation."""
+"""The two conic forms: exact contact at a frozen threshold, the material as a tangent energy or as its dissipation.
+
+Both end a pass with a semismooth Newton step on a quadratic model: interior-point answers stall where strict
+complementarity fails. `tangent` polishes its own program; `dissipation` takes the step of the tangent model at its
+answer, and keeps it only if equilibrium and the exact law are then met better.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +13,18 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.errors import InvertedElement, ProgramError
 from bipot.forms.base import Answer, Backend, FormName, Pass, Workspace
+from bipot.laws.coulomb import natural_map
 from bipot.programs.clarabel import Accuracy, solve
-from bipot.programs.condensation import condense
+from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ConicProgram, Outcome, Timing
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.polish import couple, polish
 from bipot.programs.statement import Stated, solve_stated
 from bipot.programs.terms import ContactTerms
-from bipot.response import TangentKind
+from bipot.response import Response, TangentKind
 
 Floats = NDArray[np.float64]
 
@@ -39,10 +46,7 @@ class Tangent:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
-        K = given.body.stiffness(given.response, self.kind)
-        f = K @ given.response.x - given.response.internal + given.force
-        program = TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units)
-        condensed = condense(program)
+        condensed = _condensed(given, given.response, self.kind)
         small = condensed.program
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(workspace.stated(small), self.accuracy)
@@ -55,10 +59,14 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Dissipation:
-    """Plastic strain as a variable, one second-order cone a point; globally convergent at a frozen threshold."""
+    """Plastic strain as a variable, one second-order cone a point; globally convergent at a frozen threshold.
+
+    With ``polished``, a pass ends with the Newton step described above.
+    """
 
     backend: Backend = Backend.CLARABEL
     accuracy: Accuracy = Accuracy(1e-11)
+    polished: bool = True
     name: ClassVar[FormName] = FormName.DISSIPATION
     exact: ClassVar[bool] = True
 
@@ -72,7 +80,42 @@ class Dissipation:
         else:
             raw = _directly(program, self.accuracy)
         x, r = raw.u * given.units.length, raw.r * given.units.force
-        return Answer(x, r, raw.outcome, raw.iterations, raw.timing)
+        answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
+        return _improved(given, answer) if self.polished else answer
+
+
+def _improved(given: Pass, answer: Answer) -> Answer:
+    """The answer after one Newton step of the tangent model at it, if that is nearer to equilibrium and law."""
+    try:
+        response = given.body.respond(given.response.state, answer.x)
+        condensed = _condensed(given, response, TangentKind.CONSISTENT)
+        start = answer.x[condensed.kept] / given.units.length
+        coupled = couple(condensed.program, start, answer.r / given.units.force)
+        if coupled is None:
+            return answer
+        x, r = condensed.recover(coupled[0]) * given.units.length, coupled[1] * given.units.force
+        after = given.body.respond(given.response.state, x)
+    except (InvertedElement, ProgramError):
+        return answer
+    if _distance(given, after, r) >= _distance(given, response, answer.r):
+        return answer
+    return Answer(x, r, answer.outcome, answer.iterations, answer.timing)
+
+
+def _distance(given: Pass, response: Response, r: Floats) -> float:
+    """Largest component of equilibrium residual and natural map of the exact law, in the units of the program."""
+    units, rows = given.units, given.rows
+    residual = (response.internal - given.force - rows.forces(r)) / units.force
+    motion, force = rows.motion(response.x) / units.length, r / units.force
+    law = np.where(rows.tied[:, None], motion, natural_map(force, motion, rows.mu, 1.0))
+    return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
+
+
+def _condensed(given: Pass, response: Response, kind: TangentKind) -> Condensed:
+    """The tangent program at ``response``, dimensionless and condensed on the contact unknowns."""
+    K = given.body.stiffness(response, kind)
+    f = K @ response.x - response.internal + given.force
+    return condense(TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units))
 
 
 @dataclass(frozen=True)
