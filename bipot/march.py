@@ -19,7 +19,7 @@ from bipot.energy import Energies
 from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
 from bipot.increment import Limits, Solved, System, Trial, solve_increment
-from bipot.response import Body, State, body_space, rest
+from bipot.response import Body, State, StressUpdate, body_space, rest
 from bipot.scene import Scene
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
@@ -30,16 +30,18 @@ class Schedule:
     """Pseudo-times to land on: ``increments`` uniform ones after a start-up.
 
     ``first`` is the size (in pseudo-time) of the ``settling`` equal start-up increments; the next grow by
-    ``growth`` up to the uniform size. ``first = 0`` means no start-up.
+    ``growth`` up to the uniform size. ``first = 0`` means no start-up. ``landings`` are further pseudo-times to land
+    on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
 
     Raises:
-        SceneError: a count below one, or a start-up that does not fit into [0, 1).
+        SceneError: a count below one, a start-up that does not fit into [0, 1), a landing outside (start-up, 1).
     """
 
     increments: int
     first: float = 0.0
     settling: int = 5
     growth: float = 1.6
+    landings: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         require(self.increments >= 1, "increments", self.increments, ">= 1")
@@ -48,9 +50,21 @@ class Schedule:
         require(0 <= self.first, "first", self.first, ">= 0")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
+        begin = self._start_up()[-1]
+        for landing in self.landings:
+            require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
 
     def times(self) -> list[float]:
         """The scheduled pseudo-times, the last one exactly 1."""
+        times = self._start_up()
+        rest = 1 - times[-1]
+        for end in (*sorted(self.landings), 1.0):
+            count = max(1, round(self.increments * (end - times[-1]) / rest))
+            times += np.linspace(times[-1], end, count + 1)[1:].tolist()
+        return times[1:]
+
+    def _start_up(self) -> list[float]:
+        """Zero and the start-up's pseudo-times."""
         start = [0.0]
         if self.first > 0:
             start += [self.first * k for k in range(1, self.settling + 1)]
@@ -58,18 +72,18 @@ class Schedule:
             while size < (1 - start[-1]) / self.increments:
                 start.append(start[-1] + size)
                 size *= self.growth
-        uniform = np.linspace(start[-1], 1.0, self.increments + 1)[1:]
-        return start[1:] + uniform.tolist()
+        return start
 
 
 @dataclass(frozen=True)
 class Control:
-    """Form, what it falls back on, acceptance, and how often an increment may be halved."""
+    """Form, what it falls back on, acceptance, how often an increment may be halved, and the stress update."""
 
     form: Form = Tangent()
     fallbacks: tuple[Form, ...] = (Dissipation(),)
     limits: Limits = Limits()
     cuts: int = 8
+    update: StressUpdate = StressUpdate.RETURN
 
     def __post_init__(self) -> None:
         require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
@@ -108,10 +122,10 @@ class Attempt(NamedTuple):
     failures: list[str]
 
 
-def system_of(scene: Scene) -> System:
+def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
     """Body and contact candidates of a scene."""
     space = body_space(scene)
-    return System(Body(scene, space), candidates(scene, space))
+    return System(Body(scene, space, update), candidates(scene, space))
 
 
 def march(
@@ -122,7 +136,7 @@ def march(
     Raises:
         IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
     """
-    system = system_of(scene)
+    system = system_of(scene, control.update)
     state = rest(scene, len(system.candidates.node)) if start is None else start
     workspace, energies = Workspace(), Energies()
     largest = float(np.abs(state.forces).max(initial=0.0))

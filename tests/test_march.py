@@ -205,6 +205,9 @@ def test_the_schedule_lands_exactly_and_starts_small_under_friction():
     np.testing.assert_allclose(steps[-10:], steps[-1])
     assert np.all(steps[1:] >= steps[:-1] * (1 - 1e-12))
     assert Schedule(4).times() == [0.25, 0.5, 0.75, 1.0]
+    landed = Schedule(10, landings=(0.44,)).times()
+    assert 0.44 in landed
+    assert len(landed) == 10
 
 
 def test_a_failing_form_falls_back_and_says_so():
@@ -274,6 +277,7 @@ def test_inversion_is_cut_with_the_reason():
         (lambda: Schedule(5, first=-0.1), "first = -0.1"),
         (lambda: Schedule(5, first=0.3), "start-up = 1.5"),
         (lambda: Schedule(5, growth=1.0), "growth = 1.0"),
+        (lambda: Schedule(5, first=0.1, landings=(0.3,)), "landing = 0.3"),
         (lambda: Schedule(5, settling=0), "settling = 0"),
         (lambda: Control(cuts=-1), "cuts = -1"),
     ],

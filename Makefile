@@ -1,0 +1,49 @@
+# Two commands for newcomers: `make run` and `make test`. Needs only Python >= 3.11 and a package registry.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT ?= results/upsetting
+
+# The matrices are small: one thread each is fastest, and timings are then comparable.
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+export MKL_NUM_THREADS := 1
+export MPLBACKEND := Agg
+
+.PHONY: run test lint types bench clean
+
+run: $(VENV)/.run
+	$(BIN)/python -m studies.upsetting --mu 0.1 0.3 --out $(OUT)
+	$(BIN)/python -m paper_figs.fig1_mesh --results $(OUT)
+	$(BIN)/python -m paper_figs.fig2_velocity --results $(OUT)
+	$(BIN)/python -m paper_figs.fig_force_stroke --results $(OUT)
+	$(BIN)/python -m paper_figs.fig_traction --results $(OUT)
+	@echo "results: $(OUT)  figures: $(OUT)/figures"
+
+test: lint types
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.dev
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+bench: $(VENV)/.dev
+	$(BIN)/python -m benchmarks.speed
+
+$(VENV)/bin/python:
+	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'bipot needs Python >= 3.11')"
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.run: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[studies]"
+	touch $@
+
+$(VENV)/.dev: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	touch $@ $(VENV)/.run
+
+clean:
+	rm -rf $(VENV) results .pytest_cache .ruff_cache .hypothesis .benchmarks
