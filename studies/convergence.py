@@ -1,0 +1,162 @@
+r"""How the upsetting converges with increments and mesh, with observed orders where three values show one.
+
+    python -m studies.convergence [--mu 0.1 0.3] [--fast] [--out DIR]
+
+Increments 15 to 120 on one mesh, then 5 to 20 elements a side at fixed increments. With values a, b, c at knobs that
+double, the observed order is p = log2((a - b) / (b - c)); it is printed only if the differences keep their sign and
+shrink. F at 45 % for mu = 0.3 follows a landing of side nodes on the punch and scatters: judge by F at 20 % and work.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TextIO
+
+import numpy as np
+
+from bipot.errors import BipotError, ResultsError
+from bipot.forms import Backend, Tangent
+from bipot.march import Control, Schedule, march, system_of
+from bipot.progress import terminal
+from bipot.scene import upsetting
+from studies.upsetting import FIRST, JOULE, force
+
+REDUCTION, EARLY = 0.45, 0.20
+INCREMENTS, ELEMENTS = "increments", "elements"
+FILE = "convergence.csv"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Which values each knob takes, and where the other one stays."""
+
+    increments: tuple[int, ...] = (15, 30, 60, 120)
+    elements: tuple[int, ...] = (5, 10, 20)
+    at_increments: int = 45
+    at_elements: int = 10
+
+
+FAST = Plan(increments=(4, 8, 16), elements=(2, 4), at_increments=6, at_elements=2)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: force at 20 % and 45 % (N), work (J), largest radius (mm), and the worst of its certificates."""
+
+    mu: float
+    knob: str
+    value: int
+    force_20_N: float
+    force_45_N: float
+    work_J: float
+    max_radius_mm: float
+    worst_relative_gap: float
+    worst_equilibrium: float
+
+
+def measure(mu: float, knob: str, value: int, plan: Plan) -> Row:
+    """Run one upsetting to 45 %, landing on 20 % as well."""
+    elements = value if knob == ELEMENTS else plan.at_elements
+    increments = value if knob == INCREMENTS else plan.at_increments
+    scene = upsetting(mu=mu, reduction=REDUCTION, elements=elements)
+    system = system_of(scene)
+    first = FIRST / REDUCTION if mu > 0 else 0.0
+    schedule = Schedule(increments, first, landings=(EARLY / REDUCTION,))
+    accepted = list(march(scene, schedule, Control(Tangent(backend=Backend.CLARABEL))))
+    early = next(a for a in accepted if a.state.tau == schedule.landings[0])
+    end, certificates = accepted[-1], [a.solved.certificate for a in accepted]
+    return Row(
+        mu,
+        knob,
+        value,
+        force(system, early),
+        force(system, end),
+        end.energies.work * scene.copies * JOULE,
+        float(end.state.nodes[:, 0].max()),
+        max(c.relative_gap for c in certificates),
+        max(c.equilibrium for c in certificates),
+    )
+
+
+def observed_order(values: list[float]) -> float | None:
+    """Order from the last three values at knobs that double, or None where they show none.
+
+    >>> round(observed_order([1.16, 1.04, 1.01]), 6)
+    2.0
+    >>> observed_order([1.0, 1.1, 1.0]) is None
+    True
+    """
+    if len(values) < 3:
+        return None
+    first, second = values[-3] - values[-2], values[-2] - values[-1]
+    if second == 0 or first / second <= 1:
+        return None
+    return float(np.log2(first / second))
+
+
+def measures(mus: list[float], plan: Plan) -> Iterator[Row]:
+    """All rows, one run each, with progress."""
+    knobs = [(INCREMENTS, n) for n in plan.increments] + [(ELEMENTS, n) for n in plan.elements]
+    progress = terminal()
+    progress.start("convergence")
+    try:
+        for done, (mu, (knob, value)) in enumerate((mu, k) for mu in mus for k in knobs):
+            yield measure(mu, knob, value, plan)
+            progress.advance((done + 1) / (len(mus) * len(knobs)), f"mu = {mu:g}, {value} {knob}")
+    finally:
+        progress.close()
+
+
+def table(rows: list[Row]) -> str:
+    """Values and, below each group, their observed orders."""
+    names = [f.name for f in fields(Row)][3:7]
+    lines = []
+    for mu, knob in dict.fromkeys((row.mu, row.knob) for row in rows):
+        group = [row for row in rows if (row.mu, row.knob) == (mu, knob)]
+        lines += [f"mu = {mu:g}, {knob}", "  ".join(f"{n:>14}" for n in ["value", *names])]
+        lines += ["  ".join([f"{row.value:>14}", *(f"{getattr(row, n):>14.6g}" for n in names)]) for row in group]
+        orders = [observed_order([getattr(row, n) for row in group]) for n in names]
+        shown = ["none" if p is None else f"{p:.2f}" for p in orders]
+        lines += ["  ".join(f"{n:>14}" for n in ["order", *shown]), ""]
+    return "\n".join(lines)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run, write ``convergence.csv`` row by row, print the tables."""
+    parser = argparse.ArgumentParser(prog="studies.convergence", description="Increment and mesh convergence.")
+    parser.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3])
+    parser.add_argument("--out", type=Path, default=Path("results/convergence"))
+    parser.add_argument("--fast", action="store_true", help="small meshes and few increments")
+    arguments = parser.parse_args(argv)
+    rows: list[Row] = []
+    try:
+        with _writer(arguments.out) as file:
+            out = csv.writer(file)
+            out.writerow(f.name for f in fields(Row))
+            for row in measures(arguments.mu, FAST if arguments.fast else Plan()):
+                rows.append(row)
+                out.writerow(getattr(row, f.name) for f in fields(Row))
+                file.flush()
+    except BipotError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(table(rows))
+    print(f"results in {(arguments.out / FILE).resolve()}")
+    return 0
+
+
+def _writer(folder: Path) -> TextIO:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return (folder / FILE).open("w", newline="", encoding="utf-8")
+    except OSError as error:
+        raise ResultsError(f"{folder}: cannot be written ({error})") from error
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,159 @@
+"""The main study from the command line: files, header, refusals, interruption."""
+
+import csv
+
+import numpy as np
+import pytest
+
+from bipot.errors import IncrementFailed
+from bipot.history import load
+from studies import convergence, upsetting
+
+HEADER = [
+    "increment",
+    "reduction",
+    "force_N",
+    "contact_radius_mm",
+    "top_corner_radius_mm",
+    "max_radius_mm",
+    "max_peeq",
+    "volume_ratio",
+    "work_J",
+    "elastic_J",
+    "plastic_J",
+    "friction_J",
+    "passes",
+    "cuts",
+    "form",
+    "reason",
+    "equilibrium",
+    "yield_violation",
+    "penetration",
+    "cone_violation",
+    "bipotential_gap_J",
+    "relative_gap",
+    "seconds",
+]
+SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05"]
+
+
+def study(out, *more):
+    return upsetting.main([*SMALL, "--out", str(out), *more])
+
+
+def test_a_run_leaves_a_folder_a_coefficient_and_prints_one_table(tmp_path, capsys):
+    assert study(tmp_path, "--mu", "0", "0.3", "inf") == 0
+    printed = capsys.readouterr().out
+    assert printed.count("relative bipotential gap") == 1
+    assert str(tmp_path) in printed
+    for name in ("mu0", "mu0.3", "muinf"):
+        history = load(tmp_path / name)
+        assert list(history.columns) == HEADER
+        assert history.complete
+        assert history["reduction"][-1] == 0.05
+        assert (history["force_N"] > 0).all()
+    assert len(load(tmp_path / "mu0")) == 2
+
+
+def test_full_cylinder_quantities(tmp_path):
+    """Force of the whole punch, work of both punches: F within the exact one's 1 %, work = force times stroke."""
+    study(tmp_path, "--mu", "0", "--increments", "10")
+    history = load(tmp_path / "mu0")
+    radius, force = history["max_radius_mm"][-1], history["force_N"][-1]
+    assert force == pytest.approx(300 * np.pi * radius**2, rel=1e-6)
+    assert history["work_J"][-1] == pytest.approx(force * 0.5e-3, rel=0.1)
+    spent = history["elastic_J"] + history["plastic_J"] + history["friction_J"]
+    # The first increment holds the corner of first yield, which the trapezoidal rule cannot see.
+    np.testing.assert_allclose(np.diff(history["work_J"])[1:], np.diff(spent)[1:], rtol=1e-3)
+    assert history["contact_radius_mm"][-1] == pytest.approx(radius)
+    assert history["top_corner_radius_mm"][-1] == pytest.approx(radius)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--mu", "-0.1"], "mu = -0.1: must be >= 0"),
+        (["--mu", "nan"], "mu = nan"),
+        (["--reduction", "1.2"], "reduction = 1.2: must be in"),
+        (["--reduction", "0.004"], "reduction = 0.004: must be > 0.005"),
+        (["--elements", "0"], "elements = 0: must be >= 1"),
+        (["--increments", "0"], "increments = 0: must be >= 1"),
+        (["--hardening", "glassy:300"], "hardening"),
+        (["--hardening", "linear:300,-5"], "modulus = -5.0"),
+    ],
+)
+def test_bad_input_is_refused_at_once_naming_field_value_and_range(arguments, words, tmp_path, capsys):
+    assert study(tmp_path, *arguments) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("arguments", [["--form", "magic"], ["--quadrature", "simpson"], ["--configuration", "end"]])
+def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, capsys):
+    with pytest.raises(SystemExit) as stop:
+        study(tmp_path, *arguments)
+    assert stop.value.code == 2
+    assert "choose from" in capsys.readouterr().err
+
+
+def test_a_folder_with_other_results_is_refused_and_the_same_ones_are_made_again(tmp_path, capsys):
+    assert study(tmp_path, "--mu", "0") == 0
+    assert study(tmp_path, "--mu", "0") == 0
+    assert study(tmp_path, "--mu", "0", "--elements", "3") == 2
+    assert "elements" in capsys.readouterr().err
+
+
+def test_an_output_folder_that_cannot_be_written_is_refused(tmp_path, capsys):
+    blocked = tmp_path / "file"
+    blocked.write_text("not a folder")
+    assert study(blocked / "out", "--mu", "0") == 2
+    assert "cannot be written" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"), [(KeyboardInterrupt(), 130), (IncrementFailed("no more; use more increments."), 2)]
+)
+def test_interruption_or_failure_leaves_what_was_computed(raised, code, tmp_path, monkeypatch):
+    real = upsetting.march
+
+    def broken(*arguments):
+        for accepted in real(*arguments):
+            yield accepted
+            if accepted.number == 3:
+                raise raised
+
+    monkeypatch.setattr(upsetting, "march", broken)
+    assert study(tmp_path, "--mu", "0.3") == code
+    with (tmp_path / "mu0.3" / "history.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [row["increment"] for row in rows] == ["1", "2", "3"]
+    history = load(tmp_path / "mu0.3")
+    assert not history.complete
+    assert history.state().tau * 0.05 == pytest.approx(0.003)
+
+
+def test_fast_mode_and_hardening(tmp_path):
+    code = upsetting.main(["--fast", "--mu", "0.1", "--hardening", "voce:300,100,8", "--out", str(tmp_path)])
+    assert code == 0
+    assert load(tmp_path / "mu0.1")["reduction"][-1] == 0.45
+
+
+def test_convergence_study_prints_orders_and_writes_every_row(tmp_path, capsys):
+    assert convergence.main(["--fast", "--mu", "0", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    order = next(line for line in printed.splitlines() if line.split()[:1] == ["order"]).split()
+    # Without friction the midpoint rule is of second order in the increment, in force, work and radius.
+    for value in (order[1], order[2], order[4]):
+        assert float(value) == pytest.approx(2.0, abs=0.3)
+    with (tmp_path / convergence.FILE).open() as file:
+        assert len(list(csv.DictReader(file))) == 5
+
+
+@pytest.mark.parametrize(("values", "order"), [([1.16, 1.04, 1.01], 2.0), ([3.0, 2.0, 1.5], 1.0)])
+def test_observed_order(values, order):
+    assert convergence.observed_order(values) == pytest.approx(order)
+
+
+@pytest.mark.parametrize("values", [[1.0, 2.0], [1.0, 2.0, 1.0], [1.0, 2.0, 3.5], [1.0, 1.0, 1.0]])
+def test_no_order_is_claimed_where_there_is_none(values):
+    assert convergence.observed_order(values) is None
