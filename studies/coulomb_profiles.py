@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot import coulomb
+from bipot.errors import InfeasibleProgram
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 PROFILE_AT = 1e-8
@@ -32,13 +33,14 @@ HERE = Path(__file__).resolve().parents[1]
 DEFAULT_FOLDERS = (HERE.parent / "shared/fclib/problems", HERE / "tests/data/fclib")
 
 AUTO = "auto"
+INFEASIBLE = "infeasible"
 SOLVERS: dict[str, coulomb.Solver[Any] | None] = {
     AUTO: None,
     "proximal": coulomb.ProximalPoint(),
     "proximal-natural": coulomb.ProximalPoint(coulomb.NaturalMap()),
     "newton": coulomb.Newton(),
     "newton-natural": coulomb.Newton(coulomb.NaturalMap()),
-    "newton-lm": coulomb.Newton(levenberg=1e-2),
+    "newton-lm": coulomb.Newton(levenberg=1e-6),
     "tresca": coulomb.TrescaFixedPoint(),
     "tresca-plain": coulomb.TrescaFixedPoint(coulomb.Damped()),
     "de-saxce": coulomb.DeSaxceFixedPoint(),
@@ -70,7 +72,10 @@ def measure(task: tuple[Path, str], limit: float, tol: float) -> Row:
     problem = coulomb.reduced(coulomb.read_fclib(path))
     limits = coulomb.Limits(tol=tol, iterations=10_000_000, seconds=limit)
     solver = SOLVERS[name]
-    answer = coulomb.solve(problem, limits) if solver is None else coulomb.run(solver, problem, limits)
+    try:
+        answer = coulomb.solve(problem, limits) if solver is None else coulomb.run(solver, problem, limits)
+    except InfeasibleProgram:
+        return Row(path.stem, problem.dim, problem.contacts, name, INFEASIBLE, np.inf, np.inf, np.inf, 0, 0.0)
     return Row(
         id=path.stem,
         dim=problem.dim,
@@ -122,7 +127,7 @@ def performance_profile(rows: Iterable[Row], tol: float) -> dict[str, NDArray[np
 def write(rows: list[Row], out: Path) -> None:
     """The tables, and the figure where matplotlib is installed."""
     out.mkdir(parents=True, exist_ok=True)
-    _write_csv(out / "solved.csv", [field.name for field in fields(Row)], map(astuple, rows))
+    _write_csv(out / "solved.csv", [field.name for field in fields(Row)], [astuple(row) for row in rows])
     header = ["solver", *(f"{tol:.0e}" for tol in TOLERANCES), "problems", "median_seconds", "total_seconds"]
     _write_csv(out / "table.csv", header, solved_table(rows))
     profile = performance_profile(rows, PROFILE_AT)

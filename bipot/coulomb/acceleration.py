@@ -1,0 +1,82 @@
+"""What a fixed-point iteration does between x and G(x): nothing, damping, or safeguarded Anderson mixing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.laws.tensors import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Memory:
+    """Past points x and steps G(x) - x, oldest first, (k, n) each; ``trusted`` is the last step length
+    accepted."""
+
+    points: tuple[FloatArray, ...] = ()
+    steps: tuple[FloatArray, ...] = ()
+    trusted: float = field(default=float("inf"))
+
+
+class Acceleration(Protocol):
+    """From x and G(x) to the next x."""
+
+    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+        """The memory with x and G(x) in it, and the next x; all (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Damped:
+    """x <- (1 - w) x + w G(x); w = 1 is the plain fixed point.
+
+    >>> Damped(0.5).advance(Memory(), np.array([0.0]), np.array([2.0]))[1].tolist()
+    [1.0]
+    """
+
+    weight: float = 1.0
+
+    def __post_init__(self) -> None:
+        require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
+
+    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+        """The damped point; remembers nothing."""
+        return memory, x + self.weight * (image - x)
+
+
+@dataclass(frozen=True)
+class Anderson:
+    """Anderson mixing of the last ``depth`` steps, with a safeguard.
+
+    x <- x + w f - (ΔX + w ΔF) γ, f = G(x) - x, γ the least-squares solution of ΔF γ = f. Where |f| has grown
+    by more than ``growth`` since the last trusted step the memory is dropped and the damped point taken:
+    mixing can then delay a convergent iteration but not keep it from converging.
+    """
+
+    depth: int = 5
+    weight: float = 0.5
+    growth: float = 2.0
+
+    def __post_init__(self) -> None:
+        require(self.depth >= 1, "depth", self.depth, ">= 1")
+        require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
+        require(self.growth >= 1, "growth", self.growth, ">= 1")
+
+    def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
+        """The mixed point, or the damped one after a step that the safeguard refuses."""
+        step = image - x
+        size = float(np.linalg.norm(step))
+        damped = x + self.weight * step
+        if size > self.growth * memory.trusted:
+            return Memory((x,), (step,), size), damped
+        points = (*memory.points, x)[-self.depth - 1 :]
+        steps = (*memory.steps, step)[-self.depth - 1 :]
+        memory = Memory(points, steps, size)
+        if len(points) < 2:
+            return memory, damped
+        dX, dF = np.diff(np.array(points), axis=0).T, np.diff(np.array(steps), axis=0).T
+        mix = np.linalg.lstsq(dF, step, rcond=1e-10)[0]
+        return memory, damped - (dX + self.weight * dF) @ mix

@@ -1,0 +1,132 @@
+"""Whether a solution can exist, asked before any is sought; the answer has three values.
+
+Both tests maximise the margin t by which some velocity, a point of {H v + w} or {W x + q}, satisfies
+    u_n >= t              t* < 0: no velocity is admissible, none exists (Farkas forces prove it)
+    u_n >= mu |u_t| + t   t* > 0: a velocity inside the dual cone, one exists (the theorem of Acary, Cadoux,
+                          Lemaréchal and Malick)
+and say nothing in between. The second needs W symmetric and positive semidefinite, as theirs is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+import clarabel as _clarabel
+import numpy as np
+from scipy import sparse
+
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.laws.tensors import FloatArray
+
+# its stubs do not name what it exports
+clarabel: Any = _clarabel
+
+# A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
+_CERTAIN = 1e-7
+_SYMMETRIC = 1e-6
+_BALANCED = 1e-6
+_TOLERANCE = 1e-10
+
+
+class Existence(Enum):
+    """Verdict of the existence test."""
+
+    NONE = "none exists"
+    EXISTS = "one exists"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, eq=False)
+class ExistenceReport:
+    """``verdict`` with its ``reason``; ``margin`` is t*, relative to |q| (nan when not needed).
+
+    ``forces`` (c,), where none exists: self-balanced normal forces on which every admissible velocity would
+    do negative work, y >= 0, W_nᵀ y = 0, q_n · y < 0.
+    """
+
+    verdict: Existence
+    reason: str
+    margin: float
+    forces: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class _Margin:
+    value: float
+    multiplier: FloatArray
+    solved: bool
+
+
+def _largest_margin(A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int) -> _Margin:
+    """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu =
+    ``cone``."""
+    n, on_t = columns(A), np.ones(b.size)
+    cones: list[object] = [clarabel.NonnegativeConeT(1)]
+    if cone is None:
+        cones.append(clarabel.NonnegativeConeT(b.size))
+    else:
+        weight = np.repeat(cone, dim)
+        weight[::dim], on_t = 1.0, np.tile([1.0] + [0.0] * (dim - 1), cone.size)
+        A, b = sparse.csr_array(sparse.diags_array(weight) @ A), weight * b
+        cones += [clarabel.SecondOrderConeT(dim)] * cone.size
+    capped = sparse.csr_array(([1.0], ([0], [n])), shape=(1, n + 1))
+    constraints = sparse.csc_matrix(sparse.vstack([capped, sparse.hstack([-A, on_t[:, None]])]))
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.time_limit = False, seconds
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
+    objective = np.zeros(n + 1)
+    objective[-1] = -1.0
+    nothing = sparse.csc_matrix((n + 1, n + 1))
+    answer = clarabel.DefaultSolver(nothing, objective, constraints, np.r_[1.0, b], cones, settings).solve()
+    return _Margin(float(answer.x[-1]), np.asarray(answer.z)[1:], str(answer.status) == "Solved")
+
+
+def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray]:
+    """Velocities as A x + b, A scaled to unit largest entry, b by its length."""
+    if isinstance(problem, GlobalCoulombProblem):
+        A, b = sparse.csr_array(problem.H.T), problem.w
+    else:
+        A, b = problem.W, problem.q
+    size = float(np.abs(A.data).max(initial=0.0)) or 1.0
+    return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0)
+
+
+def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = 10.0) -> ExistenceReport:
+    """Test whether the problem has a solution; at most ``seconds`` for each of the two programs.
+
+    >>> opposed = [[1, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 1]]
+    >>> existence(CoulombProblem(W=opposed, q=[-1, 0, -1, 0], mu=0.1, dim=2)).verdict.value
+    'none exists'
+    """
+    dim, mu = problem.dim, problem.mu
+    local = problem if isinstance(problem, CoulombProblem) else None
+    if local is not None and np.all(local.q[::dim] >= 0):
+        return ExistenceReport(Existence.EXISTS, "no contact closes without forces: r = 0 is a solution", np.nan)
+    A, b = _operator(problem)
+    opening = _largest_margin(sparse.csr_array(A[::dim]), b[::dim], None, seconds, dim)
+    if opening.solved and opening.value < -_CERTAIN and _is_farkas(A[::dim], b[::dim], opening.multiplier):
+        reason = (
+            "no velocity keeps every contact from closing: H_n v + w_n >= 0 is infeasible, by self-balanced "
+            f"normal forces of work {opening.value:.1e} < 0; open the clearances or drop a contact"
+        )
+        return ExistenceReport(Existence.NONE, reason, opening.value, np.maximum(opening.multiplier, 0.0))
+    if local is not None and local.asymmetry > _SYMMETRIC:
+        return ExistenceReport(Existence.UNKNOWN, "W is not symmetric, the sufficient condition supposes it", np.nan)
+    inside = _largest_margin(A, b, mu, seconds, dim)
+    if inside.solved and inside.value > _CERTAIN:
+        return ExistenceReport(
+            Existence.EXISTS, "some velocity lies inside the dual cone (W taken as positive semidefinite)", inside.value
+        )
+    return ExistenceReport(Existence.UNKNOWN, "neither condition decides", inside.value)
+
+
+def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
+    """Whether y >= 0 (sum y = 1) balances itself, |Aᵀ y| <= 1e-6 |b · y|, and does negative work b · y < 0.
+
+    What is left of Aᵀ y could only be used by x above 1e6 in scaled units.
+    """
+    y = np.maximum(y, 0.0)
+    work = float(b @ y)
+    return work < 0 and float(np.abs(A.T @ y).max(initial=0.0)) <= _BALANCED * -work

@@ -1,0 +1,109 @@
+"""Coulomb's law as a sequence of convex programs: Tresca's threshold, or De Saxce's shift."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy import sparse
+
+from bipot.coulomb.acceleration import Acceleration, Anderson, Memory
+from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
+from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
+from bipot.coulomb.scaling import ScaledProblem
+from bipot.laws.tensors import FloatArray, norm
+
+
+@dataclass(frozen=True, eq=False)
+class FixedPointState:
+    """The last program's answer r, the point x the next program is made at, and the acceleration's memory."""
+
+    r: FloatArray
+    point: FloatArray
+    memory: Memory
+    program: ForceProgram
+    antisymmetric: sparse.csr_array
+    stalled: str | None = None
+
+
+def _start(problem: ScaledProblem, r: FloatArray, top: FloatArray, settings: ConicSettings) -> FixedPointState:
+    W = sparse.csr_array(problem.W)
+    program = force_program(problem, top, settings)
+    return FixedPointState(r, r, Memory(), program, sparse.csr_array((W - W.T) * 0.5))
+
+
+def _solve(
+    problem: ScaledProblem,
+    state: FixedPointState,
+    law: ContactFunction,
+    shift: FloatArray,
+    radius: FloatArray,
+    settings: ConicSettings,
+) -> FloatArray:
+    """Program and polish at the point x; what the program leaves out is its load (W - Wᵀ)/2 x - ε x +
+    shift."""
+    carried = state.antisymmetric @ state.point
+    r = state.program.solve(problem.q + carried + shift - settings.regularisation * state.point, radius)
+    # the polish takes the whole W: at the fixed point nothing is left to carry
+    return polish(problem, law, r, problem.q + shift, settings.polish)
+
+
+def _advance(state: FixedPointState, r: FloatArray, acceleration: Acceleration) -> FixedPointState:
+    memory, point = acceleration.advance(state.memory, state.point, r)
+    return FixedPointState(r, point, memory, state.program, state.antisymmetric)
+
+
+@dataclass(frozen=True)
+class TrescaFixedPoint:
+    """r <- argmin ½ r·W r + q·r over r_n >= 0, |r_t| <= s, with the threshold s = mu r_n of the last point.
+
+    ``acceleration`` acts on r. Needs no dual-cone velocity to exist, but can cycle undamped.
+    """
+
+    acceleration: Acceleration = field(default_factory=Anderson)
+    settings: ConicSettings = field(default_factory=ConicSettings)
+
+    @property
+    def name(self) -> str:
+        """Label: tresca-Damped, tresca-Anderson."""
+        return f"tresca-{type(self.acceleration).__name__}"
+
+    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
+        """Set up the program."""
+        return _start(problem, r, np.zeros_like(problem.mu), self.settings)
+
+    def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
+        """One program and one acceleration step."""
+        threshold = problem.mu * np.maximum(problem.by_contact(state.point)[:, 0], 0.0)
+        law, none = TrescaMap(threshold), np.zeros(problem.size)
+        r = _solve(problem, state, law, none, threshold, self.settings)
+        return _advance(state, r, self.acceleration)
+
+
+@dataclass(frozen=True)
+class DeSaxceFixedPoint:
+    """r <- argmin ½ r·W r + (q + s n)·r over r in K_mu, with the shift s = mu |u_t| of the last point.
+
+    Each program is that of Acary, Cadoux, Lemaréchal and Malick, unbounded where no velocity is in the dual
+    cone.
+    """
+
+    acceleration: Acceleration = field(default_factory=Anderson)
+    settings: ConicSettings = field(default_factory=ConicSettings)
+
+    @property
+    def name(self) -> str:
+        """Label: de-saxce-Damped, de-saxce-Anderson."""
+        return f"de-saxce-{type(self.acceleration).__name__}"
+
+    def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
+        """Set up the program."""
+        return _start(problem, r, problem.mu, self.settings)
+
+    def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
+        """One program and one acceleration step."""
+        u = problem.by_contact(problem.velocity(state.point))
+        shift = np.zeros(u.shape)
+        shift[:, 0] = problem.mu * norm(u[:, 1:])
+        r = _solve(problem, state, ConeMap(), shift.ravel(), np.zeros_like(problem.mu), self.settings)
+        return _advance(state, r, self.acceleration)

@@ -1,0 +1,126 @@
+"""Semismooth Newton on a nonsmooth function of the law, with a line search on |F|."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from scipy import linalg, sparse
+
+from bipot.coulomb.functions import AlartCurnier, ContactFunction, Linearised
+from bipot.coulomb.linear import factorised, jacobian, newton_direction
+from bipot.coulomb.scaling import ScaledProblem
+from bipot.errors import require
+from bipot.laws.tensors import FloatArray
+
+_SHORTEST = 1e-3
+_DECREASE = 0.1
+
+
+@dataclass(frozen=True)
+class LineSearch:
+    """Halve from the full step until |F| <= (1 - 0.1 t) of the largest of the last ``memory`` values.
+
+    memory = 1 is monotone; more lets active sets change past a bump. If no step qualifies the best tried is
+    taken.
+    """
+
+    memory: int = 4
+
+    def __post_init__(self) -> None:
+        require(self.memory >= 1, "memory", self.memory, ">= 1")
+
+    def __call__(
+        self, merit: Callable[[FloatArray], float], r: FloatArray, step: FloatArray, past: tuple[float, ...]
+    ) -> tuple[FloatArray, float]:
+        """(new r, its merit)."""
+        reference, t = max(past[-self.memory :]), 1.0
+        best, lowest = r, np.inf
+        while t > _SHORTEST:
+            trial = r + t * step
+            value = merit(trial)
+            if value < lowest:
+                best, lowest = trial, value
+            if value <= (1.0 - _DECREASE * t) * reference:
+                break
+            t *= 0.5
+        return best, float(lowest)
+
+
+@dataclass(frozen=True, eq=False)
+class NewtonState:
+    """r, the merit |F| of the iterates so far, and why it stopped."""
+
+    r: FloatArray
+    merits: tuple[float, ...]
+    stalled: str | None = None
+
+
+def merit(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> float:
+    """|F(r, u)|, 2-norm over all contacts."""
+    return float(np.linalg.norm(function.value(problem.by_contact(r), problem.by_contact(u), problem.mu)))
+
+
+def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Linearised:
+    """F and its derivatives by contact."""
+    return function.linearise(problem.by_contact(r), problem.by_contact(u), problem.mu)
+
+
+def levenberg_direction(problem: ScaledProblem, rows: Linearised, weight: float) -> FloatArray:
+    """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
+    W."""
+    J, F = jacobian(problem, rows), rows.value.ravel()
+    if isinstance(J, np.ndarray):
+        stacked, right = (
+            np.vstack([J, np.sqrt(weight) * np.eye(F.size)]),
+            np.concatenate([-F, np.zeros(F.size)]),
+        )
+        least: Any = linalg.lstsq(stacked, right, lapack_driver="gelsy", check_finite=False)
+        return np.asarray(least[0])
+    normal = sparse.csc_matrix(J.T @ J + weight * sparse.eye_array(F.size))
+    return factorised(normal).solve(-(J.T @ F))
+
+
+@dataclass(frozen=True)
+class Newton:
+    """J δr = -F with J = dF/du W + dF/dr; one factorisation a step.
+
+    ``levenberg`` = 0 solves the square system and fails where W makes it singular; > 0 takes the
+    Levenberg-Marquardt step with λ = levenberg |F|, which a rank-deficient (hyperstatic) W needs.
+    Stalls when |F| has not been halved in ``patience`` steps: active sets then usually cycle.
+    """
+
+    function: ContactFunction = field(default_factory=AlartCurnier)
+    levenberg: float = 0.0
+    search: LineSearch = field(default_factory=LineSearch)
+    patience: int = 50
+
+    def __post_init__(self) -> None:
+        require(self.levenberg >= 0, "levenberg", self.levenberg, ">= 0")
+        require(self.patience >= 1, "patience", self.patience, ">= 1")
+
+    @property
+    def name(self) -> str:
+        """Label: newton-AlartCurnier, newton-NaturalMap, with -LM for Levenberg-Marquardt."""
+        return f"newton-{type(self.function).__name__}" + ("-LM" if self.levenberg else "")
+
+    def init(self, problem: ScaledProblem, r: FloatArray) -> NewtonState:
+        """Merit at the start."""
+        return NewtonState(r, (merit(problem, self.function, r, problem.velocity(r)),))
+
+    def step(self, problem: ScaledProblem, state: NewtonState) -> NewtonState:
+        """One direction and one line search."""
+        rows = linearise(problem, self.function, state.r, problem.velocity(state.r))
+        if self.levenberg:
+            direction = levenberg_direction(problem, rows, self.levenberg * state.merits[-1])
+        else:
+            direction = newton_direction(problem, rows, 0.0)
+        r, value = self.search(
+            lambda x: merit(problem, self.function, x, problem.velocity(x)), state.r, direction, state.merits
+        )
+        merits = (*state.merits[-self.patience :], value)
+        tired = len(merits) > self.patience and min(merits) > 0.5 * merits[0]
+        reason = f"|F| was not halved in {self.patience} Newton steps, the active sets cycle" if tired else None
+        return NewtonState(r, merits, reason)

@@ -1,0 +1,152 @@
+"""The discrete Coulomb problem, in its reduced and its global form.
+
+Reduced: u = W r + q. Global: M v = H r + f, u = Hᵀ v + w, hence W = Hᵀ M⁻¹ H and q = Hᵀ M⁻¹ f + w.
+Both with the law of each contact, K_mu* ∋ u + mu |u_t| n ⟂ r ∈ K_mu, rows (n, t_1 … t_{d-1}) for d = 2 or 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.sparse import linalg as sparse_linalg
+
+from bipot.errors import require
+from bipot.laws.tensors import FloatArray
+
+
+def _matrix(value: object, field: str) -> sparse.csr_array:
+    matrix = sparse.csr_array(value, dtype=np.float64)  # type: ignore[arg-type]
+    matrix.sum_duplicates()
+    require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
+    return matrix
+
+
+def columns(matrix: sparse.csr_array) -> int:
+    """Number of columns, as an int for type checkers that do not know sparse shapes."""
+    return int(np.array(matrix.shape)[1])
+
+
+def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
+    vector = np.array(value, dtype=np.float64).ravel()
+    require(vector.size == size, f"len({field})", vector.size, f"{size}")
+    require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
+    return vector
+
+
+def _friction(value: ArrayLike, contacts: int) -> FloatArray:
+    vector = _vector(np.broadcast_to(np.asarray(value, dtype=np.float64), (contacts,)), "mu", contacts)
+    require(bool(np.all(vector >= 0)), "mu", float(vector.min(initial=0.0)), ">= 0")
+    return vector
+
+
+def _require_contacts(rows: int, dim: int) -> None:
+    require(dim in (2, 3), "dim", dim, "2 or 3")
+    require(rows > 0 and rows % dim == 0, "contact rows", rows, f"a positive multiple of dim = {dim}")
+
+
+@dataclass(frozen=True, eq=False)
+class CoulombProblem:
+    """u = W r + q with Coulomb's law at every contact; W (dc, dc), q (dc,), mu (c,) or a number, dim = d.
+
+    W may be dense or sparse, unsymmetric and rank deficient. Raises SceneError for sizes that do not fit,
+    NaN, mu < 0 or mu = inf, dim other than 2 and 3.
+
+    >>> problem = CoulombProblem(W=np.eye(2), q=[-1.0, 0.5], mu=0.3, dim=2)
+    >>> problem.contacts, problem.velocity(np.array([1.0, -0.3])).tolist()
+    (1, [0.0, 0.2])
+    """
+
+    W: sparse.csr_array
+    q: FloatArray
+    mu: FloatArray
+    dim: int
+
+    def __post_init__(self) -> None:
+        matrix = _matrix(self.W, "W")
+        rows = matrix.indptr.size - 1
+        _require_contacts(rows, self.dim)
+        require(matrix.shape == (rows, rows), "W.shape", matrix.shape, "square")
+        object.__setattr__(self, "W", matrix)
+        object.__setattr__(self, "q", _vector(self.q, "q", rows))
+        object.__setattr__(self, "mu", _friction(self.mu, rows // self.dim))
+
+    @property
+    def size(self) -> int:
+        """Number of contact rows, d c."""
+        return self.q.size
+
+    @property
+    def contacts(self) -> int:
+        """Number of contacts, c."""
+        return self.q.size // self.dim
+
+    @property
+    def asymmetry(self) -> float:
+        """Max |W - Wᵀ| / max |W|, 0 for W = 0."""
+        largest = np.abs(self.W.data).max(initial=0.0)
+        difference = sparse.csr_array(self.W - self.W.T)
+        return float(np.abs(difference.data).max(initial=0.0) / largest) if largest else 0.0
+
+    @property
+    def force_scale(self) -> float:
+        """Step rho = d c / trace W of the unit-free residual, force per displacement; 1 when trace W <= 0."""
+        trace = float(self.W.diagonal().sum())
+        return self.size / trace if trace > 0 else 1.0
+
+    def velocity(self, r: FloatArray) -> FloatArray:
+        """U = W r + q, (dc,)."""
+        return self.W @ r + self.q
+
+    def by_contact(self, vector: FloatArray) -> FloatArray:
+        """The rows of each contact, (dc,) -> (c, d)."""
+        return vector.reshape(-1, self.dim)
+
+    def symmetric_part(self) -> sparse.csr_array:
+        """(W + Wᵀ)/2, what a convex subproblem can hold."""
+        return sparse.csr_array((self.W + self.W.T) * 0.5)
+
+    def antisymmetric_part(self) -> sparse.csr_array:
+        """(W - Wᵀ)/2, what a convex subproblem must carry as a load."""
+        return sparse.csr_array((self.W - self.W.T) * 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class GlobalCoulombProblem:
+    """M v = H r + f, u = Hᵀ v + w with Coulomb's law; M (m, m), H (m, dc), f (m,), w (dc,), mu (c,).
+
+    >>> unit = np.eye(2)
+    >>> bodies = GlobalCoulombProblem(M=2 * unit, H=unit, f=[-2.0, 1.0], w=[0.0, 0.0], mu=0.3, dim=2)
+    >>> bodies.reduced().q.tolist()
+    [-1.0, 0.5]
+    """
+
+    M: sparse.csr_array
+    H: sparse.csr_array
+    f: FloatArray
+    w: FloatArray
+    mu: FloatArray
+    dim: int
+
+    def __post_init__(self) -> None:
+        mass, rows = _matrix(self.M, "M"), _matrix(self.H, "H")
+        dofs, contact_rows = rows.indptr.size - 1, columns(rows)
+        _require_contacts(contact_rows, self.dim)
+        require(mass.shape == (dofs, dofs), "M.shape", mass.shape, f"({dofs}, {dofs}), the rows of H")
+        object.__setattr__(self, "M", mass)
+        object.__setattr__(self, "H", rows)
+        object.__setattr__(self, "f", _vector(self.f, "f", dofs))
+        object.__setattr__(self, "w", _vector(self.w, "w", contact_rows))
+        object.__setattr__(self, "mu", _friction(self.mu, contact_rows // self.dim))
+
+    def reduced(self) -> CoulombProblem:
+        """Eliminate v: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w, by one sparse factorisation of M."""
+        solve = sparse_linalg.splu(sparse.csc_matrix(self.M)).solve
+        W = self.H.T @ solve(self.H.toarray())
+        return CoulombProblem(W=sparse.csr_array(W), q=self.H.T @ solve(self.f) + self.w, mu=self.mu, dim=self.dim)
+
+    def state(self, r: FloatArray) -> FloatArray:
+        """V = M⁻¹ (H r + f), (m,)."""
+        return sparse_linalg.splu(sparse.csc_matrix(self.M)).solve(self.H @ r + self.f)

@@ -1,0 +1,108 @@
+"""Proximal points: a sequence of regular problems, each solved by semismooth Newton."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from bipot.coulomb.functions import AlartCurnier, ContactFunction
+from bipot.coulomb.linear import newton_direction
+from bipot.coulomb.newton import LineSearch, linearise, merit
+from bipot.coulomb.scaling import ScaledProblem
+from bipot.errors import require
+from bipot.laws.tensors import FloatArray
+
+_LIGHTEST, _HEAVIEST = 1e-13, 1e3
+# Newton passes: a quick success; and how many to wait for |F| to be halved in nine.
+_QUICK, _PATIENCE = 4, 12
+
+
+@dataclass(frozen=True, eq=False)
+class ProximalState:
+    """Iterate r of the inner problem around ``centre``; ``merits`` of its Newton steps, ``outer`` = |F| at
+    the centre."""
+
+    r: FloatArray
+    centre: FloatArray
+    weight: float
+    merits: tuple[float, ...]
+    outer: float
+    caution: int = 0
+    stalled: str | None = None
+
+
+@dataclass(frozen=True)
+class ProximalPoint:
+    """r_{k+1} solves u = W r + q + α_k (r - r_k) under Coulomb's law, by Newton; α falls as the steps
+    succeed.
+
+    W + α I is regular whatever the rank of W, and for large α the problem has one solution, near r_k. Each
+    step is one Newton pass; the centre moves when the inner |F| <= ``accuracy`` |F at the centre|. Quick
+    success divides α by ``relax``; ``inner`` passes without success, or no progress, return to the centre
+    and multiply it by ``tighten``. For ``memory`` centres after that, success divides α by no more than
+    ``cautious``: falling at full speed into the same failure is what most of the time would be spent on.
+    """
+
+    function: ContactFunction = field(default_factory=AlartCurnier)
+    weight: float = 1.0
+    accuracy: float = 0.3
+    relax: float = 10.0
+    cautious: float = 2.0
+    tighten: float = 4.0
+    memory: int = 4
+    inner: int = 25
+    search: LineSearch = field(default_factory=LineSearch)
+
+    def __post_init__(self) -> None:
+        require(self.weight > 0, "weight", self.weight, "> 0")
+        require(0 < self.accuracy < 1, "accuracy", self.accuracy, "in (0, 1)")
+        require(self.relax > 1, "relax", self.relax, "> 1")
+        require(1 < self.cautious <= self.relax, "cautious", self.cautious, "in (1, relax]")
+        require(self.memory >= 0, "memory", self.memory, ">= 0")
+        require(self.tighten > 1, "tighten", self.tighten, "> 1")
+        require(self.inner >= 1, "inner", self.inner, ">= 1")
+
+    @property
+    def name(self) -> str:
+        """Label: proximal-AlartCurnier, proximal-NaturalMap."""
+        return f"proximal-{type(self.function).__name__}"
+
+    def _centred(self, problem: ScaledProblem, r: FloatArray, weight: float, caution: int) -> ProximalState:
+        outer = merit(problem, self.function, r, problem.velocity(r))
+        return ProximalState(r, r, weight, (outer,), outer, caution)
+
+    def init(self, problem: ScaledProblem, r: FloatArray) -> ProximalState:
+        """Centre at the start."""
+        return self._centred(problem, r, self.weight, 0)
+
+    def step(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
+        """One Newton pass on the inner problem, then the decision to go on, to move the centre or to fall
+        back."""
+        weight, centre = state.weight, state.centre
+
+        def velocity(r: FloatArray) -> FloatArray:
+            return problem.velocity(r) + weight * (r - centre)
+
+        rows = linearise(problem, self.function, state.r, velocity(state.r))
+        direction = newton_direction(problem, rows, weight)
+        r, value = self.search(
+            lambda x: merit(problem, self.function, x, velocity(x)), state.r, direction, state.merits
+        )
+        state = replace(state, r=r, merits=(*state.merits, value))
+        if value <= self.accuracy * min(state.outer, 1.0) + 1e-15:
+            return self._accepted(problem, state)
+        return self._rejected(problem, state) if self._hopeless(state) else state
+
+    def _hopeless(self, state: ProximalState) -> bool:
+        passes, merits = len(state.merits) - 1, state.merits
+        return passes >= self.inner or (passes > _PATIENCE and merits[-1] > 0.5 * merits[3 - _PATIENCE])
+
+    def _accepted(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
+        passes = len(state.merits) - 1
+        quick = self.cautious if state.caution else self.relax
+        factor = quick if passes <= _QUICK else quick**0.5 if passes <= 2 * _QUICK else 1.0
+        return self._centred(problem, state.r, max(state.weight / factor, _LIGHTEST), max(state.caution - 1, 0))
+
+    def _rejected(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
+        if state.weight >= _HEAVIEST:
+            return replace(state, stalled="the inner Newton fails however heavy the proximal term")
+        return self._centred(problem, state.centre, state.weight * self.tighten, self.memory)

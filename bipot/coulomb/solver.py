@@ -1,0 +1,139 @@
+"""What a solver is, and the one loop that runs them all.
+
+A solver is a small frozen object: ``init`` makes a state from a starting force, ``step`` makes the next one.
+The loop measures every iterate against the law, keeps the best, and stops on the tolerance, on time, on the
+number of steps, or when the state says it cannot go on. No solver decides for itself that it has converged.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Protocol, TypeVar
+
+import numpy as np
+
+from bipot.coulomb.problem import CoulombProblem
+from bipot.coulomb.scaling import ScaledProblem, scale
+from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.errors import ProgramError, require
+from bipot.laws.tensors import FloatArray
+
+
+class State(Protocol):
+    """One iterate: the scaled force, and why no further step makes sense (None while one does)."""
+
+    @property
+    def r(self) -> FloatArray:
+        """Scaled force, (dc,)."""
+        ...
+
+    @property
+    def stalled(self) -> str | None:
+        """A reason, or None."""
+        ...
+
+
+S = TypeVar("S", bound=State)
+
+
+class Solver(Protocol[S]):
+    """init and step; ``name`` labels results."""
+
+    @property
+    def name(self) -> str:
+        """Label in results."""
+        ...
+
+    def init(self, problem: ScaledProblem, r: FloatArray) -> S:
+        """State at the scaled force r (dc,)."""
+        ...
+
+    def step(self, problem: ScaledProblem, state: S) -> S:
+        """The next state: one factorisation, one program, or a few sweeps; short, for time limits to hold."""
+        ...
+
+
+@dataclass(frozen=True)
+class Limits:
+    """When to stop: residual ``tol`` (:func:`bipot.coulomb.solution.residual`), steps, wall-clock seconds.
+
+    A run also stops where ``patience`` steps have not brought the smallest residual down by a hundredth.
+    """
+
+    tol: float = 1e-10
+    iterations: int = 100_000
+    seconds: float = 30.0
+    patience: int = 1000
+
+    def __post_init__(self) -> None:
+        require(self.tol > 0, "tol", self.tol, "> 0")
+        require(self.iterations >= 0, "iterations", self.iterations, ">= 0")
+        require(self.seconds > 0, "seconds", self.seconds, "> 0")
+        require(self.patience >= 1, "patience", self.patience, ">= 1")
+
+
+_ADVICE = {
+    Outcome.ITERATION_LIMIT: "more steps, or another solver, may help",
+    Outcome.TIME_LIMIT: "more time, or another solver, may help",
+    Outcome.STALLED: "solve() chains other solvers after it",
+    Outcome.FAILED: "solve() chains other solvers after it",
+}
+
+
+def _sentence(name: str, outcome: Outcome, error: float, tol: float, detail: str) -> str:
+    if outcome is Outcome.CONVERGED:
+        return f"{name} reached residual {error:.1e} <= {tol:.1e}."
+    because = f": {detail}" if detail else ""
+    return f"{name} stopped at residual {error:.1e} > {tol:.1e} ({outcome.value}){because}; {_ADVICE[outcome]}."
+
+
+def run(
+    solver: Solver[S],
+    problem: CoulombProblem,
+    limits: Limits | None = None,
+    start: FloatArray | None = None,
+    clock: Callable[[], float] = perf_counter,
+) -> CoulombSolution:
+    """Run one solver from ``start`` (dc,) (zero by default) and return its best iterate, measured.
+
+    The iterate with the smallest residual is returned, converged or not; a step that raises ProgramError or
+    LinAlgError ends the run with outcome FAILED and its message.
+    """
+    began, limits = clock(), limits or Limits()
+    scaled = scale(problem)
+    r = np.zeros(problem.size) if start is None else np.asarray(start, dtype=np.float64) / scaled.force
+    require(r.shape == (problem.size,), "start.shape", r.shape, f"({problem.size},)")
+    best, error = r, residual(problem, scaled.unscale(r))
+    outcome, detail, done = Outcome.ITERATION_LIMIT, "", 0
+    progress, since = error, 0
+    state = solver.init(scaled, r) if error > limits.tol else None
+    while state is not None and done < limits.iterations:
+        if clock() - began > limits.seconds:
+            outcome = Outcome.TIME_LIMIT
+            break
+        try:
+            # a step far outside overflows harmlessly: its merit is inf and it is not taken
+            with np.errstate(over="ignore", invalid="ignore"):
+                state = solver.step(scaled, state)
+        except (ProgramError, np.linalg.LinAlgError) as failure:
+            outcome, detail = Outcome.FAILED, str(failure).rstrip(".")
+            break
+        done += 1
+        reached = residual(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else np.inf
+        if reached < error:
+            best, error = state.r, reached
+        if error <= limits.tol:
+            break
+        if error < 0.99 * progress:
+            progress, since = error, done
+        if done - since >= limits.patience:
+            outcome, detail = Outcome.STALLED, f"no progress in {limits.patience} steps"
+            break
+        if state.stalled is not None:
+            outcome, detail = Outcome.STALLED, state.stalled
+            break
+    outcome = Outcome.CONVERGED if error <= limits.tol else outcome
+    reason = _sentence(solver.name, outcome, error, limits.tol, detail)
+    return CoulombSolution(problem, scaled.unscale(best), outcome, solver.name, reason, done, clock() - began)
