@@ -1,0 +1,61 @@
+"""An accepted increment's contact problem for other codes: its condensed Coulomb problem, in physical units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.coulomb import CoulombProblem, write_fclib
+from bipot.increment import NEAR, System, tool_travel
+from bipot.march import Accepted
+from bipot.programs.condensation import condense
+from bipot.programs.conic import TangentProgram
+from bipot.programs.delassus import reduce
+from bipot.response import TangentKind
+
+
+@dataclass(frozen=True)
+class ContactProblem:
+    """u = W r + q at the c candidates near a tool (numbers ``candidate`` (c,)), and the march's own forces r (c d,).
+
+    u in length, r in force, W in length per force.
+    """
+
+    problem: CoulombProblem
+    r: NDArray[np.float64]
+    candidate: NDArray[np.intp]
+
+
+def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
+    """The Coulomb problem of an accepted increment, on the tangent at its solution.
+
+    The increment's own contact forces solve it as exactly as the increment was solved. Candidates farther from their
+    tool than the march itself looks are left out.
+
+    Raises:
+        ProgramError: a welded point, or a singular stiffness.
+    """
+    response, rows = accepted.solved.response, accepted.solved.rows
+    travel = np.linalg.norm(tool_travel(system, accepted.start.tau, accepted.state.tau), axis=1).max()
+    near = rows.motion(response.x)[:, 0] < NEAR * travel
+    taken = rows.take(near)
+    K = system.body.stiffness(response, TangentKind.CONSISTENT)
+    f = K @ response.x - response.internal
+    program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
+    problem = reduce(condense(program).program).problem
+    return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
+
+
+def export_fclib(path: Path, system: System, accepted: Accepted) -> None:
+    """Write the increment's contact problem with the march's own solution as an FCLIB file."""
+    found = contact_problem(system, accepted)
+    write_fclib(
+        path,
+        found.problem,
+        title=f"upsetting, increment {accepted.number}",
+        description=f"condensed contact problem at tau = {accepted.state.tau:.6g}",
+        solution={"u": found.problem.velocity(found.r), "r": found.r},
+    )

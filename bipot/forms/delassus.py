@@ -1,0 +1,52 @@
+"""The tangent model reduced to its contacts, each pass a discrete Coulomb problem for any solver of bipot.coulomb."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from bipot.coulomb import CoulombSolution, Limits, Solver, run, solve
+from bipot.errors import NotConverged
+from bipot.forms.base import Answer, FormName, Pass, Workspace
+from bipot.forms.conic import condensed_tangent
+from bipot.programs.data import Outcome, Timing
+from bipot.programs.delassus import Reduced, reduce
+from bipot.response import TangentKind
+
+
+@dataclass(frozen=True)
+class Delassus:
+    """Exact Coulomb friction on the quadratic model by one discrete solver, or by ``solve()``'s chain (None)."""
+
+    solver: Solver[Any] | None = None
+    limits: Limits = Limits(tol=1e-12)
+    name: ClassVar[FormName] = FormName.DELASSUS
+    exact: ClassVar[bool] = True
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """One pass, started from the forces of the last.
+
+        Raises:
+            NotConverged: the solver's own sentence.
+            ProgramError: from the reduction.
+        """
+        began = time.perf_counter()
+        condensed = condensed_tangent(given, given.response, TangentKind.CONSISTENT)
+        reduced = reduce(condensed.program)
+        built = time.perf_counter()
+        found = self._find(reduced, given)
+        if not found.converged:
+            raise NotConverged(found.reason)
+        r = found.r.reshape(given.last_forces.shape)
+        x = condensed.recover(reduced.displacement(r)) * given.units.length
+        timing = Timing(built - began, time.perf_counter() - built)
+        return Answer(x, r * given.units.force, Outcome.SOLVED, found.iterations, timing)
+
+    def _find(self, reduced: Reduced, given: Pass) -> CoulombSolution:
+        start = np.ravel(given.last_forces) / given.units.force
+        if self.solver is None:
+            return solve(reduced.problem, self.limits, start)
+        return run(self.solver, reduced.problem, self.limits, start)

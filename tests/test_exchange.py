@@ -1,0 +1,112 @@
+"""An increment's contact problem exported, read back, and solved by every discrete solver; the march by some."""
+
+import numpy as np
+import pytest
+
+from bipot.certificate import Bounds
+from bipot.coulomb import (
+    AlartCurnier,
+    CoulombProblem,
+    DeSaxceFixedPoint,
+    GaussSeidel,
+    Limits,
+    NaturalMap,
+    Newton,
+    ProximalPoint,
+    TrescaFixedPoint,
+    Uzawa,
+    read_fclib,
+    read_solution,
+    residual,
+    run,
+    solve,
+)
+from bipot.errors import NotConverged, ProgramError
+from bipot.exchange import contact_problem, export_fclib
+from bipot.forms import Delassus
+from bipot.increment import Limits as Increments
+from bipot.march import Control, march, system_of
+from bipot.scene import upsetting
+from tests.scenes import DIRECT, fresh, path
+from tests.scenes import run as upset
+
+LIMITS = Limits(tol=1e-12, seconds=30.0)
+SCENE = upsetting(mu=0.3, reduction=0.1, elements=4)
+
+
+@pytest.fixture(scope="module")
+def accepted():
+    """The eighth increment of an upsetting at mu = 0.3, solved far below the usual bounds."""
+    tight = Control(DIRECT, limits=Increments(Bounds(equilibrium=1e-12)))
+    return list(march(SCENE, path(0.1, 5), tight))[7]
+
+
+@pytest.fixture(scope="module")
+def exported(accepted, tmp_path_factory):
+    """The file it is exported to, the problem read back, and the march's own forces."""
+    file = tmp_path_factory.mktemp("fclib") / "increment.hdf5"
+    export_fclib(file, system_of(SCENE), accepted)
+    return file, read_fclib(file), contact_problem(system_of(SCENE), accepted).r
+
+
+def test_the_file_holds_the_problem_and_the_marchs_solution(exported):
+    file, problem, r = exported
+    assert isinstance(problem, CoulombProblem)
+    assert problem.dim == 2
+    solution = read_solution(file)
+    np.testing.assert_array_equal(solution["r"], r)
+    np.testing.assert_allclose(solution["u"], problem.velocity(r))
+    assert residual(problem, r) < 1e-11
+
+
+def test_the_motion_of_the_reduced_problem_is_that_of_the_march(exported, accepted):
+    _, problem, r = exported
+    near = contact_problem(system_of(SCENE), accepted).candidate
+    motion = accepted.solved.rows.motion(accepted.solved.response.x)[near]
+    travel = 0.5 * (accepted.state.tau - accepted.start.tau)
+    np.testing.assert_allclose(problem.velocity(r).reshape(-1, 2), motion, atol=1e-9 * travel)
+    assert (np.delete(accepted.solved.r, near, axis=0) == 0).all()
+
+
+SOLVERS = [TrescaFixedPoint(), DeSaxceFixedPoint(), Newton(AlartCurnier()), Newton(NaturalMap()), None]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=lambda s: "auto" if s is None else s.name)
+def test_fixed_points_newton_and_solve_give_the_marchs_tractions(solver, exported):
+    _, problem, own = exported
+    answer = solve(problem, LIMITS) if solver is None else run(solver, problem, LIMITS)
+    assert np.abs(answer.r - own).max() <= 1e-8 * np.abs(own).max(), answer.reason
+
+
+@pytest.mark.parametrize("solver", [GaussSeidel(), Uzawa(), ProximalPoint()], ids=lambda s: s.name)
+def test_the_other_solvers_reach_them_or_are_named_as_not_converged(solver, exported):
+    _, problem, own = exported
+    answer = run(solver, problem, Limits(tol=1e-10, seconds=5.0))
+    near = np.abs(answer.r - own).max() <= 1e-6 * np.abs(own).max()
+    assert near if answer.converged else solver.name in answer.reason
+
+
+@pytest.mark.parametrize("solver", [None, Newton(AlartCurnier()), ProximalPoint()], ids=["auto", "newton", "proximal"])
+def test_the_march_takes_any_of_them_for_its_coupling(solver):
+    control = Control(Delassus(solver), fallbacks=())
+    for own, other in zip(upset(0.3), march(SCENE, path(0.1, 5), control), strict=True):
+        np.testing.assert_allclose(other.solved.r, own.solved.r, atol=1e-5 * own.solved.r.max())
+        np.testing.assert_allclose(other.state.nodes, own.state.nodes, atol=1e-6)
+
+
+def test_a_solver_that_gives_up_fails_the_pass_with_its_own_words():
+    scene = upsetting(mu=0.3, reduction=0.1, elements=2)
+    control = Control(Delassus(GaussSeidel(), Limits(tol=1e-14, iterations=1)), cuts=0)
+    accepted = next(march(scene, path(0.1, 5), control))
+    assert accepted.form.value == "dissipation"
+    assert "delassus: " in accepted.reason
+    with pytest.raises(Exception, match="failed") as caught:
+        list(march(scene, path(0.1, 5), Control(control.form, fallbacks=(), cuts=0)))
+    assert not isinstance(caught.value, NotConverged)
+
+
+def test_welded_points_are_refused():
+    system = fresh(np.inf, reduction=0.1, elements=2)
+    accepted = next(march(system.body.scene, path(0.1, 2)))
+    with pytest.raises(ProgramError, match="welded"):
+        contact_problem(system, accepted)
