@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.geometric import element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
-from bipot.laws.tensors import deviatoric_basis, identity, trace
-from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return
+from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, identity, trace
+from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return, yield_function
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene import Scene
 
 Floats = NDArray[np.float64]
+
+ON_YIELD = 1e-9
+"""A stress this near the yield surface, relative to it, counts as on it for (10)."""
 
 
 class TangentKind(Enum):
@@ -30,6 +33,16 @@ class TangentKind(Enum):
 
     CONSISTENT = "consistent"
     CONTINUUM = "continuum"
+
+
+class StressUpdate(Enum):
+    """Stress at the end of an increment: returned to the yield surface, or sigma_n + C^ep : de as (4) has it.
+
+    Without the return C^ep is that of the start of the increment, and the stress drifts off the yield surface.
+    """
+
+    RETURN = "return"
+    RATE = "rate"
 
 
 @dataclass(frozen=True)
@@ -85,6 +98,7 @@ class Body:
 
     scene: Scene
     space: Space
+    update: StressUpdate = StressUpdate.RETURN
 
     def respond(self, state: State, x: Floats) -> Response:
         """Response to the free displacements x (n,).
@@ -106,19 +120,41 @@ class Body:
         )
         elastic = self.scene.material.elasticity
         trial = rotated + kin.strain @ elastic.stiffness(MANDEL_2D)
-        returned = radial_return(trial, state.peeq, elastic, self.scene.material.hardening)
+        if self.update is StressUpdate.RETURN:
+            returned = radial_return(trial, state.peeq, elastic, self.scene.material.hardening)
+        else:
+            returned = self._unreturned(state, rotated, kin.strain)
         forces = element_force(kin.B, returned.stress, kin.volume)
         return Response(state, x, kin, rotated, trial, returned, forces, space_.vector(forces))
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
         material, peeq = self.scene.material, response.state.peeq
-        if kind is TangentKind.CONSISTENT:
+        if self.update is StressUpdate.RATE:
+            C = self._rate(response.state)[0]
+        elif kind is TangentKind.CONSISTENT:
             C = consistent_tangent(response.trial, response.returned, peeq, material.elasticity, material.hardening)
         else:
             r = response.returned
             C = continuum_tangent(r.stress, peeq + r.dpeeq, r.plastic, material.elasticity, material.hardening)
         return self.space.matrix(element_stiffness(response.kinematics.B, C, response.kinematics.volume))
+
+    def _rate(self, state: State) -> tuple[Floats, NDArray[np.bool_]]:
+        """C^ep (e, q, s, s) of (10) at the start of the increment, and where it is plastic (e, q)."""
+        elastic, hardening = self.scene.material.elasticity, self.scene.material.hardening
+        sigma_y = hardening.yield_stress(state.peeq)
+        plastic = yield_function(state.stress, sigma_y) >= -ON_YIELD * sigma_y
+        return continuum_tangent(state.stress, state.peeq, plastic, elastic, hardening), plastic
+
+    def _unreturned(self, state: State, rotated: Floats, strain: Floats) -> Returned:
+        """sigma_n + C^ep : de (4), with the plastic strain that (5) and (6) then leave."""
+        C, plastic = self._rate(state)
+        change = np.einsum("eqst,eqt->eqs", C, strain)
+        e_p = strain - change @ self.scene.material.elasticity.compliance(MANDEL_2D)
+        e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
+        length = np.linalg.norm(e_p, axis=-1)
+        direction = np.divide(e_p, length[..., None], out=np.zeros_like(e_p), where=length[..., None] > 0)
+        return Returned(rotated + change, e_p, equivalent_strain(e_p), direction, plastic)
 
     def tangent(self, response: Response) -> Floats:
         """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric."""

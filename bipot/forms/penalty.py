@@ -1,0 +1,157 @@
+"""The penalised forms: the seed paper's (26)-(29), and the same law made exact by refreshing the traction (Uzawa)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.contact import Candidates
+from bipot.errors import ProgramError, require
+from bipot.forms.base import Answer, FormName, Pass, Workspace
+from bipot.laws.penalised import default_penalty
+from bipot.programs.clarabel import Accuracy
+from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
+from bipot.programs.penalty_cvxpy import fictitious
+from bipot.programs.penalty_newton import newton
+from bipot.programs.penalty_smooth import gradient_only, trust_region
+from bipot.response import TangentKind
+from bipot.traction import contact_edges, edge_mass
+
+Floats = NDArray[np.float64]
+
+TIGHT = Accuracy(1e-12)
+
+
+class Optimiser(Enum):
+    """Who minimises the penalised program."""
+
+    NEWTON = "newton"
+    TRUST_REGION = "trust_region"
+    GRADIENT_ONLY = "gradient_only"
+    CVXPY = "cvxpy"
+
+    def minimise(self, program: PenaltyProgram, start: Floats) -> Minimum:
+        """The minimiser of a dimensionless program; raises ProgramError."""
+        return _OPTIMISERS[self](program, start)
+
+
+_OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
+    Optimiser.NEWTON: newton,
+    Optimiser.TRUST_REGION: trust_region,
+    Optimiser.GRADIENT_ONLY: gradient_only,
+    Optimiser.CVXPY: lambda program, start: fictitious(program, TIGHT),
+}
+
+
+@dataclass(frozen=True)
+class Penalty:
+    """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
+
+    ``K_n``, ``K_t`` are forces per length of one node (:func:`contact_penalty` scales them). The answer is held to
+    the law it poses, t_t within mu t_n; the exact-law certificate only reports.
+
+    Raises:
+        SceneError: a penalty that is not finite and positive.
+    """
+
+    K_n: float
+    K_t: float
+    optimiser: Optimiser = Optimiser.NEWTON
+    kind: TangentKind = TangentKind.CONSISTENT
+    name: ClassVar[FormName] = FormName.PENALTY
+    exact: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        _require_penalties(self.K_n, self.K_t)
+
+    def program(self, given: Pass) -> PenaltyProgram:
+        """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
+        t_0 = given.start_forces.copy()
+        t_0[:, 0] = np.where(t_0[:, 0] == 0, self.K_n * np.maximum(-given.start_gap, 0), t_0[:, 0])
+        return _program(given, self.kind, given.start_gap, t_0, (self.K_n, self.K_t))
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """One proximal-Newton pass."""
+        return _answer(self.program(given), given, self.optimiser)
+
+
+@dataclass(frozen=True)
+class Uzawa:
+    """The penalised law with t_0 refreshed in every pass: Uzawa on the bipotential's augmented Lagrangian.
+
+    Its fixed point is the exact law at any penalty, reached the faster the larger that is: t_n = (t_n - K_n gap)+ and
+    t_t = projection of t_t - K_t du_t on the disc mu t_n hold only where (12) does.
+
+    Raises:
+        SceneError: a penalty that is not finite and positive.
+    """
+
+    K_n: float
+    K_t: float
+    optimiser: Optimiser = Optimiser.NEWTON
+    kind: TangentKind = TangentKind.CONSISTENT
+    name: ClassVar[FormName] = FormName.UZAWA
+    exact: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        _require_penalties(self.K_n, self.K_t)
+
+    def program(self, given: Pass) -> PenaltyProgram:
+        """The pass's program: du_n is measured from contact, so that no penetration is carried."""
+        touching = np.zeros_like(given.start_gap)
+        return _program(given, self.kind, touching, given.last_forces, (self.K_n, self.K_t))
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """One proximal-Newton pass and one refresh."""
+        return _answer(self.program(given), given, self.optimiser)
+
+
+def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
+    """Nodal penalty K = factor E A/(m h), the same for every node.
+
+    A and m are area and number of nodes of the initial contact line (candidates closed at rest; all if none is), h its
+    mean edge length: a pressure per penetration of factor E/h on average. Tributary areas would do no better: they
+    vanish at the axis.
+
+    Raises:
+        SceneError: a factor that is not finite and positive.
+    """
+    require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
+    scene = candidates.scene
+    closed = candidates.start_gap(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
+    closed = closed if closed.any() else np.ones_like(closed)
+    edges = np.concatenate([contact_edges(candidates, k, tool, closed) for k, tool in enumerate(scene.tools)])
+    nodes = candidates.node[edges]
+    area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
+    ends = scene.mesh.nodes[nodes[:, [0, 2]]]
+    h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
+    return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
+
+
+def _require_penalties(K_n: float, K_t: float) -> None:
+    for field, value in (("K_n", K_n), ("K_t", K_t)):
+        require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+
+
+def _program(
+    given: Pass, kind: TangentKind, start_gap: Floats, t_0: Floats, penalties: tuple[float, float]
+) -> PenaltyProgram:
+    if given.rows.tied.any():
+        raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
+    K = given.body.stiffness(given.response, kind)
+    f = K @ given.response.x - given.response.internal + given.force
+    return PenaltyProgram(K, f, PenaltyTerms(given.rows, start_gap, t_0, given.threshold, *penalties))
+
+
+def _answer(program: PenaltyProgram, given: Pass, optimiser: Optimiser) -> Answer:
+    """Minimise in the pass's units, from the last iterate."""
+    scaled = program.scaled(given.units)
+    x, outcome, iterations, timing = optimiser.minimise(scaled, given.response.x / given.units.length)
+    r = scaled.contact.forces(x) * given.units.force
+    return Answer(x * given.units.length, r, outcome, iterations, timing, scaled.contact.mismatch(x))

@@ -1,0 +1,161 @@
+r"""The increment as a quadratic energy with penalised contact: smooth, convex, unconstrained.
+
+    minimise  Psi(dU) = 1/2 dU' K dU - f' dU + sum_c b_n(du_n,c) + b_t(du_t,c),      du = G dU + w,
+
+(25) with the contact bipotential replaced by its envelopes (26)-(29) at a frozen threshold s. K and f are those of
+the ``tangent`` program, so that the two differ in the contact term alone. Tractions are nodal forces and
+penalties forces per length. How it is minimised is a choice: :mod:`bipot.programs.penalty_newton`,
+:mod:`bipot.programs.penalty_smooth`, :mod:`bipot.programs.penalty_cvxpy`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+from numpy.typing import NDArray
+
+from bipot.laws.coulomb import project_disc
+from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
+from bipot.programs.condensation import Condensed, condense, factorise
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import ContactRows, Ints, Outcome, Timing, Units
+
+Floats = NDArray[np.float64]
+
+
+class Minimum(NamedTuple):
+    """Minimiser x (n,), what the optimiser claimed, its iterations and seconds."""
+
+    x: Floats
+    outcome: Outcome
+    iterations: int
+    timing: Timing
+
+
+@dataclass(frozen=True)
+class PenaltyTerms:
+    """Penalised contact of c candidates: rows, gap g0 (c,) that du_n is measured from, forces t_0 (c, d).
+
+    ``threshold`` (f,) is the frozen mu t_n of the friction rows, ``k_n`` and ``k_t`` forces per length.
+    """
+
+    rows: ContactRows
+    start_gap: Floats
+    t_0: Floats
+    threshold: Floats
+    k_n: float
+    k_t: float
+
+    def motion(self, x: Floats) -> Floats:
+        """du (c, d): the rows give the gap at the end, of which g0 was there at the start."""
+        du = self.rows.motion(x)
+        du[:, 0] -= self.start_gap
+        return du
+
+    def normal(self, du: Floats) -> Envelope:
+        """b_n and its derivatives at every candidate, (c,)."""
+        return normal_potential(du[:, 0], self.start_gap, self.t_0[:, 0], self.k_n)
+
+    def tangential(self, du: Floats) -> Envelope:
+        """b_t and its derivatives at the friction rows, (f,), (f, d-1), (f, d-1, d-1)."""
+        f = self.rows.frictional
+        return tangential_potential(du[f, 1:], self.t_0[f, 1:], self.threshold, self.k_t)
+
+    def forces(self, x: Floats) -> Floats:
+        """Contact forces r (c, d) at the frozen threshold."""
+        return self.law(x, self.threshold)
+
+    def mismatch(self, x: Floats) -> float:
+        """How far the frozen threshold leaves the forces from the coupled law s = mu t_n, over the largest one."""
+        r = self.forces(x)
+        largest = float(np.abs(r).max(initial=0.0))
+        coupled = self.law(x, self.rows.threshold(r))
+        return float(np.abs(r - coupled).max()) / largest if largest > 0 else 0.0
+
+    def law(self, x: Floats, threshold: Floats) -> Floats:
+        """r (c, d) of (26)-(29) for the motion of x and a threshold (f,)."""
+        du, f = self.motion(x), self.rows.frictional
+        r = np.zeros_like(du)
+        r[:, 0] = normal_traction(du[:, 0], self.start_gap, self.t_0[:, 0], self.k_n)
+        r[f, 1:] = project_disc(self.t_0[f, 1:] - self.k_t * du[f, 1:], threshold)
+        return r
+
+    def scaled(self, units: Units) -> PenaltyTerms:
+        """Lengths in ``units.length``, forces in ``units.force``."""
+        stiffness = units.force / units.length
+        return PenaltyTerms(
+            self.rows.scaled(units.length),
+            self.start_gap / units.length,
+            self.t_0 / units.force,
+            self.threshold / units.force,
+            self.k_n / stiffness,
+            self.k_t / stiffness,
+        )
+
+    def columns(self, dofs: Ints) -> PenaltyTerms:
+        """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""
+        return replace(self, rows=self.rows.columns(dofs))
+
+
+@dataclass(frozen=True)
+class PenaltyProgram:
+    """K (n, n) sparse or dense, f (n,), penalised contact on dU."""
+
+    K: sp.csc_matrix | Floats
+    f: Floats
+    contact: PenaltyTerms
+
+    def scaled(self, units: Units) -> PenaltyProgram:
+        """Dimensionless: displacements in ``units.length``, forces in ``units.force``."""
+        K, f = self.K * (units.length / units.force), self.f / units.force
+        return PenaltyProgram(K, f, self.contact.scaled(units))
+
+    def value(self, x: Floats) -> float:
+        """Psi."""
+        du = self.contact.motion(x)
+        envelopes = self.contact.normal(du).value.sum() + self.contact.tangential(du).value.sum()
+        return float(0.5 * x @ (self.K @ x) - self.f @ x + envelopes)
+
+    def gradient(self, x: Floats) -> Floats:
+        """K x - f - G' r (n,)."""
+        return self.K @ x - self.f - self.contact.rows.forces(self.contact.forces(x))
+
+    def largest(self, x: Floats) -> float:
+        """The largest force at hand, which residuals are measured by."""
+        r = self.contact.forces(x)
+        return max(float(np.abs(r).max(initial=0.0)), float(np.abs(self.f).max()), np.finfo(float).tiny)
+
+    def hessian(self, x: Floats) -> sp.csc_matrix:
+        """K + G_n' D_n G_n + G_t' D_t G_t with the generalised Hessians D of the envelopes."""
+        rows, du = self.contact.rows, self.contact.motion(x)
+        normal = rows.G_n.T @ _weighted(rows.G_n, self.contact.normal(du).hessian[:, None, None])
+        tangential = rows.G_t.T @ _weighted(rows.G_t, self.contact.tangential(du).hessian)
+        return sp.csc_matrix(self.K + (normal + tangential))
+
+    def condition(self, x: Floats) -> float:
+        """Estimate of the Hessian's condition number in the 1-norm (Higham and Tisseur's estimator)."""
+        H = self.hessian(x)
+        lu, n = factorise(H), len(self.f)
+        # The stubs of scipy hide the keyword constructor.
+        operator: Any = sla.LinearOperator
+        inverse = operator((n, n), matvec=lu.solve, rmatvec=lu.solve, dtype=float)
+        return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
+
+    def condensed(self) -> tuple[PenaltyProgram, Condensed]:
+        """The same program on the unknowns its contact rows touch, and the way back."""
+        small = condense(TangentProgram.of(self.K, self.f, self.contact.rows, self.contact.threshold))
+        terms = self.contact.columns(small.kept)
+        return PenaltyProgram(small.program.K, small.program.f, terms), small
+
+
+def _weighted(G: sp.csr_matrix, D: Floats) -> sp.csr_matrix:
+    """diag(D) G for blocks D (m, w, w)."""
+    count, width, _ = D.shape
+    if width == 1:
+        return sp.csr_matrix((G.data * np.repeat(D.ravel(), np.diff(G.indptr)), G.indices, G.indptr), shape=G.shape)
+    places = np.arange(count + 1)
+    return sp.csr_matrix(sp.bsr_matrix((D, places[:-1], places), shape=(count * width, count * width)) @ G)

@@ -1,0 +1,113 @@
+r"""The condensed penalised program given to a general smooth optimiser, where the paper used MINOS.
+
+SciPy's trust-region method takes value, gradient and generalised Hessian; L-BFGS the first two only. Both work in
+y = L' x with L L' the condensed stiffness plus the penalties, a change of variables that leaves the contact's kinks
+as the only difficulty.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+from bipot.errors import ProgramError
+from bipot.programs.data import Outcome, Timing
+from bipot.programs.penalty import Minimum, PenaltyProgram
+
+Floats = NDArray[np.float64]
+Solve = Callable[["Whitened", Floats], Any]
+
+LOST = 1e-3
+SOLVED = 1e-7
+TOLERANCE = 1e-9
+REFUSALS = 12
+
+
+class Whitened:
+    """Psi with its derivatives in y = L' x, measured from its value at the start."""
+
+    def __init__(self, program: PenaltyProgram, start: Floats) -> None:
+        self.program = program
+        terms = program.contact
+        G_n, G_t = terms.rows.G_n.toarray(), terms.rows.G_t.toarray()
+        metric = program.K + terms.k_n * G_n.T @ G_n + terms.k_t * G_t.T @ G_t
+        self.L = la.cholesky(metric, lower=True)
+        self.level = program.value(start)
+
+    def x(self, y: Floats) -> Floats:
+        """L'^-1 y."""
+        return la.solve_triangular(self.L, y, lower=True, trans=1)
+
+    def y(self, x: Floats) -> Floats:
+        """L' x."""
+        return self.L.T @ x
+
+    def value(self, y: Floats) -> float:
+        """Psi - Psi(start)."""
+        return self.program.value(self.x(y)) - self.level
+
+    def gradient(self, y: Floats) -> Floats:
+        """L^-1 g."""
+        return la.solve_triangular(self.L, self.program.gradient(self.x(y)), lower=True)
+
+    def hessian(self, y: Floats) -> Floats:
+        """L^-1 H L'^-1."""
+        half = la.solve_triangular(self.L, self.program.hessian(self.x(y)).toarray(), lower=True)
+        return la.solve_triangular(self.L, half.T, lower=True)
+
+
+def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradient and generalised Hessian. Raises ProgramError."""
+    return _optimise(program, start, _trust)
+
+
+def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradients only (L-BFGS). Raises ProgramError."""
+    return _optimise(program, start, _lbfgs)
+
+
+def _trust(psi: Whitened, y: Floats) -> Any:
+    options = {"gtol": TOLERANCE, "maxiter": 500}
+    stop = _Stalled(y)
+    return minimize(
+        psi.value, y, jac=psi.gradient, hess=psi.hessian, method="trust-exact", options=options, callback=stop
+    )
+
+
+class _Stalled:
+    """Ends a trust-region run whose steps are refused: at round-off of Psi its radius would shrink for ever."""
+
+    def __init__(self, y: Floats) -> None:
+        self.last, self.refused = y, 0
+
+    def __call__(self, y: Floats) -> None:
+        self.refused = self.refused + 1 if np.array_equal(y, self.last) else 0
+        self.last = y
+        if self.refused == REFUSALS:
+            raise StopIteration
+
+
+def _lbfgs(psi: Whitened, y: Floats) -> Any:
+    options = {"gtol": TOLERANCE, "ftol": 0.0, "maxiter": 5000, "maxfun": 20000, "maxcor": 40}
+    return minimize(psi.value, y, jac=psi.gradient, method="L-BFGS-B", options=options)
+
+
+def _optimise(program: PenaltyProgram, start: Floats, solve: Solve) -> Minimum:
+    began = time.perf_counter()
+    small, condensed = program.condensed()
+    u = start[condensed.kept]
+    psi = Whitened(small, u)
+    built = time.perf_counter()
+    answer = solve(psi, psi.y(u))
+    x = condensed.recover(psi.x(answer.x))
+    error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
+    if not error <= LOST:
+        raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
+    outcome = Outcome.SOLVED if error <= SOLVED else Outcome.ALMOST
+    return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
