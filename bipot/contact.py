@@ -28,13 +28,14 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Candidates:
-    """Nodes that may touch a tool, tool by tool: ``node`` (c,), ``tool`` (c,), ``tangent_free`` (c,)."""
+    """Nodes that may touch a tool, tool by tool: ``node``, ``tool``, ``tangent_free`` and coefficient ``mu`` (c,)."""
 
     scene: Scene
     space: Space
     node: Ints
     tool: Ints
     tangent_free: Bools
+    mu: Floats
 
     def start_gap(self, nodes: Floats, tau: float) -> Floats:
         """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``."""
@@ -48,9 +49,9 @@ class Candidates:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts at ``nodes`` (a, 2)."""
         tools = self.scene.tools
         normal = np.array([tool.normal for tool in tools])[self.tool]
-        travel = np.array([tool.travel for tool in tools])[self.tool] * (tau_end - tau)
+        travel = np.array([tool.moved(tau, tau_end) for tool in tools])[self.tool]
         tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-        mu = np.array([tool.mu for tool in tools])[self.tool]
+        mu = self.mu
         closed = self.start_gap(nodes, tau) <= _closed_tolerance(self.scene)
         tied = np.array([tool.welded for tool in tools])[self.tool] & closed
         frictional = np.flatnonzero(self.tangent_free & (mu > 0) & (tied | np.isfinite(mu)))
@@ -81,7 +82,7 @@ def _closed_tolerance(scene: Scene) -> float:
 
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Candidate nodes of every tool whose normal motion is free."""
-    node, owner, tangent_free = [], [], []
+    node, owner, tangent_free, mu = [], [], [], []
     for k, tool in enumerate(scene.tools):
         mine = scene.mesh.boundary_nodes(*tool.candidates)
         free = space.position[2 * mine[:, None] + np.arange(2)] >= 0
@@ -90,7 +91,8 @@ def candidates(scene: Scene, space: Space) -> Candidates:
         node.append(mine)
         owner.append(np.full(len(mine), k))
         tangent_free.append(_free_along(free, (tool.normal[1], -tool.normal[0])))
-    return Candidates(scene, space, np.concatenate(node), np.concatenate(owner), np.concatenate(tangent_free))
+        mu.append(np.array([tool.mu_at.get(int(a), tool.mu) for a in mine], dtype=np.float64))
+    return Candidates(scene, space, *(np.concatenate(part) for part in (node, owner, tangent_free, mu)))
 
 
 def _free_along(free: Bools, direction: tuple[float, float]) -> Bools:

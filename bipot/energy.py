@@ -37,7 +37,7 @@ class Energies:
         slip = solved.rows.motion(response.x)[:, 1:]
         dissipated = weight * material.hardening.energy(start.peeq, response.returned.dpeeq)
         return Energies(
-            self.work + float(np.sum(mean_force * tool_travel(system, tau - start.tau))),
+            self.work + float(np.sum(mean_force * tool_travel(system, start.tau, tau))),
             float(np.sum(weight * np.sum(stress * (stress @ compliance), axis=-1)) / 2),
             self.plastic + float(dissipated.sum()),
             self.friction - float(np.sum(mean_shear * slip)),

@@ -25,6 +25,7 @@ from bipot.response import Body, Response, State
 Floats = NDArray[np.float64]
 
 NEAR = 4.0
+LEAST_TRAVEL = 1e-6
 
 
 @dataclass(frozen=True)
@@ -98,9 +99,10 @@ def solve_increment(
     rows = system.candidates.rows(state.nodes, state.tau, tau)
     start_gap = system.candidates.start_gap(state.nodes, state.tau)
     units = _units(system, state, tau)
-    x = (state.velocity * (tau - state.tau)).ravel()[body.space.free]
+    x = workspace.pace.predict(state, tau).ravel()[body.space.free]
     response = body.respond(state, x)
     near = _near(rows, x, units)
+    taken = rows.take(near)
     threshold = Threshold.start(rows.threshold(state.forces))
     r, force = state.forces, np.zeros(body.space.size)
     watch = _Watch(limits, form.exact)
@@ -109,7 +111,7 @@ def solve_increment(
         given = Pass(
             body,
             response,
-            rows.take(near),
+            taken,
             threshold.value[near[rows.frictional]],
             start_gap[near],
             state.forces[near],
@@ -127,7 +129,10 @@ def solve_increment(
         observe(Trial(number, answer, certificate))
         if watch.accepts(certificate, answer.posed):
             return Solved(response, rows, r, certificate, answer.posed, number, iterations, almost, timing)
-        near = near | (rows.motion(answer.x)[:, 0] < 0)
+        entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
+        if entering.any():
+            near = near | entering
+            taken = rows.take(near)
         threshold = threshold.update(rows.threshold(r))
     raise watch.failure(f"{limits.passes} passes left")
 
@@ -190,7 +195,7 @@ def certify_response(
         residual,
         body.space.force_scale(response.element_forces),
         body.scene.mesh.size,
-        float(np.sum(tool_forces(system, r) * tool_travel(system, tau - response.state.tau))),
+        float(np.sum(tool_forces(system, r) * tool_travel(system, response.state.tau, tau))),
         1e-3 * sigma_y**2 / (2 * elastic.young) * float(kin.volume.sum()),
     )
     return certify(contact, fields, balance)
@@ -206,16 +211,17 @@ def tool_forces(system: System, r: Floats) -> Floats:
     return out
 
 
-def tool_travel(system: System, dtau: float) -> Floats:
-    """Displacement (tools, d) of each tool in an increment of pseudo-time."""
-    return dtau * np.array([tool.travel for tool in system.body.scene.tools])
+def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
+    """Displacement (tools, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
+    return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
 
 
 def _units(system: System, state: State, tau: float) -> Units:
     """Displacements in tool travel, stresses in the initial yield stress, volume in that of a cube."""
     scene = system.body.scene
-    travel = float(np.linalg.norm(tool_travel(system, tau - state.tau), axis=1).max())
     size = scene.mesh.size
+    # A tool at rest leaves no length of its own: then a small part of the body's.
+    travel = max(float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max()), LEAST_TRAVEL * size)
     return Units(travel, size, float(scene.material.hardening.yield_stress(0.0)), size**3)
 
 

@@ -6,6 +6,7 @@ consistent set (N, mm, MPa or N, m, Pa).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -45,8 +46,10 @@ class Support:
 class FlatTool:
     """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
 
-    It translates by tau ``travel``, tau in [0, 1]. The nodes of the mesh boundaries ``candidates`` may touch it,
-    with Coulomb coefficient ``mu``. ``mu = inf`` welds: what touches at the start of an increment stays tied.
+    It translates by ``travel`` times the ``path``, piecewise linear through (tau, multiple) with tau from 0 to 1: the
+    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. The nodes of the mesh boundaries ``candidates``
+    may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what
+    touches at the start of an increment stays tied.
     """
 
     point: tuple[float, float]
@@ -54,6 +57,8 @@ class FlatTool:
     travel: tuple[float, float]
     candidates: tuple[str, ...]
     mu: float
+    path: tuple[tuple[float, float], ...] = ((0.0, 0.0), (1.0, 1.0))
+    mu_at: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("point", "normal", "travel"):
@@ -61,6 +66,12 @@ class FlatTool:
             require(bool(np.isfinite(value).all()), f"tool.{name}", value, "finite")
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
         require(self.mu >= 0, "mu", self.mu, ">= 0 (inf welds)")
+        for node, mu in self.mu_at.items():
+            require(0 <= mu < np.inf, f"mu_at[{node}]", mu, "finite and >= 0")
+        taus = np.array([tau for tau, _ in self.path])
+        rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
+        require(rising, "tool.path", self.path, "pairs (tau, multiple) with tau increasing from 0 to 1")
+        require(bool(np.isfinite(self.path).all()), "tool.path", self.path, "finite")
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
 
     @property
@@ -70,7 +81,16 @@ class FlatTool:
 
     def offset(self, tau: float) -> float:
         """n . x of the plane's points at pseudo-time tau."""
-        return float(np.dot(self.normal, np.add(self.point, np.multiply(tau, self.travel))))
+        return float(np.dot(self.normal, np.add(self.point, self.moved(0.0, tau))))
+
+    def moved(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (d,) from pseudo-time ``tau`` to ``tau_end``.
+
+        >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
+        array([ 0. , -1.8])
+        """
+        multiple = np.interp([tau, tau_end], *np.transpose(self.path))
+        return (multiple[1] - multiple[0]) * np.array(self.travel, dtype=np.float64)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,15 @@ def stressed(body: Body) -> State:
     state = rest(body.scene, 0)
     rng = np.random.default_rng(1)
     stress = 150 * rng.normal(size=state.stress.shape)
-    return State(0.0, state.nodes, stress, state.plastic_strain, 0.01 * rng.uniform(size=state.peeq.shape), state.forces, state.velocity)
+    return State(
+        0.0,
+        state.nodes,
+        stress,
+        state.plastic_strain,
+        0.01 * rng.uniform(size=state.peeq.shape),
+        state.forces,
+        state.velocity,
+    )
 
 
 @pytest.mark.parametrize("geometry", Geometry)

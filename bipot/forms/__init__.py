@@ -2,5 +2,23 @@
 
 from bipot.forms.base import Answer, Backend, Form, FormName, Pass, Workspace
 from bipot.forms.conic import Dissipation, Tangent
+from bipot.forms.delassus import Delassus
+from bipot.forms.newton import Newton
+from bipot.forms.penalty import Optimiser, Penalty, Uzawa, contact_penalty
 
-__all__ = ["Answer", "Backend", "Dissipation", "Form", "FormName", "Pass", "Tangent", "Workspace"]
+__all__ = [
+    "Answer",
+    "Backend",
+    "Delassus",
+    "Dissipation",
+    "Form",
+    "FormName",
+    "Newton",
+    "Optimiser",
+    "Pass",
+    "Penalty",
+    "Tangent",
+    "Uzawa",
+    "Workspace",
+    "contact_penalty",
+]

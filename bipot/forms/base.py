@@ -13,6 +13,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.forms.memory import Memory, Pace
 from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import ContactRows, Outcome, Timing, Units
 from bipot.programs.statement import Stated
@@ -29,6 +30,7 @@ class FormName(Enum):
     PENALTY = "penalty"
     UZAWA = "uzawa"
     NEWTON = "newton"
+    DELASSUS = "delassus"
 
 
 class Backend(Enum):
@@ -80,6 +82,7 @@ class Workspace:
 
     compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
     newton: Memory | None = None
+    pace: Pace = field(default_factory=Pace)
 
     def stated(self, program: TangentProgram) -> Stated:
         """The compiled statement with the numbers of ``program`` assigned."""

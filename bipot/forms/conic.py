@@ -46,7 +46,7 @@ class Tangent:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
-        condensed = _condensed(given, given.response, self.kind)
+        condensed = condensed_tangent(given, given.response, self.kind)
         small = condensed.program
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(workspace.stated(small), self.accuracy)
@@ -88,7 +88,7 @@ def _improved(given: Pass, answer: Answer) -> Answer:
     """The answer after one Newton step of the tangent model at it, if that is nearer to equilibrium and law."""
     try:
         response = given.body.respond(given.response.state, answer.x)
-        condensed = _condensed(given, response, TangentKind.CONSISTENT)
+        condensed = condensed_tangent(given, response, TangentKind.CONSISTENT)
         start = answer.x[condensed.kept] / given.units.length
         coupled = couple(condensed.program, start, answer.r / given.units.force)
         if coupled is None:
@@ -111,7 +111,7 @@ def _distance(given: Pass, response: Response, r: Floats) -> float:
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def _condensed(given: Pass, response: Response, kind: TangentKind) -> Condensed:
+def condensed_tangent(given: Pass, response: Response, kind: TangentKind) -> Condensed:
     """The tangent program at ``response``, dimensionless and condensed on the contact unknowns."""
     K = given.body.stiffness(response, kind)
     f = K @ response.x - response.internal + given.force

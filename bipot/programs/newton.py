@@ -120,14 +120,27 @@ class Frames:
             raise ProgramError("contact rows at one node are dependent: Newton needs a conic form") from singular
         return Frames(own, T, dual, *_places(own, pattern))
 
+    def motion(self, rows: ContactRows, x: Floats) -> Floats:
+        """(g + du_n, du_t) (c, d) as ``rows.motion``, by the frames."""
+        out = _times(self.T, np.append(x, 0.0)[self.own])
+        out[:, 0] += rows.gap
+        out[rows.frictional, 1:] += rows.slip
+        return out
+
+    def forces(self, r: Floats, n: int) -> Floats:
+        """G' r (n,) as ``rows.forces``: own unknowns are not shared."""
+        out = np.zeros(n + 1)
+        out[self.own] = _times(self.T.transpose(0, 2, 1), r)
+        return out[:-1]
+
     def reaction(self, residual: Floats) -> Floats:
         """r = T^-T rho (c, d) from the residual (n,)."""
-        return (self.dual @ np.append(residual, 0.0)[self.own][..., None])[..., 0]
+        return _times(self.dual, np.append(residual, 0.0)[self.own])
 
 
 @dataclass(frozen=True)
 class Linearised:
-    """A factorised Newton matrix with the pieces of the law it stands on; ``product`` (d, m) holds the own rows of K."""
+    """A factorised Newton matrix with the law's pieces it stands on; ``product`` (d, m) holds the own rows of K."""
 
     pattern: Pattern
     frames: Frames
@@ -150,13 +163,17 @@ class Linearised:
         """(dx (n,), new r (c, d)) from rho (n,), motion and forces (c, d) at the iterate."""
         frames, pieces = self.frames, self.pieces
         law = pieces.value(motion, r) + _times(pieces.by_force, frames.reaction(residual) - r)
-        b = np.append(-residual, 0.0)
+        b: Floats = np.append(-residual, 0.0)
         b[frames.own] = -_times(frames.T.transpose(0, 2, 1), law)
         dx = self.pattern.solve(self.lu, b[:-1])
         moved = self.product * dx[frames.column]
-        change = np.stack([np.bincount(frames.owner, row, minlength=len(r)) for row in moved], axis=1)
+        change = np.stack([_sums(frames.owner, row, len(r)) for row in moved], axis=1)
         b[:-1] = residual
         return dx, _times(frames.dual, b[frames.own] * (frames.own < len(dx)) + change)
+
+
+def _sums(owner: Ints, values: Floats, count: int) -> Floats:
+    return np.asarray(np.bincount(owner, values, minlength=count), dtype=np.float64)
 
 
 def _times(matrices: Floats, vectors: Floats) -> Floats:
@@ -167,7 +184,9 @@ def _own(rows: ContactRows, n: int) -> tuple[Ints, Floats]:
     """Own unknowns (c, d), padded with n, and rows of G on them (c, d, d), zero where there is none."""
     width = 1 + rows.tangents
     lifted = rows.frictional.repeat(rows.tangents)
-    contact = np.concatenate([np.repeat(np.arange(rows.count), np.diff(rows.G_n.indptr)), lifted.repeat(np.diff(rows.G_t.indptr))])
+    contact = np.concatenate(
+        [np.repeat(np.arange(rows.count), np.diff(rows.G_n.indptr)), lifted.repeat(np.diff(rows.G_t.indptr))]
+    )
     axis = np.concatenate(
         [
             np.zeros(rows.G_n.nnz, dtype=np.intp),
@@ -199,9 +218,7 @@ def _places(own: Ints, pattern: Pattern) -> tuple[Ints, Ints, Ints, Ints]:
     length = lengths[position[:, 0]]
     owner = np.repeat(np.arange(len(own)), length)
     within = np.arange(len(owner)) - np.repeat(np.cumsum(length) - length, length)
-    entries = np.where(
-        (own < n)[owner], starts[position][owner] + within[:, None], nnz
-    ).T
+    entries = np.where((own < n)[owner], starts[position][owner] + within[:, None], nnz).T
     columns = np.append(pattern.indices, n)[entries]
     if np.any((columns != columns[0]) & (columns < n)):
         raise ProgramError("the unknowns of a contact have different neighbours: Newton needs a conic form")

@@ -34,9 +34,9 @@ class Deadband:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of c contacts: ``closed`` and ``slides`` (c,), sliding direction y/|y| and mu |r_n| / |y| of them.
+    """Pieces of c contacts: ``closed`` and ``slides`` (c,), sliding direction y/|y| (c, d-1) and mu r_n / |y| (c,).
 
-    ``tangential`` (c,) marks contacts with friction rows; the others' tangential rows only say r_t = 0.
+    ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
     """
 
     closed: Bools
@@ -70,7 +70,7 @@ class Pieces:
         radius = mu * np.maximum(r[:, 0], 0.0)
         slides = ~(rows.tied & frictional) & (~closed | (length > radius) | (mu == 0))
         safe = np.where(length > 0, length, 1.0)
-        return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, radius / safe, 0.0), mu, scale)
+        return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, mu * r[:, 0] / safe, 0.0), mu, scale)
 
     def same(self, other: Pieces) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""

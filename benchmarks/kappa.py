@@ -1,0 +1,44 @@
+"""The unit of cost kappa: assemble, factorise and solve once the stiffness of the same mesh."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bipot.increment import System
+from bipot.march import Accepted
+from bipot.programs.condensation import factorise
+from bipot.response import Response, TangentKind
+
+LEAST = 20
+"""Samples of kappa that a benchmark interleaves with its run."""
+
+
+@dataclass
+class Kappa:
+    """Samples of the unit of cost, in seconds."""
+
+    samples: list[float] = field(default_factory=list)
+
+    def sample(self, system: System, response: Response) -> None:
+        """Time one assembly (the project's own), one ``splu`` with its ordering, and one solve."""
+        began = time.perf_counter()
+        K = system.body.stiffness(response, TangentKind.CONSISTENT)
+        factorise(K).solve(response.internal)
+        self.samples.append(time.perf_counter() - began)
+
+    @property
+    def median(self) -> float:
+        """kappa, s."""
+        return float(np.median(self.samples))
+
+
+def interleaved(system: System, steps: Iterable[Accepted], kappa: Kappa, count: int) -> Iterator[Accepted]:
+    """Yield the steps, sampling kappa after each; at least LEAST samples over ``count`` steps or more."""
+    for step in steps:
+        for _ in range(-(-LEAST // count)):
+            kappa.sample(system, step.solved.response)
+        yield step

@@ -1,0 +1,246 @@
+"""The Newton form: its linear algebra on closed forms, and equality with the conic forms on whole increments."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bipot.certificate import Bounds
+from bipot.errors import ProgramError
+from bipot.fem.kinematics import Configuration
+from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
+from bipot.forms.newton import Reuse, Search
+from bipot.increment import Limits, Trial, solve_increment
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.programs.data import ContactRows
+from bipot.programs.newton import Frames, Linearised, Pattern
+from bipot.programs.pieces import Deadband, Pieces
+from bipot.scene import upsetting
+
+TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
+STARTING = Schedule(6, first=0.004, settling=4)
+
+
+def rows_of(
+    G_n: np.ndarray, G_t: np.ndarray, gap: np.ndarray, slip: np.ndarray, mu: float, tied: bool = False
+) -> ContactRows:
+    c = len(gap)
+    return ContactRows(
+        sp.csr_matrix(G_n),
+        gap,
+        sp.csr_matrix(G_t),
+        slip.reshape(c, -1),
+        np.arange(c),
+        np.full(c, np.inf if tied else mu),
+        np.full(c, tied),
+    )
+
+
+def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> tuple[np.ndarray, np.ndarray]:
+    """Full Newton steps on K x = F + G' r from rest."""
+    pattern = Pattern.of(*_csc(K))
+    frames = Frames.of(rows, pattern)
+    x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
+    scale = np.full(rows.count, K.diagonal().max())
+    for _ in range(steps):
+        data = np.zeros(K.size + 1)
+        data[pattern.place] = K.T.ravel()
+        pieces = Pieces.of(rows, rows.motion(x), r, scale)
+        dx, r = Linearised.of(data, pattern, frames, pieces).step(K @ x - F, rows.motion(x), r)
+        x = x + dx
+    return x, r
+
+
+def _csc(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The full pattern of a dense matrix, by columns."""
+    n = len(K)
+    return np.tile(np.arange(n, dtype=np.int32), n), np.arange(0, n * n + 1, n, dtype=np.int32)
+
+
+def turned(angle: float) -> np.ndarray:
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7])
+def test_one_node_slip_in_any_frame(angle: float) -> None:
+    """BENCHMARKS 5: u_n = 0, u_t = -0.466667, r = (1.466667, 0.733333), whatever frame the unknowns have."""
+    K, F = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([-1.0, -1.2])
+    R = turned(angle)
+    rows = rows_of(R[:, :1].T, R[:, 1:].T, np.zeros(1), np.zeros(1), 0.5)
+    x, r = newton(R @ K @ R.T, R @ F, rows)
+    np.testing.assert_allclose(R.T @ x, [0.0, -7 / 15], atol=1e-12)
+    np.testing.assert_allclose(r, [[22 / 15, 11 / 15]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mu", "F", "u", "r"),
+    [
+        (0.5, (1.0, 0.2), (1.2, 1.4), (0.0, 0.0)),
+        (0.5, (-1.0, 0.1), (0.0, 0.0), (1.0, -0.1)),
+        (0.0, (-1.0, -0.3), (0.0, -0.3), (1.3, 0.0)),
+    ],
+    ids=["open", "stick", "frictionless"],
+)
+def test_one_node_other_pieces(mu: float, F: tuple, u: tuple, r: tuple) -> None:
+    K = np.array([[2.0, -1.0], [-1.0, 1.0]])
+    x, force = newton(K, np.array(F), rows_of(np.eye(2)[:1], np.eye(2)[1:], np.zeros(1), np.zeros(1), mu))
+    np.testing.assert_allclose(x, u, atol=1e-12)
+    np.testing.assert_allclose(force[0], r, atol=1e-12)
+
+
+def test_tied_node_meets_gap_and_slip_and_may_pull() -> None:
+    K, F = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([1.0, 0.2])
+    rows = rows_of(np.eye(2)[:1], np.eye(2)[1:], np.array([0.25]), np.array([-0.5]), 0.0, tied=True)
+    x, r = newton(K, F, rows)
+    np.testing.assert_allclose(x, [-0.25, 0.5], atol=1e-12)
+    np.testing.assert_allclose(r[0], K @ x - F, atol=1e-12)
+
+
+def test_damped_pair_of_benchmarks_is_solved() -> None:
+    """BENCHMARKS 5: the problem on which the undamped De Saxce fixed point cycles."""
+    W = np.array([[28, -5, -12, -10], [-5, 17, -12, -5], [-12, -12, 22, 7], [-10, -5, 7, 10]], dtype=float)
+    q = np.array([-4.0, 1.0, -4.0, -4.0])
+    K = np.linalg.inv(W)
+    G_n, G_t = np.eye(4)[[0, 2]], np.eye(4)[[1, 3]]
+    x, r = newton(K, K @ q, rows_of(G_n, G_t, np.zeros(2), np.zeros(2), 1.0))
+    np.testing.assert_allclose(r.ravel() * 139, [204, 204, 188, 188], atol=1e-9)
+    np.testing.assert_allclose(x * 139, [0, -609, 0, -420], atol=1e-9)
+
+
+@settings(deadline=None, derandomize=True, max_examples=25)
+@given(st.integers(2, 30), st.integers(0, 10_000))
+def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    A = sp.random(n, n, 0.3, random_state=rng)
+    A = sp.csc_matrix(A + A.T + sp.eye(n))
+    A.sort_indices()
+    pattern = Pattern.of(A.indices, A.indptr)
+    A.data = rng.uniform(-1, 1, A.nnz) + 5 * n * (A.indices == np.repeat(np.arange(n), np.diff(A.indptr)))
+    data = np.empty(A.nnz)
+    data[pattern.place] = A.data
+    b = rng.normal(size=n)
+    np.testing.assert_allclose(A @ pattern.solve(pattern.factorise(data), b), b, atol=1e-12)
+
+
+@settings(deadline=None, derandomize=True, max_examples=40)
+@given(st.integers(0, 10_000), st.integers(1, 2))
+def test_pieces_are_the_derivatives_of_the_law(seed: int, tangents: int) -> None:
+    rng = np.random.default_rng(seed)
+    c, d = 6, 1 + tangents
+    rows = rows_of(np.zeros((c, 1)), np.zeros((c * tangents, 1)), np.zeros(c), np.zeros(c * tangents), 0.4)
+    motion, r, scale = rng.normal(size=(c, d)), rng.normal(size=(c, d)), rng.uniform(1, 3, c)
+    dm, dr = rng.normal(size=(2, c, d))
+
+    def law(h: float) -> np.ndarray:
+        m, f = motion + h * dm, r + h * dr
+        return Pieces.of(rows, m, f, scale).value(m, f)
+
+    pieces = Pieces.of(rows, motion, r, scale)
+    expected = (law(1e-6) - law(-1e-6)) / 2e-6
+    linear = np.einsum("cij,cj->ci", pieces.by_motion, dm) + np.einsum("cij,cj->ci", pieces.by_force, dr)
+    np.testing.assert_allclose(linear, expected, atol=1e-6)
+
+
+def test_dead_band_holds_a_contact_without_force_or_gap() -> None:
+    rows = rows_of(np.eye(2), np.eye(2), np.zeros(2), np.zeros(2), 0.1)
+    band, scale = Deadband(pull=1e-3, gap=1e-3), np.ones(2)
+    closed = Pieces.of(rows, np.zeros((2, 2)), np.ones((2, 2)), scale)
+    weak = np.array([[-5e-4, 0.0], [-2e-3, 0.0]])
+    assert Pieces.of(rows, np.zeros((2, 2)), weak, scale, band, closed).closed.tolist() == [True, False]
+    opened = Pieces.of(rows, np.ones((2, 2)), np.zeros((2, 2)), scale)
+    entering = np.array([[-5e-4, 0.0], [-2e-3, 0.0]])
+    assert Pieces.of(rows, entering, np.zeros((2, 2)), scale, band, opened).closed.tolist() == [False, True]
+
+
+def test_frames_agree_with_the_rows_and_refuse_what_they_cannot_hold() -> None:
+    rng = np.random.default_rng(0)
+    G_n, G_t = np.zeros((2, 5)), np.zeros((2, 5))
+    G_n[0, 1:3], G_t[0, 1:3] = turned(0.3)
+    G_n[1, 4] = -1.0
+    rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
+    rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.tied)
+    pattern = Pattern.of(*_csc(np.zeros((5, 5))))
+    frames = Frames.of(rows, pattern)
+    x, r = rng.normal(size=5), np.array([[1.0, -0.3], [2.0, 0.0]])
+    np.testing.assert_allclose(frames.motion(rows, x), rows.motion(x), atol=1e-14)
+    np.testing.assert_allclose(frames.forces(r, 5), rows.forces(r), atol=1e-14)
+    np.testing.assert_allclose(frames.reaction(rows.forces(r)), r, atol=1e-14)
+    with pytest.raises(ProgramError, match="share"):
+        Frames.of(rows_of(np.eye(3)[[0, 0]], np.eye(3)[[1, 2]], np.zeros(2), np.zeros(2), 0.1), pattern)
+    with pytest.raises(ProgramError, match="several nodes"):
+        Frames.of(rows_of(np.ones((1, 5)), np.zeros((1, 5)), np.zeros(1), np.zeros(1), 0.1), pattern)
+    with pytest.raises(ProgramError, match="dependent"):
+        Frames.of(rows_of(np.eye(5)[:1], np.eye(5)[:1], np.zeros(1), np.zeros(1), 0.1), pattern)
+
+
+def run(control: Control, mu: float, schedule: Schedule = STARTING, **scene: object) -> list[Accepted]:
+    return list(march(upsetting(mu=mu, reduction=0.1, elements=4, **scene), schedule, control))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.3, np.inf])
+@pytest.mark.parametrize("configuration", Configuration)
+def test_newton_and_conic_forms_agree(mu: float, configuration: Configuration) -> None:
+    """Forces of every contact to 1e-8 of the largest, on identical increments; no fallback on either side."""
+    ours, conic = (
+        run(Control(form, (), TIGHT, cuts=0), mu, configuration=configuration) for form in (Newton(), Tangent())
+    )
+    for a, b in zip(ours, conic, strict=True):
+        scale = np.abs(b.solved.r).max()
+        assert a.state.tau == b.state.tau
+        np.testing.assert_allclose(a.solved.r, b.solved.r, rtol=0, atol=1e-8 * scale)
+        np.testing.assert_allclose(a.state.nodes, b.state.nodes, rtol=0, atol=1e-8)
+
+
+def test_newton_converges_quadratically_once_the_pieces_are_right() -> None:
+    """Residuals of one late increment, a fresh factor each pass: each at most a multiple of the last one's square."""
+    steps = run(Control(Newton(), (), TIGHT), 0.1)
+    start, tau = steps[-1].start, steps[-1].state.tau
+    seen: list[Trial] = []
+    system = system_of(upsetting(mu=0.1, reduction=0.1, elements=4))
+    solve_increment(system, start, tau, Newton(Reuse(0.0)), TIGHT, Workspace(), 1.0, seen.append)
+    e = [trial.certificate.equilibrium for trial in seen]
+    assert len(e) <= 6
+    big = [i for i in range(1, len(e) - 1) if e[i] < 1e-2]
+    assert big
+    assert all(e[i + 1] <= 50 * e[i] ** 2 + 1e-12 for i in big)
+
+
+def test_reused_factors_save_factorisations_not_accuracy(monkeypatch: pytest.MonkeyPatch) -> None:
+    counts = {0.0: 0, 0.3: 0}
+    real = Pattern.factorise
+    forces = []
+    for fall in counts:
+
+        def counted(self: Pattern, data: np.ndarray, fall: float = fall) -> object:
+            counts[fall] += 1
+            return real(self, data)
+
+        monkeypatch.setattr(Pattern, "factorise", counted)
+        forces.append([a.solved.r for a in run(Control(Newton(Reuse(fall)), (), TIGHT), 0.1)])
+    assert counts[0.3] < counts[0.0]
+    for a, b in zip(*forces, strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(a).max())
+
+
+def test_line_search_shortens_a_step_that_inverts_elements() -> None:
+    """From rest in increments of 5 % the first full steps fold the mesh; without halving they may not recover."""
+    control = Control(Newton(search=Search(halvings=8)), (Dissipation(),), cuts=4)
+    steps = list(march(upsetting(mu=0.1, reduction=0.1, elements=4), Schedule(2), control))
+    assert steps[-1].state.tau == 1.0
+    assert all(a.solved.certificate.equilibrium <= 5e-7 for a in steps)
+
+
+def test_axis_node_without_share_of_the_pressure_settles() -> None:
+    """The corner node of a Q8 on the axis has no consistent contact weight: its force stays a part of the next."""
+    steps = run(Control(Newton(), (), cuts=0), 0.3)
+    system = system_of(upsetting(mu=0.3, reduction=0.1, elements=4))
+    nodes = system.body.scene.mesh.nodes[system.candidates.node]
+    axis = int(np.argmin(nodes[:, 0] + 100 * (nodes[:, 1] < nodes[:, 1].max())))
+    neighbour = int(np.argsort(nodes[:, 0] + 100 * (nodes[:, 1] < nodes[:, 1].max()))[1])
+    for a in steps:
+        assert a.form is FormName.NEWTON
+        assert -1e-8 * np.abs(a.solved.r).max() <= a.solved.r[axis, 0] < 0.5 * a.solved.r[neighbour, 0]
