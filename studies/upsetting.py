@@ -1,6 +1,6 @@
 r"""The seed paper's example: a cylinder upset between rigid punches with exact Coulomb friction.
 
-    python -m studies.upsetting --mu 0.1 0.3 [--form tangent|dissipation|...] [--out DIR]
+    python -m studies.upsetting --mu 0.1 0.3 [--form tangent|dissipation|newton|penalty|uzawa|delassus] [--out DIR]
 
 A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %. For each mu the folder
 ``DIR/mu{mu:g}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.h5`` (fields, for
@@ -21,13 +21,25 @@ import numpy as np
 from bipot import columns
 from bipot.columns import Column
 from bipot.errors import BipotError, require
+from bipot.exchange import export_fclib
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, gradients
-from bipot.forms import Backend, Dissipation, Form, FormName, Tangent
+from bipot.forms import (
+    Backend,
+    Delassus,
+    Dissipation,
+    Form,
+    FormName,
+    Newton,
+    Penalty,
+    Tangent,
+    Uzawa,
+    contact_penalty,
+)
 from bipot.history import History, Recorder, load
 from bipot.increment import System, tool_forces
 from bipot.laws.hardening import Hardening, hardening_from_text
-from bipot.march import Accepted, Control, Schedule, march
+from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 
@@ -38,6 +50,8 @@ FIRST, SETTLING = 0.001, 5
 FAST = {"elements": 4, "increments": 6}
 DEFAULT = {"elements": 10, "increments": 45}
 TOUCHING = 1e-8
+# Refreshing the traction converges the faster the larger the penalty; it costs no accuracy there.
+UZAWA_FACTOR = 1e4
 
 
 @dataclass(frozen=True)
@@ -53,6 +67,8 @@ class Case:
     configuration: Configuration
     reduction: float
     hardening: str
+    kn: float | None = None
+    kt: float | None = None
 
     def scene(self) -> Scene:
         """The cylinder; raises SceneError on bad input."""
@@ -83,13 +99,23 @@ class Case:
         return Schedule(self.increments, FIRST / self.reduction, SETTLING)
 
     def control(self) -> Control:
-        """The form with its fallback."""
-        forms: dict[FormName, Form] = {
-            FormName.TANGENT: Tangent(backend=self.backend),
-            FormName.DISSIPATION: Dissipation(backend=self.backend),
+        """The form with its fallbacks; a penalised one has none, because an exact one would change the law."""
+        tangent, dissipation = Tangent(backend=self.backend), Dissipation(backend=self.backend)
+        choices: dict[FormName, tuple[Form, tuple[Form, ...]]] = {
+            FormName.TANGENT: (tangent, (dissipation,)),
+            FormName.DISSIPATION: (dissipation, ()),
+            FormName.NEWTON: (Newton(), (tangent, dissipation)),
+            FormName.DELASSUS: (Delassus(), (dissipation,)),
+            FormName.PENALTY: (Penalty(*self.penalties(1.0)), ()),
+            FormName.UZAWA: (Uzawa(*self.penalties(UZAWA_FACTOR)), ()),
         }
-        require(self.form in forms, "form", self.form.value, f"one of {[name.value for name in forms]}")
-        return Control(forms[self.form])
+        form, fallbacks = choices[self.form]
+        return Control(form, fallbacks)
+
+    def penalties(self, factor: float) -> tuple[float, float]:
+        """K_n and K_t, N/mm per node; by default ``factor`` E/h of the contact edge (:func:`contact_penalty`)."""
+        default = contact_penalty(system_of(self.scene()).candidates, factor)
+        return default if self.kn is None else self.kn, default if self.kt is None else self.kt
 
     def parameters(self) -> dict[str, Any]:
         """What identifies the run in its folder."""
@@ -157,14 +183,15 @@ class Planned:
     schedule: Schedule
     control: Control
     recorder: Recorder
+    fclib: bool
 
     @staticmethod
-    def of(case: Case, out: Path) -> Planned:
+    def of(case: Case, out: Path, fclib: bool = False) -> Planned:
         """Make them; raises SceneError or ResultsError."""
         scene, schedule, control = case.scene(), case.schedule(), case.control()
         folder = out / f"mu{case.mu:g}"
         recorder = Recorder(folder, scene, history_columns(case.reduction), case.parameters(), UNITS)
-        return Planned(case, scene, schedule, control, recorder)
+        return Planned(case, scene, schedule, control, recorder, fclib)
 
     def run(self) -> str:
         """March to the end, recording every accepted increment; returns the case's line of the table."""
@@ -174,10 +201,18 @@ class Planned:
             try:
                 for accepted in march(self.scene, self.schedule, self.control):
                     recorder.record(accepted)
+                    if self.fclib:
+                        self.export(accepted)
                     progress.advance(accepted.state.tau, f"increment {accepted.number}")
             finally:
                 progress.close()
         return summary(self.case, load(self.recorder.folder), time.perf_counter() - began)
+
+    def export(self, accepted: Accepted) -> None:
+        """Write the increment's contact problem for other codes."""
+        folder = self.recorder.folder / "fclib"
+        folder.mkdir(exist_ok=True)
+        export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", self.recorder.system, accepted)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -192,6 +227,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
     p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
     p.add_argument("--hardening", default="perfect:300", help="perfect:S, linear:S,H, voce:S,Q,b[,H], table:p/S,...")
+    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
+    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
+    p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
     p.add_argument("--out", type=Path, default=Path("results/upsetting"))
     p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
     return p
@@ -213,6 +251,8 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             Configuration(arguments.configuration),
             arguments.reduction,
             arguments.hardening,
+            arguments.kn,
+            arguments.kt,
         )
         for mu in arguments.mu
     ]
@@ -246,7 +286,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     lines: list[str] = []
     try:
-        lines.extend(planned.run() for planned in [Planned.of(case, arguments.out) for case in cases(arguments)])
+        lines.extend(
+            planned.run() for planned in [Planned.of(case, arguments.out, arguments.fclib) for case in cases(arguments)]
+        )
     except BipotError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2

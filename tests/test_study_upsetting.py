@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.errors import IncrementFailed
+from bipot.forms import FormName
 from bipot.history import load
 from studies import convergence, upsetting
 
@@ -157,3 +158,26 @@ def test_observed_order(values, order):
 @pytest.mark.parametrize("values", [[1.0, 2.0], [1.0, 2.0, 1.0], [1.0, 2.0, 3.5], [1.0, 1.0, 1.0]])
 def test_no_order_is_claimed_where_there_is_none(values):
     assert convergence.observed_order(values) is None
+
+
+@pytest.mark.parametrize("form", [f.value for f in FormName])
+def test_every_form_runs_from_the_command_line(form, tmp_path):
+    """Exact forms end at one force; the penalised one near it."""
+    assert study(tmp_path, "--mu", "0.1", "--form", form) == 0
+    history = load(tmp_path / "mu0.1")
+    # A fallback for single increments is allowed, and named in the history.
+    assert np.mean(history["form"] == form) > 0.8
+    assert history["force_N"][-1] == pytest.approx(25509.32, rel=1e-6 if form != "penalty" else 2e-2)
+
+
+def test_penalties_are_part_of_the_run_and_bad_ones_are_refused(tmp_path, capsys):
+    assert study(tmp_path, "--mu", "0.1", "--form", "penalty", "--kn", "1e5", "--kt", "1e5") == 0
+    assert load(tmp_path / "mu0.1").parameters["kn"] == 1e5
+    assert study(tmp_path / "other", "--mu", "0.1", "--form", "penalty", "--kn", "-1") == 2
+    assert "K_n = -1.0: must be finite and > 0" in capsys.readouterr().err
+
+
+def test_fclib_files_are_written_on_request(tmp_path):
+    assert study(tmp_path, "--mu", "0.3", "--fclib") == 0
+    files = sorted((tmp_path / "mu0.3" / "fclib").iterdir())
+    assert len(files) == len(load(tmp_path / "mu0.3"))
