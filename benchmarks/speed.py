@@ -4,8 +4,8 @@
 
 Writes ``DIR/bench.csv`` (name, form, mu, elements, kappa_s, seconds, ratio) and ``DIR/bench_errors.csv`` (form, mu,
 increments, passes, worst, rms): the histories' force against that of REFERENCE increments. Names: ``history``, the
-whole march of the seed paper's cylinder; ``pass`` and ``increment``, their means once yield has spread; ``split PART``, a
-pass's share of the parts of increments.
+whole march of the seed paper's cylinder; ``pass`` and ``increment``, their means once yield has spread; ``split
+PART``, the parts of an increment over its passes.
 kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run.
 """
 
@@ -83,8 +83,8 @@ def histories(fast: bool) -> list[History]:
     if fast:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
-        History(0.1, 0.45, Schedule(14, first=SMALL / 0.45, settling=4, growth=2)),
-        History(0.3, 0.44, Schedule(36, first=SMALL / 0.44, settling=4, growth=2)),
+        History(0.1, 0.45, Schedule(44, first=SMALL / 0.45, settling=4, growth=2)),
+        History(0.3, 0.44, Schedule(160, first=SMALL / 0.44, settling=4, growth=2)),
     ]
 
 

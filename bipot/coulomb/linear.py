@@ -42,7 +42,9 @@ def jacobian(problem: ScaledProblem, rows: Linearised) -> FloatArray | sparse.cs
 def factorised(matrix: sparse.csc_matrix) -> sparse_linalg.SuperLU:
     """Sparse LU, ordered for the symmetric pattern that contacts have. Raises ProgramError where singular."""
     try:
-        return sparse_linalg.splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.1)
+        return sparse_linalg.splu(
+            matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
+        )
     except RuntimeError as failure:
         raise ProgramError("the Newton matrix is singular") from failure
 

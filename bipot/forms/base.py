@@ -11,9 +11,11 @@ from enum import Enum
 from typing import ClassVar, Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.forms.memory import Memory, Pace
+from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import ContactRows, Outcome, Timing, Units
 from bipot.programs.statement import Stated
@@ -83,6 +85,7 @@ class Workspace:
     compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
+    splits: dict[bytes, Split] = field(default_factory=dict)
 
     def stated(self, program: TangentProgram) -> Stated:
         """The compiled statement with the numbers of ``program`` assigned."""
@@ -90,6 +93,14 @@ class Workspace:
         if key not in self.compiled:
             self.compiled[key] = CompiledTangent.of(program)
         return self.compiled[key].assign(program)
+
+    def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
+        """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""
+        kept = touched(rows, len(K.indptr) - 1)
+        key = kept.tobytes()
+        if key not in self.splits:
+            self.splits[key] = Split.of(K, kept)
+        return self.splits[key]
 
 
 class Form(Protocol):

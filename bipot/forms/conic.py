@@ -46,7 +46,7 @@ class Tangent:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
-        condensed = condensed_tangent(given, given.response, self.kind)
+        condensed = condensed_tangent(given, given.response, self.kind, workspace)
         small = condensed.program
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(workspace.stated(small), self.accuracy)
@@ -81,14 +81,14 @@ class Dissipation:
             raw = _directly(program, self.accuracy)
         x, r = raw.u * given.units.length, raw.r * given.units.force
         answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
-        return _improved(given, answer) if self.polished else answer
+        return _improved(given, answer, workspace) if self.polished else answer
 
 
-def _improved(given: Pass, answer: Answer) -> Answer:
+def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
     """The answer after one Newton step of the tangent model at it, if that is nearer to equilibrium and law."""
     try:
         response = given.body.respond(given.response.state, answer.x)
-        condensed = condensed_tangent(given, response, TangentKind.CONSISTENT)
+        condensed = condensed_tangent(given, response, TangentKind.CONSISTENT, workspace)
         start = answer.x[condensed.kept] / given.units.length
         coupled = couple(condensed.program, start, answer.r / given.units.force)
         if coupled is None:
@@ -111,11 +111,12 @@ def _distance(given: Pass, response: Response, r: Floats) -> float:
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def condensed_tangent(given: Pass, response: Response, kind: TangentKind) -> Condensed:
+def condensed_tangent(given: Pass, response: Response, kind: TangentKind, workspace: Workspace) -> Condensed:
     """The tangent program at ``response``, dimensionless and condensed on the contact unknowns."""
     K = given.body.stiffness(response, kind)
     f = K @ response.x - response.internal + given.force
-    return condense(TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units))
+    program = TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units)
+    return condense(program, workspace.split(K, given.rows))
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ class Delassus:
             ProgramError: from the reduction.
         """
         began = time.perf_counter()
-        condensed = condensed_tangent(given, given.response, TangentKind.CONSISTENT)
+        condensed = condensed_tangent(given, given.response, TangentKind.CONSISTENT, workspace)
         reduced = reduce(condensed.program)
         built = time.perf_counter()
         found = self._find(reduced, given)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
+from bipot.programs.data import ContactRows
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -39,31 +40,93 @@ class Condensed:
         return full
 
 
-def factorise(K: sp.csc_matrix) -> sla.SuperLU:
-    """LU of a symmetric positive definite sparse matrix (symmetric mode, minimum degree).
+def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A") -> sla.SuperLU:
+    """LU of a symmetric positive definite sparse matrix (symmetric mode; minimum degree, or NATURAL if ordered).
 
     Raises:
         ProgramError: the matrix is singular.
     """
     try:
-        return sla.splu(K, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as singular:
         raise ProgramError("the stiffness is singular: a part of the body moves without resistance") from singular
 
 
-def condense(program: TangentProgram) -> Condensed:
-    """Condense a sparse program on the unknowns its contact rows touch."""
-    rows = program.contact.rows
-    touched = np.zeros(len(program.f), dtype=bool)
-    touched[rows.G_n.indices] = True
-    touched[rows.G_t.indices] = True
-    kept, inner = np.flatnonzero(touched), np.flatnonzero(~touched)
+@dataclass(frozen=True)
+class Split:
+    """Where the entries of a stiffness pattern go when ``kept`` unknowns stay: found once for a pattern.
+
+    ``inner`` (m,) lists the others in the order of elimination; ``inside``, ``cross``, ``corner`` are the places in
+    the data of K_ii (a CSC pattern of its own), of K_ic and of K_cc, the latter two with their (row, column).
+    """
+
+    kept: Ints
+    inner: Ints
+    inside: Ints
+    indices: Ints
+    indptr: Ints
+    cross: tuple[Ints, Ints, Ints]
+    corner: tuple[Ints, Ints, Ints]
+
+    @staticmethod
+    def of(K: sp.csc_matrix, kept: Ints) -> Split:
+        """Sort the pattern of K; the order of elimination is SuperLU's minimum degree on K_ii, taken once."""
+        size = len(K.indptr) - 1
+        inner = np.setdiff1d(np.arange(size), kept)
+        numbered = sp.csc_matrix((np.arange(1.0, K.nnz + 1), K.indices, K.indptr), shape=(size, size))
+        # Any diagonally dominant matrix will do: only its ordering is kept.
+        sample = abs(K[:, inner][inner]) + sp.diags_array(np.asarray(abs(K).sum(axis=0)).ravel()[inner] + 1.0)
+        inner = inner[np.argsort(factorise(sp.csc_matrix(sample)).perm_c)]
+        inside = sp.csc_matrix(numbered[:, inner][inner])
+        inside.sort_indices()
+        return Split(
+            kept,
+            inner,
+            inside.data.astype(np.intp) - 1,
+            np.asarray(inside.indices, dtype=np.intp),
+            np.asarray(inside.indptr, dtype=np.intp),
+            _places(numbered[:, kept][inner]),
+            _places(numbered[:, kept][kept]),
+        )
+
+    def inside_factor(self, data: Floats) -> sla.SuperLU:
+        """LU of K_ii from the data of K."""
+        size = len(self.inner)
+        return factorise(sp.csc_matrix((data[self.inside], self.indices, self.indptr), shape=(size, size)), "NATURAL")
+
+
+def _places(block: sp.csc_matrix) -> tuple[Ints, Ints, Ints]:
+    """Rows, columns and (numbers - 1) of the entries of a numbered block."""
+    entries = block.tocoo()
+    return entries.row.astype(np.intp), entries.col.astype(np.intp), entries.data.astype(np.intp) - 1
+
+
+def _dense(shape: tuple[int, int], places: tuple[Ints, Ints, Ints], data: Floats) -> Floats:
+    block = np.zeros(shape)
+    block[places[0], places[1]] = data[places[2]]
+    return block
+
+
+def touched(rows: ContactRows, size: int) -> Ints:
+    """Unknowns that contact rows touch, sorted."""
+    marked = np.zeros(size, dtype=bool)
+    marked[rows.G_n.indices] = True
+    marked[rows.G_t.indices] = True
+    return np.flatnonzero(marked)
+
+
+def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
+    """Condense a sparse program on the unknowns its contact rows touch; ``split`` saves finding them again."""
     K = sp.csc_matrix(program.K)
-    columns = K[:, kept]
-    coupling = columns[inner].toarray()
-    inverse = factorise(K[:, inner][inner]).solve(np.column_stack([program.f[inner], coupling]))
+    data = np.asarray(K.data, dtype=np.float64)
+    if split is None:
+        split = Split.of(K, touched(program.contact.rows, len(program.f)))
+    kept, inner = split.kept, split.inner
+    coupling = _dense((len(inner), len(kept)), split.cross, data)
+    factor = split.inside_factor(data)
+    inverse = factor.solve(np.column_stack([program.f[inner], coupling]))
     solution, influence = inverse[:, 0], inverse[:, 1:]
-    S = columns[kept].toarray() - coupling.T @ influence
+    S = _dense((len(kept), len(kept)), split.corner, data) - coupling.T @ influence
     f = program.f[kept] - coupling.T @ solution
-    reduced = TangentProgram.of((S + S.T) / 2, f, rows.columns(kept), program.contact.threshold)
+    reduced = TangentProgram.of((S + S.T) / 2, f, program.contact.rows.columns(kept), program.contact.threshold)
     return Condensed(reduced, kept, inner, solution, influence)

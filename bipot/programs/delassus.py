@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.coulomb.problem import CoulombProblem
@@ -48,10 +49,10 @@ def reduce(program: TangentProgram) -> Reduced:
         solved = np.linalg.solve(np.asarray(program.K), np.column_stack([program.f, G.T]))
     except np.linalg.LinAlgError as singular:
         raise ProgramError("the stiffness is singular: the contacts alone do not determine the motion") from singular
-    free, flexibility = solved[:, 0], solved[:, 1:]
+    free, flexibility = np.asarray(solved[:, 0], dtype=np.float64), np.asarray(solved[:, 1:], dtype=np.float64)
     mu = np.zeros(rows.count)
     mu[rows.frictional] = rows.mu[rows.frictional]
-    problem = CoulombProblem(W=G @ flexibility, q=offset + G @ free, mu=mu, dim=1 + rows.tangents)
+    problem = CoulombProblem(W=sp.csr_array(G @ flexibility), q=offset + G @ free, mu=mu, dim=1 + rows.tangents)
     return Reduced(problem, free, flexibility)
 
 
