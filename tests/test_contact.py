@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+from bipot.certificate import Bounds
 from bipot.contact import candidates
 from bipot.fem.kinematics import Geometry
 from bipot.forms import Backend, Tangent
+from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march, system_of
@@ -13,6 +15,9 @@ from bipot.mesh import block
 from bipot.response import body_space
 from bipot.scene import FlatTool, Material, Scene, Support, upsetting
 from tests.scenes import DIRECT, fresh, path
+
+
+TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))
 
 
 def test_candidates_are_top_and_side_without_the_held_base_node():
@@ -78,7 +83,7 @@ def block_scene(tools, poisson=0.3):
 def test_contact_patch_uniform_pressure_is_transmitted_exactly():
     """A flat frictionless tool on an elastic block: uniaxial stress under plane strain, the same at every point."""
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.002), ("top",), 0.0)
-    (accepted,) = march(block_scene((tool,)), Schedule(1), Control(DIRECT))
+    (accepted,) = march(block_scene((tool,)), Schedule(1), TIGHT)
     stress = accepted.state.stress
     np.testing.assert_allclose(stress, np.broadcast_to(stress[0, 0], stress.shape), atol=1e-8)
     assert stress[0, 0, 0] == pytest.approx(0.0, abs=1e-8)
@@ -91,7 +96,7 @@ def test_a_nodes_forces_follow_the_consistent_weights_of_the_patch():
     """Uniform pressure on quadratic edges: 1/6, 2/3, 1/6 of each edge's load."""
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.002), ("top",), 0.0)
     scene = block_scene((tool,))
-    (accepted,) = march(scene, Schedule(1), Control(DIRECT))
+    (accepted,) = march(scene, Schedule(1), TIGHT)
     points = system_of(scene).candidates
     order = np.argsort(scene.mesh.nodes[points.node, 0])
     r = accepted.solved.r[order, 0]
