@@ -102,7 +102,7 @@ class Claims:
 def test_almost_solved_is_never_accepted():
     scaled = scale(coulomb.CoulombProblem(np.eye(2), [-1.0, 0.0], 0.3, 2))
     claims = Claims("AlmostSolved")
-    program = ForceProgram(scaled, scaled.mu, coulomb.ConicSettings(), claims, claims, 0)
+    program = ForceProgram(scaled, scaled.mu, coulomb.ConicSettings(), claims, claims, 0, np.ones(scaled.size))
     with pytest.raises(ProgramError, match="AlmostSolved"):
         program.solve(scaled.q, np.zeros(1))
     assert claims.asked == 2

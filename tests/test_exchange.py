@@ -89,7 +89,8 @@ def test_the_other_solvers_reach_them_or_are_named_as_not_converged(solver, expo
 @pytest.mark.parametrize("solver", [None, Newton(AlartCurnier()), ProximalPoint()], ids=["auto", "newton", "proximal"])
 def test_the_march_takes_any_of_them_for_its_coupling(solver):
     control = Control(Delassus(solver), fallbacks=())
-    for own, other in zip(upset(0.3), march(SCENE, path(0.1, 5), control), strict=True):
+    scene = upsetting(mu=0.3, reduction=0.1, elements=4)
+    for own, other in zip(upset(0.3), march(scene, path(0.1, 5), control), strict=True):
         np.testing.assert_allclose(other.solved.r, own.solved.r, atol=1e-5 * own.solved.r.max())
         np.testing.assert_allclose(other.state.nodes, own.state.nodes, atol=1e-6)
 

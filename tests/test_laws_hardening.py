@@ -21,7 +21,8 @@ CURVES: list[Hardening] = [
 KINKS = np.array(TABLE.peeq)
 
 quick = settings(deadline=None, derandomize=True, max_examples=60)
-strain = st.floats(0.0, 1.5)
+# Subnormal strains underflow in the quadrature, not in the curves.
+strain = st.floats(0.0, 1.5, allow_subnormal=False)
 
 
 def test_values_follow_the_formulas():

@@ -2,8 +2,9 @@
 
     min ½ r · P r + p · r    subject to    r in a product of second-order cones (fixed or with given radii)
 
-P is the symmetric part of W plus a small multiple of I, which a W printed with few digits needs to be
-positive.
+P is the symmetric part of W, each contact's force in a unit of its own (1 over the root of its mean flexibility: the
+cone does not notice, the condition does), plus a small multiple of I, which a W printed with few digits needs to be
+positive. A proximal centre takes that multiple away again at the fixed point.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.coulomb.functions import ContactFunction
-from bipot.coulomb.newton import merit
+from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import InfeasibleProgram, ProgramError, require
@@ -41,7 +42,7 @@ class ConicSettings:
     tol: float = 1e-9
     seconds: float = 30.0
     regularisation: float = 1e-8
-    polish: int = 20
+    polish: int = 100
 
     def __post_init__(self) -> None:
         require(0 < self.tol < 1e-2, "tol", self.tol, "in (0, 0.01)")
@@ -57,6 +58,12 @@ class ConicSettings:
         settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = self.tol * loosened
         settings.time_limit = self.seconds
         return settings
+
+
+def _units(problem: ScaledProblem) -> FloatArray:
+    """1 over the root of each contact's mean diagonal of W, for all its rows (dc,); 1 where that is not positive."""
+    flexibility = problem.by_contact(problem.W.diagonal()).mean(axis=1)
+    return np.repeat(1.0 / np.sqrt(np.where(flexibility > 0, flexibility, 1.0)), problem.dim)
 
 
 def _normal_rows(problem: ScaledProblem) -> sparse.csr_array:
@@ -76,7 +83,7 @@ class ForceProgram:
     """One program with its Clarabel solver; ``solve`` changes the linear term and the radii only.
 
     ``top`` (c,) is mu for the friction cone |r_t| <= mu r_n, zero for discs of given radii. r_n >= 0 is a
-    row of its own wherever the cone does not imply it.
+    row of its own wherever the cone does not imply it. ``unit`` (dc,) is the force each row is measured in.
     """
 
     problem: ScaledProblem
@@ -85,12 +92,18 @@ class ForceProgram:
     solver: Any
     loose: Any
     contacts_with_row: int
+    unit: FloatArray
 
-    def solve(self, linear: FloatArray, radius: FloatArray) -> FloatArray:
-        """The minimiser r (dc,). Raises InfeasibleProgram where it is unbounded, ProgramError where
-        unsolved."""
+    def solve(self, linear: FloatArray, radius: FloatArray, centre: FloatArray | None = None) -> FloatArray:
+        """The minimiser r (dc,), the regularisation around ``centre`` (default 0).
+
+        Raises InfeasibleProgram where it is unbounded, ProgramError where unsolved.
+        """
+        linear = self.unit * linear
+        if centre is not None:
+            linear = linear - self.settings.regularisation * centre / self.unit
         b = np.zeros((self.problem.mu.size, self.problem.dim))
-        b[:, 0] = radius
+        b[:, 0] = radius / self.unit[:: self.problem.dim]
         right = np.concatenate([np.zeros(self.contacts_with_row), b.ravel()])
         status = "not run"
         for solver in (self.solver, self.loose):
@@ -98,7 +111,7 @@ class ForceProgram:
             answer = solver.solve()
             status = str(answer.status)
             if status == "Solved":
-                return np.asarray(answer.x)
+                return self.unit * np.asarray(answer.x)
             if status == "DualInfeasible":
                 raise InfeasibleProgram(
                     "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
@@ -109,30 +122,33 @@ class ForceProgram:
 def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int) -> FloatArray:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
-    Proximal, with a first weight of the size of |F|: W may be singular and the active sets are only nearly known.
+    Plain Newton first, which a W of any condition suits while it is regular; then proximal, with a first weight of the
+    size of |F|, because W may be singular and the active sets are only nearly known.
     """
     posed = replace(problem, q=load)
     best, lowest = r, merit(posed, law, r, posed.velocity(r))
-    solver = ProximalPoint(law, weight=max(lowest, _LIGHTEST))
-    state = solver.init(posed, r)
-    for _ in range(steps):
-        if lowest <= _EXACT:
-            break
-        try:
-            state = solver.step(posed, state)
-        except ProgramError:
-            break
-        reached = merit(posed, law, state.r, posed.velocity(state.r))
-        if reached < lowest:
-            best, lowest = state.r, reached
+    for solver in (Newton(law), ProximalPoint(law, weight=max(lowest, _LIGHTEST))):
+        state = solver.init(posed, best)
+        for _ in range(steps):
+            if lowest <= _EXACT or state.stalled:
+                break
+            try:
+                state = solver.step(posed, state)
+            except (ProgramError, np.linalg.LinAlgError):
+                break
+            reached = merit(posed, law, state.r, posed.velocity(state.r))
+            if reached < lowest:
+                best, lowest = state.r, reached
     return best
 
 
 def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P, the cones, and two solvers on the same pattern (the asked tolerance and a
     looser)."""
-    W = sparse.csr_array(problem.W)
-    P = sparse.csc_matrix(sparse.triu((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size)))
+    W, unit = sparse.csr_array(problem.W), _units(problem)
+    own = sparse.diags_array(unit)
+    W = own @ ((W + W.T) * 0.5) @ own
+    P = sparse.csc_matrix(sparse.triu(W + settings.regularisation * sparse.eye_array(problem.size)))
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     A = sparse.csc_matrix(-sparse.vstack([_normal_rows(problem)[bare], _cone_rows(problem, top)]))
@@ -142,4 +158,4 @@ def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettin
     asked, looser = (
         clarabel.DefaultSolver(P, problem.q, A, b, cones, settings.for_clarabel(loosened)) for loosened in (1, 100)
     )
-    return ForceProgram(problem, top, settings, asked, looser, bare.size)
+    return ForceProgram(problem, top, settings, asked, looser, bare.size, unit)

@@ -43,7 +43,7 @@ def _solve(
     """Program and polish at the point x; what the program leaves out is its load (W - Wᵀ)/2 x - ε x +
     shift."""
     carried = state.antisymmetric @ state.point
-    r = state.program.solve(problem.q + carried + shift - settings.regularisation * state.point, radius)
+    r = state.program.solve(problem.q + carried + shift, radius, state.point)
     # the polish takes the whole W: at the fixed point nothing is left to carry
     return polish(problem, law, r, problem.q + shift, settings.polish)
 
