@@ -12,7 +12,7 @@ from bipot.certificate import Certificate
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.forms import Backend, Dissipation, Tangent
+from bipot.forms import Backend, Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.march import Accepted, Control, Schedule, march
@@ -33,6 +33,7 @@ __all__ = [
     "IncrementFailed",
     "Linear",
     "Material",
+    "Newton",
     "Perfect",
     "Quadrature",
     "Recorder",
