@@ -7,6 +7,7 @@ the fields, is within the bounds.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -99,7 +100,7 @@ def solve_increment(
     rows = system.candidates.rows(state.nodes, state.tau, tau)
     start_gap = system.candidates.start_gap(state.nodes, state.tau)
     units = _units(system, state, tau)
-    x = workspace.pace.predict(state, tau).ravel()[body.space.free]
+    x = _predicted(system, state, tau, workspace).ravel()[body.space.free]
     response = body.respond(state, x)
     near = _near(rows, x, units)
     taken = rows.take(near)
@@ -193,7 +194,7 @@ def certify_response(
     sigma_y = float(material.hardening.yield_stress(0.0))
     balance = Balance(
         residual,
-        body.space.force_scale(response.element_forces),
+        max(body.space.force_scale(response.element_forces), _force_floor(body, float(kin.volume.sum()))),
         body.scene.mesh.size,
         float(np.sum(tool_forces(system, r) * tool_travel(system, response.state.tau, tau))),
         1e-3 * sigma_y**2 / (2 * elastic.young) * float(kin.volume.sum()),
@@ -216,6 +217,20 @@ def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
     return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
 
 
+def _predicted(system: System, state: State, tau: float, workspace: Workspace) -> Floats:
+    """Displacement (a, d) to start from: the last motion goes on, unless the tools turn back."""
+    going_on = workspace.pace.predict(state, tau)
+    before, now = tool_travel(system, 2 * state.tau - tau, state.tau), tool_travel(system, state.tau, tau)
+    return going_on if np.vdot(before, now) >= 0 else np.zeros_like(going_on)
+
+
+def _force_floor(body: Body, volume: float) -> float:
+    """A thousandth of what an element's side carries at yield: residuals of an unstressed body are round-off of it."""
+    mesh = body.scene.mesh
+    sigma_y = float(body.scene.material.hardening.yield_stress(0.0))
+    return 1e-3 * sigma_y * volume / (mesh.size * math.sqrt(len(mesh.elements)))
+
+
 def _units(system: System, state: State, tau: float) -> Units:
     """Displacements in tool travel, stresses in the initial yield stress, volume in that of a cube."""
     scene = system.body.scene
@@ -227,4 +242,6 @@ def _units(system: System, state: State, tau: float) -> Units:
 
 def _near(rows: ContactRows, x: Floats, units: Units) -> Bools:
     """Candidates within a few travels of a tool at the predicted end: the others get no rows until they touch."""
-    return (rows.gap + rows.G_n @ x < NEAR * units.length) | rows.tied
+    gap = rows.gap + rows.G_n @ x
+    # At least one, so that no program is without contact rows: an open one changes nothing.
+    return (gap <= max(NEAR * units.length, float(gap.min()))) | rows.tied

@@ -227,4 +227,4 @@ class ContactRows:
 def _transposed(G: sp.csr_matrix, v: Floats) -> Floats:
     """G^T v without making G^T, which costs more than the product."""
     weights = G.data * np.repeat(v, np.diff(G.indptr))
-    return np.asarray(np.bincount(G.indices, weights, minlength=np.shape(G)[1]), dtype=np.float64)
+    return np.asarray(np.bincount(G.indices, weights, minlength=int(np.asarray(G.shape)[1])), dtype=np.float64)

@@ -110,7 +110,8 @@ def _linearised(program: PenaltyProgram, x: Floats, r: Floats) -> tuple[Floats, 
     now[:, 0] = np.where(closed, terms.t_0[:, 0] - terms.k_n * room, 0.0)
     miss = r[f, 1:] - project_disc(z, terms.threshold)
     now[f, 1:] = r[f, 1:] - np.linalg.solve(A, miss[..., None])[..., 0]
-    return now, np.where(closed, terms.k_n, 0.0), rho_t * np.linalg.solve(A, M)
+    D_t = np.asarray(rho_t * np.linalg.solve(A, M), dtype=np.float64)
+    return now, np.where(closed, terms.k_n, 0.0), D_t
 
 
 def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
@@ -137,7 +138,8 @@ def _projection_slope(z: Floats, radius: Floats) -> Floats:
     size = np.where(slides, length, 1.0)
     unit = np.where(slides, 1 / size, 0.0)[:, None] * z
     shrink: Floats = np.where(slides, radius / size, 1.0)
-    return shrink[:, None, None] * (np.eye(z.shape[1]) - unit[:, :, None] * unit[:, None, :])
+    across: Floats = np.eye(z.shape[1]) - unit[:, :, None] * unit[:, None, :]
+    return np.einsum("f,fij->fij", shrink, across)
 
 
 def _searches(program: PenaltyProgram, best: _Best) -> None:

@@ -1,0 +1,96 @@
+r"""What the penalty costs: errors against the conic run, condition and passes over K, for each friction coefficient.
+
+python -m paper_figs.fig_penalty_vs_conic [--results results/penalty_vs_conic] [--out DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bipot.errors import ResultsError
+from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from studies.penalty_vs_conic import COMMAND, NAME
+from studies.tables import Value, read_csv
+
+Rows = list[dict[str, Value]]
+
+CURVES: dict[str, dict[str, Any]] = {
+    "force_error": {"color": BLUE, "marker": "o", "label": "force"},
+    "normal_traction_error": {"color": VERMILLION, "marker": "s", "label": "pressure, $L_2$"},
+    "tangential_traction_error": {"color": GREEN, "marker": "^", "label": "shear, $L_2$"},
+}
+MARKS: dict[str, Any] = {"ms": 3.5, "mew": 0.8, "mfc": "none"}
+
+
+def draw(rows: Rows) -> Figure:
+    """Upper row: errors; lower row: condition and passes; a column a friction coefficient."""
+    mus = sorted({float(row["mu"]) for row in rows})
+    figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
+    axes = figure.subplots(2, len(mus), sharex=True, sharey="row", squeeze=False)
+    for column, mu in zip(axes.T, mus, strict=True):
+        mine = [row for row in rows if row["mu"] == mu and row["form"] == "penalty"]
+        errors(column[0], mine)
+        costs(column[1], mine)
+        column[0].set_title(rf"$\mu$ = {mu:g}")
+        column[1].set_xlabel("$K$ over $E/h$")
+    axes[0, 0].set_ylabel("relative error against the conic run")
+    axes[1, 0].set_ylabel("condition estimate (passes: right)")
+    axes[0, 0].legend()
+    return figure
+
+
+def errors(ax: Axes, rows: Rows) -> None:
+    """Errors over K at 20 % (full) and 45 % (dashed), with the slope of first order."""
+    for reduction, line in ((0.2, "-"), (0.45, "--")):
+        chosen = [row for row in rows if row["reduction"] == reduction]
+        for name, style in CURVES.items():
+            label = style["label"] if line == "-" else None
+            ax.loglog(*_series(chosen, name), **{**style, **MARKS, "label": label}, ls=line)
+    K, error = _series([row for row in rows if row["reduction"] == 0.2], "force_error")
+    if len(K) > 1:
+        middle = len(K) // 2
+        ax.loglog(K, error[middle] * K[middle] / K, color=GREY, lw=0.7, ls=":")
+
+
+def costs(ax: Axes, rows: Rows) -> None:
+    """Condition of the tangent and passes of the whole run."""
+    chosen = [row for row in rows if row["reduction"] == 0.45]
+    ax.loglog(*_series(chosen, "condition"), color=BLUE, marker="o", **MARKS)
+    passes = ax.twinx()
+    passes.semilogx(*_series(chosen, "passes"), color=VERMILLION, marker="s", **MARKS)
+    passes.set_ylim(0, None)
+    passes.tick_params(axis="y", colors=VERMILLION)
+
+
+def _series(rows: Rows, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Finite positive values over K."""
+    pairs = np.array([[row["K_over_E_h"], row[name]] for row in rows], dtype=float).reshape(-1, 2)
+    K, value = pairs[np.isfinite(pairs).all(axis=1) & (pairs[:, 1] > 0)].T
+    return K, value
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
+    parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
+    asked = parser.parse_args(argv)
+    try:
+        rows = read_csv(asked.results / f"{NAME}.csv", COMMAND.format(out=asked.results))
+    except ResultsError as error:
+        raise SystemExit(str(error)) from error
+    with mpl.rc_context(STYLE):
+        for path in save(draw(rows), asked.out or asked.results / "figures", "fig_penalty_vs_conic"):
+            print(path)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+r"""Time against the error of the force-stroke curve, every method over its own knob: a figure a friction coefficient.
+
+Left: against very many increments (what increments and algebra leave out); right: against exact algebra on the same
+increments (what penalty or tolerance leave out).
+
+python -m paper_figs.fig_speed_vs_error [--results results/speed_vs_error] [--out DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bipot.errors import ResultsError
+from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from studies.methods import Method
+from studies.speed_jobs import Knob
+from studies.speed_vs_error import COMMAND, NAME
+from studies.tables import Value, read_csv
+
+Rows = list[dict[str, Value]]
+
+LOOKS: dict[Method, dict[str, Any]] = {
+    Method.NEWTON: {"color": "black", "marker": "x"},
+    Method.TANGENT: {"color": BLUE, "marker": "o"},
+    Method.FROZEN: {"color": BLUE, "marker": "v"},
+    Method.DISSIPATION: {"color": BLUE, "marker": "D"},
+    Method.PENALTY: {"color": VERMILLION, "marker": "s"},
+    Method.UZAWA: {"color": GREEN, "marker": "^"},
+    Method.WRITTEN: {"color": GREY, "marker": "P"},
+    Method.UNRETURNED: {"color": GREY, "marker": "*"},
+}
+LINES = {Knob.INCREMENTS: "-", Knob.PENALTY: ":", Knob.TOLERANCE: "--"}
+PANELS = {"curve_error": "against very many increments", "algebraic_error": "against the same increments, exact"}
+
+
+def draw(rows: Rows) -> Figure:
+    """Two panels of time against error."""
+    figure = Figure(figsize=(WIDTH, 3.6), layout="constrained")
+    axes = figure.subplots(1, 2, sharey=True)
+    for ax, (measure, title) in zip(axes, PANELS.items(), strict=True):
+        panel(ax, rows, measure)
+        ax.set(xlabel="relative $L_2$ error of the force-stroke curve", title=title)
+        ax.invert_xaxis()
+    axes[0].set_ylabel("processor time [s]")
+    handles, labels = axes[0].get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=4)
+    return figure
+
+
+def panel(ax: Axes, rows: Rows, measure: str) -> None:
+    """A line a method and knob: increments full, penalty dotted, tolerance dashed."""
+    for method, look in LOOKS.items():
+        for knob, line in LINES.items():
+            chosen = [r for r in rows if r["method"] == method.value and r["knob"] == knob.value]
+            pairs = np.array([[r[measure], r["seconds"]] for r in chosen], dtype=float).reshape(-1, 2)
+            kept = pairs[np.isfinite(pairs).all(axis=1) & (pairs > 0).all(axis=1)]
+            if len(kept):
+                ax.loglog(*kept.T, ls=line, ms=4, mew=0.8, mfc="none", label=method.value, **look)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """The command line."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
+    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
+    asked = parser.parse_args(argv)
+    try:
+        rows = read_csv(asked.results / f"{NAME}.csv", COMMAND.format(out=asked.results))
+    except ResultsError as error:
+        raise SystemExit(str(error)) from error
+    out = asked.out or asked.results / "figures"
+    with mpl.rc_context(STYLE):
+        for mu in sorted({row["mu"] for row in rows}):
+            figure = draw([row for row in rows if row["mu"] == mu])
+            for path in save(figure, out, f"fig_speed_vs_error_mu{mu:g}"):
+                print(path)
+
+
+if __name__ == "__main__":
+    main()

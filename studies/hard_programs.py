@@ -1,0 +1,169 @@
+"""Hard cases that are programs, not marches: limit loads under force control, and fixed points that cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.errors import UnboundedProgram
+from bipot.fem.kinematics import Configuration
+from bipot.forms import FormName
+from bipot.march import system_of
+from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Block, ContactRows, Units
+from bipot.programs.dissipation import ROOT, DissipationProgram
+from bipot.programs.fixed_point import Threshold
+from bipot.programs.terms import ContactTerms
+from bipot.response import rest
+from bipot.scene import upsetting
+from studies.hard_scenes import Outcome
+
+Floats = NDArray[np.float64]
+
+ACCURACY = Accuracy(1e-10)
+FARKAS = 1e-6
+SETTLED = 1e-8
+
+
+@dataclass(frozen=True)
+class ProgramCase:
+    """A named program; ``run`` gives its outcome, the passes it took and a relative gap."""
+
+    name: str
+    form: FormName
+    expected: Outcome
+    run: Callable[[], tuple[Outcome, int, float]]
+
+
+def program_cases() -> list[ProgramCase]:
+    """Cases 8 and 14."""
+    return [
+        ProgramCase("8 0.9 of the limit load", FormName.DISSIPATION, Outcome.CERTIFIED, lambda: force_controlled(0.9)),
+        ProgramCase("8 1.1 of the limit load", FormName.DISSIPATION, Outcome.UNBOUNDED, lambda: force_controlled(1.1)),
+        *(
+            ProgramCase(f"14 {name}", FormName.TANGENT, Outcome.CERTIFIED, lambda W=W, q=q, mu=mu: coupled(W, q, mu))
+            for name, W, q, mu in DISCRETE
+        ),
+    ]
+
+
+def no_contact(unknowns: int) -> ContactTerms:
+    """Contact terms of no candidate."""
+    empty, none = sp.csr_matrix((0, unknowns)), np.zeros(0)
+    rows = ContactRows(empty, none, empty, np.zeros((0, 1)), np.zeros(0, np.intp), none, np.zeros(0, bool))
+    return ContactTerms(rows, none)
+
+
+def limit_program(factor: float) -> tuple[DissipationProgram, Units]:
+    """The frictionless cylinder under ``factor`` times its limit load sigma_Y pi R^2, geometry frozen.
+
+    The punch is a free unknown, the last: all nodes of the top move down with it.
+    """
+    scene = upsetting(mu=0.0, elements=4, configuration=Configuration.PAPER)
+    system = system_of(scene)
+    space = system.body.space
+    state = rest(scene, len(system.candidates.node))
+    model = system.body.plastic_model(system.body.respond(state, np.zeros(space.size)))
+    top = space.position[2 * scene.mesh.boundary_nodes("top") + 1]
+    own = np.setdiff1d(np.arange(space.size), top)
+    T = sp.csr_matrix(
+        (
+            np.concatenate([np.ones(len(own)), -np.ones(len(top))]),
+            (np.concatenate([own, top]), np.concatenate([np.arange(len(own)), np.full(len(top), len(own))])),
+        ),
+        shape=(space.size, len(own) + 1),
+    )
+    model = replace(model, volumetric=model.volumetric @ T, deviatoric=model.deviatoric @ T)
+    force = np.zeros(len(own) + 1)
+    force[-1] = factor * 300.0 * np.pi * 5.0**2
+    units = Units(5.0 * 300.0 / 210_000.0, 5.0, 300.0, 5.0**3)
+    return DissipationProgram(model, force, no_contact(len(force))), units
+
+
+def force_controlled(factor: float) -> tuple[Outcome, int, float]:
+    """Solve; certified when equilibrium and yield hold, unbounded when the ray is a collapse mechanism."""
+    program, units = limit_program(factor)
+    scaled = program.scaled(units)
+    try:
+        answer = solve(scaled.conic(), ACCURACY)
+    except UnboundedProgram as unbounded:
+        return (Outcome.UNBOUNDED if collapses(scaled, np.asarray(unbounded.ray)) else Outcome.FAILED), 1, 0.0
+    m = scaled.model
+    x = answer.block(Block.DISPLACEMENT)
+    elastic = answer.block(Block.ELASTIC_DEVIATOR).reshape(m.stress.shape)
+    deviator = m.stress + 2 * m.shear * elastic
+    pressure = m.pressure + m.bulk * (m.volumetric @ x + m.trace_0)
+    internal = m.volumetric.T @ (m.weight * pressure) + m.deviatoric.T @ (m.weight[:, None] * deviator).ravel()
+    balance = float(np.abs(internal - scaled.force).max() / scaled.force.max())
+    excess = float((np.sqrt(1.5) * np.linalg.norm(deviator, axis=1) / m.threshold).max()) - 1
+    plastic = scaled.plastic_strain(answer)
+    gap = ROOT * m.threshold * np.linalg.norm(plastic, axis=1) - np.sum(deviator * plastic, axis=1)
+    work = abs(float(scaled.force @ x))
+    met = balance <= 1e-6 and excess <= 1e-6
+    return (Outcome.CERTIFIED if met else Outcome.FAILED), 1, float(m.weight @ np.abs(gap)) / work
+
+
+def collapses(program: DissipationProgram, ray: Floats) -> bool:
+    """Farkas: along the ray no volume changes, and the load gains more than plastic flow dissipates."""
+    m = program.model
+    v = ray[: len(program.force)]
+    gain = float(program.force @ v)
+    change = np.abs(m.volumetric @ v).max() * m.weight.sum()
+    flow = np.linalg.norm((m.deviatoric @ v).reshape(m.stress.shape), axis=1)
+    dissipated = float(ROOT * (m.weight * m.threshold) @ flow)
+    return gain > 0 and change <= FARKAS * gain and dissipated < gain
+
+
+DISCRETE = (
+    (
+        "Gauss-Seidel cycles",
+        np.array([[15.0, 11, 4, 7], [11, 17, 11, 8], [4, 11, 11, 4], [7, 8, 4, 9]]),
+        np.array([-1.0, 0, -1, -3]),
+        1.0,
+    ),
+    (
+        "De Saxce cycles",
+        np.array([[28.0, -5, -12, -10], [-5, 17, -12, -5], [-12, -12, 22, 7], [-10, -5, 7, 10]]),
+        np.array([-4.0, 1, -4, -4]),
+        1.0,
+    ),
+)
+
+
+def coupled(W: Floats, q: Floats, mu: float, passes: int = 200) -> tuple[Outcome, int, float]:
+    """The increment's own coupling code on u = W r + q: frozen thresholds, damped where they oscillate."""
+    for number, (change, r, u) in enumerate(passes_of(W, q, mu), start=1):
+        if change <= SETTLED:
+            gap = np.abs(mu * r[:, 0] * np.abs(u[:, 1]) + np.sum(r * u, axis=1)).sum() / np.abs(r * u).sum()
+            return Outcome.CERTIFIED, number, float(gap)
+        if number == passes:
+            break
+    return Outcome.FAILED, passes, np.inf
+
+
+def coupled_forces(W: Floats, q: Floats, mu: float) -> Floats:
+    """Forces (c, 2) where the threshold has settled."""
+    return next(r for change, r, _ in passes_of(W, q, mu) if change <= SETTLED)
+
+
+def passes_of(W: Floats, q: Floats, mu: float) -> Iterator[tuple[float, Floats, Floats]]:
+    """Pass after pass: relative change of the threshold, forces and motions (c, 2)."""
+    K, c = np.asarray(np.linalg.inv(W), dtype=np.float64), len(q) // 2
+    identity = sp.csr_matrix(np.eye(2 * c))
+    normal, tangent = identity[::2], identity[1::2]
+    zero = np.zeros(c)
+    rows = ContactRows(normal, zero, tangent, zero[:, None], np.arange(c), np.full(c, mu), np.zeros(c, bool))
+    threshold = Threshold.start(zero)
+    while True:
+        program = TangentProgram.of(K, K @ q, rows, threshold.value)
+        answer = solve(program.conic(), ACCURACY)
+        r = program.contact.contact_forces(answer)
+        target = rows.threshold(r)
+        change = float(np.abs(target - threshold.value).max() / target.max(initial=1e-300))
+        yield change, r, rows.motion(answer.block(Block.DISPLACEMENT))
+        threshold = threshold.update(target)

@@ -1,0 +1,71 @@
+"""The methods that ``speed_vs_error`` compares: one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from enum import Enum
+
+from bipot.certificate import Bounds
+from bipot.forms import Backend, Dissipation, Form, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.forms.newton import Newton
+from bipot.increment import Limits
+from bipot.march import Control, system_of
+from bipot.paper import as_written
+from bipot.response import StressUpdate
+from bipot.scene import Scene
+
+
+class Method(Enum):
+    """A way to run the march, by its name in the tables."""
+
+    TANGENT = "tangent"
+    FROZEN = "tangent, threshold by fixed point"
+    DISSIPATION = "dissipation"
+    NEWTON = "newton"
+    PENALTY = "penalty"
+    UZAWA = "uzawa"
+    WRITTEN = "paper as written"
+    UNRETURNED = "paper as written, no return"
+
+    @property
+    def penalised(self) -> bool:
+        """Whether it has a penalty to choose."""
+        return self in (Method.PENALTY, Method.UZAWA, Method.WRITTEN, Method.UNRETURNED)
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Penalty over E/h, and equilibrium tolerance; the other bounds keep their proportion to it."""
+
+    factor: float = 1e3
+    tolerance: float = Bounds().equilibrium
+
+
+FORMS: dict[Method, Callable[[float], Form]] = {
+    Method.TANGENT: lambda K: Tangent(backend=Backend.CLARABEL),
+    Method.FROZEN: lambda K: Tangent(backend=Backend.CLARABEL, coupled=False),
+    Method.DISSIPATION: lambda K: Dissipation(),
+    Method.NEWTON: lambda K: Newton(),
+    Method.PENALTY: lambda K: Penalty(K, K),
+    Method.UZAWA: lambda K: Uzawa(K, K),
+}
+WRITTEN = {Method.WRITTEN: StressUpdate.RETURN, Method.UNRETURNED: StressUpdate.RATE}
+
+
+def configured(method: Method, scene: Scene, setting: Setting) -> tuple[Scene, Control]:
+    """Scene and control of a method; penalised forms do not fall back on exact ones."""
+    K = contact_penalty(system_of(scene).candidates, setting.factor)
+    if method in WRITTEN:
+        return as_written(scene, K, K, WRITTEN[method])
+    limits = Limits(bounds(setting.tolerance))
+    fallbacks = () if method.penalised else Control().fallbacks
+    return scene, Control(FORMS[method](K), fallbacks, limits)
+
+
+def bounds(tolerance: float) -> Bounds:
+    """The default bounds, all scaled so that equilibrium is held to ``tolerance``; yield is met by construction."""
+    default = Bounds()
+    scale = tolerance / default.equilibrium
+    scaled = {f.name: getattr(default, f.name) * scale for f in fields(default)}
+    return Bounds(**{**scaled, "yield_violation": default.yield_violation})

@@ -1,0 +1,207 @@
+"""What the comparisons share: a march kept as snapshots, a stopwatch on assembly, errors between two runs."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import IncrementFailed, ProgramError
+from bipot.forms import Answer, Form, Pass, Penalty, Uzawa, Workspace
+from bipot.increment import System, tool_forces
+from bipot.laws.coulomb import Status
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.programs.data import Timing
+from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
+from bipot.response import Body, TangentKind
+from bipot.scene import Scene
+from bipot.traction import contact_edges, edge_mass, traction
+
+Floats = NDArray[np.float64]
+
+ASSEMBLY = ("respond", "stiffness", "tangent", "plastic_model")
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """An accepted increment: pseudo-time, punch force (N), work of the modelled part, fields, and its own course.
+
+    Nodes and velocity (a, 2); forces r (c, 2); gap, |slip| and status (c,); pressure and shear (c,), NaN off the line.
+    """
+
+    tau: float
+    force: float
+    work: float
+    nodes: Floats
+    velocity: Floats
+    r: Floats
+    gap: Floats
+    slip: Floats
+    status: NDArray[np.int8]
+    pressure: Floats
+    shear: Floats
+    relative_gap: float
+    passes: int
+    iterations: int
+    cuts: int
+    seconds: float
+    timing: Timing
+    condition: float
+
+
+@dataclass(frozen=True)
+class Run:
+    """Snapshots of a march and, when it stopped early, why."""
+
+    snapshots: tuple[Snapshot, ...]
+    failure: str = ""
+
+    def at(self, tau: float) -> int | None:
+        """Number of the snapshot at ``tau``, None when the run did not get there."""
+        found = [k for k, s in enumerate(self.snapshots) if s.tau == tau]
+        return found[0] if found else None
+
+    def total(self, name: str, upto: int) -> float:
+        """Sum of a snapshot field over the run up to and with number ``upto``."""
+        return sum(getattr(s, name) for s in self.snapshots[: upto + 1])
+
+    def curve(self, upto: int) -> tuple[Floats, Floats]:
+        """Pseudo-time and force up to number ``upto``."""
+        kept = self.snapshots[: upto + 1]
+        return np.array([s.tau for s in kept]), np.array([s.force for s in kept])
+
+
+class Probe:
+    """A form that remembers the last pass it was given, for the condition of its tangent."""
+
+    def __init__(self, form: Form) -> None:
+        self.form, self.name, self.exact = form, form.name, form.exact
+        self.given: Pass | None = None
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """The form's own answer."""
+        self.given = given
+        return self.form.solve(given, workspace)
+
+    def condition(self, x: Floats) -> float:
+        """Of K plus, in a penalised form, the contact's Hessian, at x (n,); inf when singular."""
+        given = self.given
+        assert given is not None
+        if isinstance(self.form, Penalty | Uzawa):
+            posed = self.form.program(given)
+        else:
+            rows = given.rows.take(np.zeros(given.rows.count, dtype=bool))
+            terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), 1.0, 1.0)
+            K = given.body.stiffness(given.response, TangentKind.CONSISTENT)
+            posed = PenaltyProgram(K, np.zeros(len(x)), terms)
+        try:
+            return posed.condition(x)
+        except ProgramError:
+            return float("inf")
+
+
+def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:
+    """March and keep every increment; with ``marks`` the tangent's condition at those pseudo-times."""
+    system = system_of(scene, control.update)
+    # The stubs want a class variable where the probe passes the form's own name on.
+    probe: Any = Probe(control.form)
+    snapshots: list[Snapshot] = []
+    try:
+        for accepted in march(scene, schedule, replace(control, form=probe)):
+            x = accepted.solved.response.x
+            condition = probe.condition(x) if accepted.state.tau in marks else float("nan")
+            snapshots.append(_snapshot(system, accepted, condition))
+    except IncrementFailed as failed:
+        return Run(tuple(snapshots), str(failed))
+    return Run(tuple(snapshots))
+
+
+def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
+    solved, state, start = accepted.solved, accepted.state, accepted.start
+    motion = solved.rows.motion(solved.response.x)
+    line = traction(system.candidates, solved.rows, solved.response.x, state.nodes, solved.r, state.tau - start.tau)
+    return Snapshot(
+        state.tau,
+        float(-tool_forces(system, solved.r)[0, 1]),
+        accepted.energies.work,
+        state.nodes,
+        state.velocity,
+        solved.r,
+        motion[:, 0],
+        np.abs(motion[:, 1]),
+        line.status,
+        line.pressure,
+        line.shear,
+        solved.certificate.relative_gap,
+        accepted.passes,
+        solved.iterations,
+        accepted.cuts,
+        accepted.seconds,
+        solved.timing,
+        condition,
+    )
+
+
+@contextmanager
+def stopwatch() -> Iterator[list[float]]:
+    """Seconds spent in the body's responses and tangents inside the ``with``, as the one item of a list."""
+    spent = [0.0]
+
+    def timed(method: Any) -> Any:
+        def call(self: Body, *arguments: Any) -> Any:
+            began = time.perf_counter()
+            try:
+                return method(self, *arguments)
+            finally:
+                spent[0] += time.perf_counter() - began
+
+        return call
+
+    originals = {name: getattr(Body, name) for name in ASSEMBLY}
+    with patch.multiple(Body, **{name: timed(method) for name, method in originals.items()}):
+        yield spent
+
+
+def traction_errors(system: System, run: Snapshot, reference: Snapshot) -> tuple[float, float]:
+    """Relative L2 errors of pressure and shear over the reference's contact line (0 off it); nan if that is zero."""
+    closed = reference.r[:, 0] > 0
+    squares = np.zeros((2, 2))
+    for number, tool in enumerate(system.body.scene.tools):
+        edges = contact_edges(system.candidates, number, tool, closed)
+        mass = edge_mass(reference.nodes, system.candidates.node[edges], system.body.scene.geometry)
+        for k, name in enumerate(("pressure", "shear")):
+            value, exact = (np.nan_to_num(getattr(s, name))[edges] for s in (run, reference))
+            for j, field in enumerate((value - exact, exact)):
+                squares[k, j] += np.einsum("fi,fij,fj->", field, mass, field)
+    relative = [float(np.sqrt(e / whole)) if whole > 0 else float("nan") for e, whole in squares]
+    return relative[0], relative[1]
+
+
+def curve_error(run: Run, reference: Run, upto: int) -> float:
+    """Relative L2 error of the force over pseudo-time, on the run's own increments up to number ``upto``."""
+    tau, force = run.curve(upto)
+    exact = np.interp(tau, *reference.curve(len(reference.snapshots) - 1))
+    return float(np.sqrt(np.trapezoid((force - exact) ** 2, tau) / np.trapezoid(exact**2, tau)))
+
+
+def stick_creep(run: Run, reference: Run, stops: list[float], upto: float) -> float:
+    """Largest path that a point slips in intervals of ``stops`` over which it sticks in the reference."""
+    edges = np.array([t for t in stops if t <= upto])
+    paths = np.zeros_like(reference.snapshots[0].slip)
+    for k in range(len(edges)):
+        inside = [_between(r, edges[k - 1] if k else 0.0, edges[k]) for r in (run, reference)]
+        if not all(inside):
+            return float("nan")
+        sticking = np.all([s.status == Status.STICK for s in inside[1]], axis=0)
+        paths += np.where(sticking, np.sum([s.slip for s in inside[0]], axis=0), 0.0)
+    return float(paths.max())
+
+
+def _between(run: Run, low: float, high: float) -> list[Snapshot]:
+    return [s for s in run.snapshots if low < s.tau <= high]

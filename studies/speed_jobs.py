@@ -1,0 +1,131 @@
+"""What ``speed_vs_error`` runs: its knobs, their values, and the path of each row."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from bipot.fem.elements import Quadrature
+from bipot.march import Schedule
+from bipot.scene import Scene, upsetting
+from studies.methods import Method, Setting
+from studies.upsetting import FIRST
+
+EARLY, FULL = 0.20, 0.45
+REDUCTIONS = {0.1: FULL, 0.3: EARLY}
+
+
+class Knob(Enum):
+    """What a row varies."""
+
+    INCREMENTS = "increments"
+    PENALTY = "K_over_E_h"
+    TOLERANCE = "tolerance"
+    ELEMENTS = "elements"
+    SCATTER = "scatter"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Meshes, increments, and the values of every knob."""
+
+    elements: int = 5
+    increments: int = 40
+    reference: int = 1280
+    repeats: int = 3
+    steps: tuple[tuple[Method, tuple[int, ...]], ...] = (
+        (Method.NEWTON, (10, 40, 160, 320)),
+        (Method.TANGENT, (10, 40, 160, 320)),
+        (Method.FROZEN, (40,)),
+        (Method.DISSIPATION, (10,)),
+        (Method.UZAWA, (10, 40, 160)),
+        (Method.PENALTY, (10, 160)),
+        (Method.WRITTEN, (10, 40, 160)),
+        (Method.UNRETURNED, (40, 160)),
+    )
+    penalties: tuple[float, ...] = (1.0, 1e1, 1e2, 1e3, 1e4)
+    tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5)
+    toleranced: tuple[Method, ...] = (Method.NEWTON, Method.TANGENT)
+    meshes: tuple[tuple[Quadrature, tuple[int, ...]], ...] = (
+        (Quadrature.RADON7, (5, 10, 20)),
+        (Quadrature.GAUSS2, (5, 10, 20, 40)),
+    )
+    mesh_increments: int = 10
+    scatter: tuple[int, ...] = (10, 15, 20, 30, 40)
+
+
+FAST = Plan(
+    elements=2,
+    increments=3,
+    reference=12,
+    repeats=1,
+    steps=((Method.NEWTON, (3,)), (Method.TANGENT, (3,)), (Method.UZAWA, (3,)), (Method.WRITTEN, (3,))),
+    penalties=(1.0, 1e2),
+    tolerances=(1e-3,),
+    toleranced=(Method.NEWTON,),
+    meshes=((Quadrature.GAUSS2, (1, 2)),),
+    mesh_increments=3,
+    scatter=(3, 4),
+)
+
+
+class Job(NamedTuple):
+    """One row to be made."""
+
+    mu: float
+    method: Method
+    knob: Knob
+    value: float
+    elements: int
+    quadrature: Quadrature
+    increments: int
+    setting: Setting
+
+
+def jobs(plan: Plan) -> Iterator[Job]:
+    """All rows, the cheap questions first."""
+    radon = Quadrature.RADON7
+    for mu in REDUCTIONS:
+        for method, values in plan.steps:
+            for n in values:
+                yield Job(mu, method, Knob.INCREMENTS, n, plan.elements, radon, n, Setting())
+        for factor in plan.penalties:
+            setting = Setting(factor)
+            yield Job(mu, Method.PENALTY, Knob.PENALTY, factor, plan.elements, radon, plan.increments, setting)
+        for method in plan.toleranced:
+            for tolerance in plan.tolerances:
+                setting = Setting(tolerance=tolerance)
+                yield Job(mu, method, Knob.TOLERANCE, tolerance, plan.elements, radon, plan.increments, setting)
+    for n in plan.scatter:
+        yield Job(0.3, Method.NEWTON, Knob.SCATTER, n, plan.elements, radon, n, Setting())
+    for mu in REDUCTIONS:
+        for quadrature, sides in plan.meshes:
+            for side in sides:
+                n = plan.mesh_increments
+                yield Job(mu, Method.NEWTON, Knob.ELEMENTS, side, side, quadrature, n, Setting())
+
+
+class Course(NamedTuple):
+    """What is upset how far, on which mesh: what a reference depends on besides its increments."""
+
+    mu: float
+    reduction: float
+    elements: int
+    quadrature: Quadrature
+
+    @staticmethod
+    def of(job: Job) -> Course:
+        """The path of a job."""
+        reduction = FULL if job.knob is Knob.SCATTER else REDUCTIONS[job.mu]
+        return Course(job.mu, reduction, job.elements, job.quadrature)
+
+    def scene(self) -> Scene:
+        """The cylinder."""
+        return upsetting(mu=self.mu, reduction=self.reduction, elements=self.elements, quadrature=self.quadrature)
+
+    def schedule(self, increments: int) -> Schedule:
+        """Start-up of 0.1 % of the height, landing on 20 % where the path goes on."""
+        landings = (EARLY / self.reduction,) if self.reduction > EARLY else ()
+        return Schedule(increments, FIRST / self.reduction, landings=landings)

@@ -1,0 +1,186 @@
+r"""Time against error: every method over its own accuracy knob, then over mesh and quadrature.
+
+    python -m studies.speed_vs_error [--fast] [--out DIR]
+
+The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tell the errors apart:
+
+* ``curve_error``, ``force_error``, ``work_error``, ... are against the ``reference``: Newton to 1e-10 on the same
+  mesh with very many increments. They hold what the increments and what the algebra leave out.
+* ``algebraic_error`` is that of the force-stroke curve against Newton to 1e-10 on the *same* increments: what the
+  penalty or the tolerance leaves out. (For ``paper as written`` it holds its configuration as well.)
+
+Rows of the knobs ``elements`` compare with the finest mesh of their quadrature at the same increments; ``scatter``
+gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``repeats`` runs in one
+process of one thread; ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside
+the solvers (split in proportion to wall time).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from bipot.errors import BipotError
+from bipot.march import system_of
+from studies.methods import Method, Setting, configured
+from studies.runs import Run, curve_error, record, stopwatch, traction_errors
+from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, jobs
+from studies.speed_tables import Row, extrapolations, fastest, summary
+from studies.tables import write_csv, write_hdf5
+
+NAME = "speed_vs_error"
+COMMAND = f"python -m studies.{NAME} --out {{out}}"
+TIGHT = Setting(tolerance=1e-10)
+
+
+@cache
+def reference(path: Course, increments: int, tolerance: float) -> Run:
+    """Newton on the path; memory of the last few is all that is needed, and they are small."""
+    scene, control = configured(Method.NEWTON, path.scene(), Setting(tolerance=tolerance))
+    return record(scene, path.schedule(increments), control)
+
+
+@dataclass(frozen=True)
+class Timed:
+    """A run with the medians of its repetitions: whole, assembly, compile, solve (seconds)."""
+
+    run: Run
+    seconds: float
+    assembly: float
+    compile: float
+    solve: float
+    repeats: int
+
+
+def timed(job: Job, repeats: int) -> Timed:
+    """Run a job ``repeats`` times."""
+    path = Course.of(job)
+    scene, control = configured(job.method, path.scene(), job.setting)
+    runs, spent = [], []
+    for _ in range(repeats):
+        wall, cpu = time.perf_counter(), time.process_time()
+        with stopwatch() as assembly:
+            run = record(scene, path.schedule(job.increments), control)
+        # One thread: its share of the processor turns wall time into what a quiet machine would show.
+        share = (time.process_time() - cpu) / (time.perf_counter() - wall)
+        timings = [s.timing for s in run.snapshots]
+        whole = run.total("seconds", len(timings))
+        parts = (whole, assembly[0], sum(t.build for t in timings), sum(t.solve for t in timings))
+        runs.append(run)
+        spent.append([share * part for part in parts])
+    seconds, responses, stated, solved = (median(column) for column in zip(*spent, strict=True))
+    return Timed(runs[0], seconds, responses, stated, solved, repeats)
+
+
+def measured(job: Job, plan: Plan) -> Row:
+    """A row of the table."""
+    path = Course.of(job)
+    meshed = job.knob is Knob.ELEMENTS
+    t = timed(job, 1 if meshed and job.elements >= 20 else plan.repeats)
+    run, last = t.run, len(t.run.snapshots) - 1
+    early = run.at(EARLY / path.reduction)
+    common: dict[str, Any] = {
+        "mu": job.mu,
+        "method": job.method.value,
+        "knob": job.knob.value,
+        "value": float(job.value),
+        "elements": job.elements,
+        "quadrature": job.quadrature.value,
+        "increments": job.increments,
+        "force_20_N": float("nan") if early is None else run.snapshots[early].force,
+        "force_end_N": float("nan") if run.failure else run.snapshots[last].force,
+        "relative_gap": max((s.relative_gap for s in run.snapshots), default=float("nan")),
+        "passes": int(run.total("passes", last)),
+        "cuts": int(run.total("cuts", last)),
+        "seconds": t.seconds,
+        "assembly_s": t.assembly,
+        "compile_s": t.compile,
+        "solve_s": t.solve,
+        "other_s": t.seconds - t.assembly - t.compile - t.solve,
+        "repeats": t.repeats,
+        "outcome": f"failed: {run.failure}" if run.failure else "solved",
+    }
+    errors: dict[str, Any] = dict.fromkeys((f for f in Row.__dataclass_fields__ if f.endswith("_error")), float("nan"))
+    if not run.failure:
+        errors |= mesh_errors(run, job, plan) if meshed else step_errors(run, job, plan)
+    return Row(**common, **errors)
+
+
+def step_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
+    """Errors against very many increments, and against the same ones."""
+    path = Course.of(job)
+    exact = reference(path, plan.reference, TIGHT.tolerance)
+    same = reference(path, job.increments, TIGHT.tolerance)
+    last = len(run.snapshots) - 1
+    end, there = run.snapshots[-1], exact.snapshots[-1]
+    pressure, _ = traction_errors(system_of(path.scene()), end, there)
+    change = np.linalg.norm(end.velocity - there.velocity) / np.linalg.norm(there.velocity)
+    return scalar_errors(run, exact, path) | {
+        "curve_error": curve_error(run, exact, last),
+        "algebraic_error": curve_error(run, same, last),
+        "traction_error": pressure,
+        "velocity_error": float(change),
+    }
+
+
+def mesh_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
+    """Errors against the finest mesh of the quadrature at the same increments; fields are not compared."""
+    finest = max(dict(plan.meshes)[job.quadrature])
+    path = Course.of(job)._replace(elements=finest)
+    exact = reference(path, job.increments, Setting().tolerance)
+    return scalar_errors(run, exact, path) | {"curve_error": curve_error(run, exact, len(run.snapshots) - 1)}
+
+
+def scalar_errors(run: Run, exact: Run, path: Course) -> dict[str, float]:
+    """Relative errors of force at 20 % and at the end, of the work and of the largest radius at the end."""
+    early = EARLY / path.reduction
+    here, there = run.at(early), exact.at(early)
+    at_early = float("nan")
+    if here is not None and there is not None:
+        at_early = abs(run.snapshots[here].force / exact.snapshots[there].force - 1)
+    end, last = run.snapshots[-1], exact.snapshots[-1]
+    return {
+        "force_error": at_early,
+        "force_end_error": abs(end.force / last.force - 1),
+        "work_error": abs(end.work / last.work - 1),
+        "radius_error": abs(end.nodes[:, 0].max() / last.nodes[:, 0].max() - 1),
+    }
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run all jobs in this process, rewriting the tables after each."""
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
+    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
+    asked = parser.parse_args(argv)
+    plan = FAST if asked.fast else Plan()
+    rows: list[Row] = []
+    todo = list(jobs(plan))
+    try:
+        for job in todo:
+            rows.append(measured(job, plan))
+            write_csv(asked.out / f"{NAME}.csv", rows)
+            row = rows[-1]
+            said = f"{job.mu:g} {row.method} {row.knob} {row.value:g}: {row.curve_error:.1e}, {row.seconds:.2f} s"
+            print(f"{len(rows)}/{len(todo)}: {said}", file=sys.stderr)
+        write_csv(asked.out / "fastest.csv", fastest(rows))
+        write_csv(asked.out / "extrapolation.csv", extrapolations(rows))
+        write_hdf5(asked.out / f"{NAME}.h5", rows, {})
+    except BipotError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(summary(fastest(rows)))
+    print(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

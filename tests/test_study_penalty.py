@@ -1,0 +1,127 @@
+"""Both comparisons in fast mode: exact columns, errors that fall, figures from results only; and their own measures."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.errors import ResultsError
+from bipot.forms import Backend, Tangent
+from bipot.march import Control, Schedule, system_of
+from bipot.scene import upsetting
+from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
+from studies import penalty_vs_conic, speed_vs_error
+from studies.runs import Run, curve_error, record, stick_creep, stopwatch, traction_errors
+from studies.speed_jobs import FAST, jobs
+from studies.speed_tables import fastest
+from studies.tables import read_csv
+
+ASKED = (
+    "mu, reduction, form, K_over_E_h, force_N, force_error, normal_traction_error, tangential_traction_error, "
+    "penetration_mm, stick_creep_mm, relative_gap, condition, passes, seconds, outcome"
+)
+TIMED = (
+    "mu, method, knob, value, elements, quadrature, increments, force_error, curve_error, work_error, radius_error, "
+    "traction_error, velocity_error, relative_gap, seconds, assembly_s, compile_s, solve_s"
+)
+
+
+@pytest.fixture(scope="module")
+def penalty(tmp_path_factory):
+    out = tmp_path_factory.mktemp("penalty_vs_conic")
+    assert penalty_vs_conic.main(["--fast", "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture(scope="module")
+def speed(tmp_path_factory):
+    out = tmp_path_factory.mktemp("speed_vs_error")
+    assert speed_vs_error.main(["--fast", "--out", str(out)]) == 0
+    return out
+
+
+def test_penalty_vs_conic_writes_what_it_says(penalty):
+    rows = read_csv(penalty / "penalty_vs_conic.csv", "")
+    assert set(ASKED.split(", ")) <= set(rows[0])
+    assert len(rows) == 2 * 4
+    early = {(r["form"], r["K_over_E_h"]): r for r in rows if r["reduction"] == 0.2}
+    assert early["uzawa", 100.0]["force_error"] < 1e-6
+    assert early["penalty", 100.0]["force_error"] < 0.02 * early["penalty", 1.0]["force_error"]
+    assert early["penalty", 100.0]["order"] == pytest.approx(1, abs=0.1)
+    assert early["penalty", 100.0]["penetration_mm"] < 0.02 * early["penalty", 1.0]["penetration_mm"]
+    assert early["penalty", 100.0]["condition"] > early["penalty", 1.0]["condition"]
+    assert (penalty / "penalty_vs_conic.h5").is_file()
+
+
+def test_speed_vs_error_writes_what_it_says(speed):
+    rows = read_csv(speed / "speed_vs_error.csv", "")
+    assert set(TIMED.split(", ")) <= set(rows[0])
+    assert len(rows) == len(list(jobs(FAST)))
+    for row in rows:
+        parts = sum(row[name] for name in ("assembly_s", "compile_s", "solve_s", "other_s"))
+        assert parts == pytest.approx(row["seconds"])
+    exact = [r for r in rows if r["method"] in ("newton", "tangent", "uzawa") and r["knob"] == "increments"]
+    assert all(r["algebraic_error"] < 1e-6 < r["curve_error"] for r in exact)
+    assert read_csv(speed / "fastest.csv", "")
+    assert (speed / "extrapolation.csv").is_file()
+
+
+@pytest.mark.parametrize(("figure", "name"), [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")])
+def test_figures_read_results_only(figure, name, request, tmp_path):
+    results = request.getfixturevalue(name)
+    figure.main(["--results", str(results), "--out", str(tmp_path / "figures")])
+    assert len(list((tmp_path / "figures").glob("*.pdf"))) >= 1
+    with pytest.raises(SystemExit, match="python -m studies"):
+        figure.main(["--results", str(tmp_path / "nothing")])
+
+
+def test_no_results_are_named_with_their_command(tmp_path):
+    with pytest.raises(ResultsError, match="run: python -m studies x"):
+        read_csv(tmp_path / "none.csv", "python -m studies x")
+
+
+@pytest.fixture(scope="module")
+def short():
+    scene = upsetting(mu=0.6, reduction=0.1, elements=2)
+    schedule = Schedule(2, 0.01)
+    return scene, schedule, record(scene, schedule, Control(Tangent(backend=Backend.CLARABEL)), (1.0,))
+
+
+def test_a_run_measured_by_itself_has_no_error(short):
+    scene, schedule, run = short
+    end = run.snapshots[-1]
+    assert curve_error(run, run, len(run.snapshots) - 1) == 0
+    assert traction_errors(system_of(scene), end, end) == (0, 0)
+    assert stick_creep(run, run, schedule.times(), 1.0) < 1e-9
+    assert np.isfinite(end.condition)
+    assert end.condition > 1
+    assert np.isnan(run.snapshots[0].condition)
+
+
+def test_planted_errors_are_measured(short):
+    """Forces and pressures 1 % too large: errors of 1 %; a slip of 1e-3 where it sticks: that creep."""
+    scene, schedule, run = short
+    wrong = Run(
+        tuple(replace(s, force=1.01 * s.force, pressure=1.01 * s.pressure, slip=s.slip + 1e-3) for s in run.snapshots)
+    )
+    assert curve_error(wrong, run, len(run.snapshots) - 1) == pytest.approx(0.01)
+    pressure, shear = traction_errors(system_of(scene), wrong.snapshots[-1], run.snapshots[-1])
+    assert pressure == pytest.approx(0.01)
+    assert shear == 0
+    creep = stick_creep(wrong, run, schedule.times(), 1.0)
+    assert creep == pytest.approx(1e-3 * round(creep / 1e-3))
+    assert creep > 0
+
+
+def test_the_stopwatch_counts_assembly_only_inside(short):
+    scene, schedule, _ = short
+    with stopwatch() as spent:
+        record(scene, schedule, Control(Tangent(backend=Backend.CLARABEL)))
+    inside = spent[0]
+    assert inside > 0
+    record(scene, schedule, Control(Tangent(backend=Backend.CLARABEL)))
+    assert spent[0] == inside
+
+
+def test_the_fastest_of_nothing_is_said_so():
+    assert fastest([]) == []
