@@ -3,7 +3,8 @@ r"""How far an increment is from the law: five numbers recomputed from the retur
 Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion (g + du_n, du_t),
 stress sigma, plastic strain increment e_p as stored and carried on, and energies of the modelled body:
 
-* equilibrium: largest nodal residual over the largest nodal sum of |element forces|;
+* equilibrium: largest nodal residual over the largest nodal sum of |element forces| (the caller's floor under that
+  scale keeps an unstressed body, whose forces are round-off, measurable);
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
 * gap: sum_c |mu r_n |du_t| + r_n (g + du_n) + r_t . du_t|
