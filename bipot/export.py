@@ -221,7 +221,10 @@ def describe(scene: Scene) -> dict[str, Any]:
         "perfectly_plastic": isinstance(material.hardening, Perfect),
         "supports": [{"boundary": s.boundary, "direction": s.direction} for s in scene.supports],
         "tools": [
-            {"point": t.point, "normal": t.normal, "travel": t.travel, "candidates": t.candidates, "mu": t.mu}
+            {
+                **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
+                "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+            }
             for t in scene.tools
         ],
     }

@@ -41,8 +41,8 @@ def draw(rows: Rows) -> Figure:
         costs(column[1], mine)
         column[0].set_title(rf"$\mu$ = {mu:g}")
         column[1].set_xlabel("$K$ over $E/h$")
-    axes[0, 0].set_ylabel("relative error against the conic run")
-    axes[1, 0].set_ylabel("condition estimate (passes: right)")
+    axes[0, 0].set_ylabel("error against the conic run")
+    axes[1, 0].set_ylabel("condition; passes (right)")
     axes[0, 0].legend()
     return figure
 

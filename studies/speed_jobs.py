@@ -33,15 +33,15 @@ class Plan:
 
     elements: int = 5
     increments: int = 40
-    reference: int = 1280
+    reference: int = 5120
     repeats: int = 3
     steps: tuple[tuple[Method, tuple[int, ...]], ...] = (
-        (Method.NEWTON, (10, 40, 160, 320)),
-        (Method.TANGENT, (10, 40, 160, 320)),
+        (Method.NEWTON, (10, 40, 160, 1280)),
+        (Method.TANGENT, (10, 40, 160, 1280)),
         (Method.FROZEN, (40,)),
         (Method.DISSIPATION, (10,)),
-        (Method.UZAWA, (10, 40, 160)),
-        (Method.PENALTY, (10, 160)),
+        (Method.UZAWA, (10, 40)),
+        (Method.PENALTY, (10,)),
         (Method.WRITTEN, (10, 40, 160)),
         (Method.UNRETURNED, (40, 160)),
     )

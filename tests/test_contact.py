@@ -16,7 +16,6 @@ from bipot.response import body_space
 from bipot.scene import FlatTool, Material, Scene, Support, upsetting
 from tests.scenes import DIRECT, fresh, path
 
-
 TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))
 
 

@@ -125,9 +125,7 @@ def test_planted_errors_are_seen(d, size):
     np.testing.assert_allclose(dual_cone_violation(sinking, 0.0), size, rtol=1e-12)
     reversed_slip = du * np.r_[1.0, -np.ones(d - 1)]
     expected = 2 * mu * r[:, 0] * np.linalg.norm(du[:, 1:], axis=1)
-    np.testing.assert_allclose(
-        bipotential_gap(reversed_slip, r, mu)[slipping], expected[slipping], rtol=1e-12
-    )
+    np.testing.assert_allclose(bipotential_gap(reversed_slip, r, mu)[slipping], expected[slipping], rtol=1e-12)
     assert not satisfies_law(reversed_slip, r, mu, 1e-9)[slipping].any()
 
 

@@ -31,9 +31,7 @@ def test_values_follow_the_formulas():
     np.testing.assert_allclose(Linear(300.0, 1000.0).yield_stress(p), [300.0, 350.0, 2300.0])
     expected = 300.0 + 100.0 * (1.0 - np.exp(-10.0 * p)) + 50.0 * p
     np.testing.assert_allclose(Voce(300.0, 100.0, 10.0, 50.0).yield_stress(p), expected, rtol=1e-15)
-    np.testing.assert_allclose(
-        TABLE.yield_stress(np.array([0.0, 0.05, 0.2, 3.0])), [300.0, 325.0, 350.0, 800.0]
-    )
+    np.testing.assert_allclose(TABLE.yield_stress(np.array([0.0, 0.05, 0.2, 3.0])), [300.0, 325.0, 350.0, 800.0])
 
 
 def test_slope_is_the_right_hand_one_at_kinks():

@@ -81,9 +81,7 @@ def test_elasticity_closed_forms(size):
     shear = 210e3 / 2.6
     np.testing.assert_allclose(C[0, :3], [lame + 2 * shear, lame, lame], rtol=1e-14)
     np.testing.assert_allclose(np.diag(C)[3:], 2 * shear, rtol=1e-14)
-    np.testing.assert_allclose(
-        np.linalg.eigvalsh(C), [2 * STEEL.shear] * (size - 1) + [3 * STEEL.bulk], rtol=1e-13
-    )
+    np.testing.assert_allclose(np.linalg.eigvalsh(C), [2 * STEEL.shear] * (size - 1) + [3 * STEEL.bulk], rtol=1e-13)
 
 
 @pytest.mark.parametrize(

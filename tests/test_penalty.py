@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.errors import IncrementFailed, SceneError
-from bipot.forms import FormName, Optimiser, Penalty, Uzawa, contact_penalty
+from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.clarabel import Accuracy
 from bipot.programs.data import ContactRows, Outcome
@@ -19,6 +19,7 @@ from bipot.programs.penalty_cvxpy import statement
 from bipot.programs.penalty_newton import newton
 from bipot.programs.statement import solve_stated
 from bipot.scene import upsetting
+from studies.optimisers import compare
 from tests.scenes import path, posed
 
 AGREED = {Optimiser.TRUST_REGION: 1e-6, Optimiser.CVXPY: 1e-6, Optimiser.GRADIENT_ONLY: 1e-5}
@@ -116,32 +117,13 @@ def test_condensing_changes_nothing():
     assert psi.condition(whole) == pytest.approx(np.linalg.cond(psi.hessian(whole).toarray(), 1), rel=0.5)
 
 
-class Compared:
-    """Penalty, with every pass's program given to every optimiser as well."""
-
-    name, exact = FormName.PENALTY, False
-
-    def __init__(self, form):
-        self.form, self.differences = form, {optimiser: [] for optimiser in AGREED}
-
-    def solve(self, given, workspace):
-        psi, start = self.form.program(given).scaled(given.units), given.response.x / given.units.length
-        x = Optimiser.NEWTON.minimise(psi, start).x
-        for optimiser, differences in self.differences.items():
-            other = optimiser.minimise(psi, start).x
-            differences.append(np.abs(other - x).max() / np.abs(x).max())
-        return self.form.solve(given, workspace)
-
-
 def test_the_optimisers_agree_on_every_pass_of_every_increment():
     """10 % at mu = 0.3, K = 30 E/h."""
-    scene = upsetting(mu=0.3, reduction=0.1, elements=3)
-    K = contact_penalty(system_of(scene).candidates, 30.0)
-    compared = Compared(Penalty(K, K))
-    assert len(list(march(scene, path(0.1, 2), Control(compared, ())))) >= 7
-    for optimiser, differences in compared.differences.items():
+    compared = compare(elements=3, increments=2)
+    for optimiser, allowed in AGREED.items():
+        differences = [difference for difference, *_ in compared.spent[optimiser]]
         assert len(differences) > 50
-        assert max(differences) < AGREED[optimiser]
+        assert max(differences) < allowed
 
 
 @cache

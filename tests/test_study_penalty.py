@@ -10,7 +10,7 @@ from bipot.forms import Backend, Tangent
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import upsetting
 from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
-from studies import penalty_vs_conic, speed_vs_error
+from studies import optimisers, penalty_vs_conic, speed_vs_error
 from studies.runs import Run, curve_error, record, stick_creep, stopwatch, traction_errors
 from studies.speed_jobs import FAST, jobs
 from studies.speed_tables import fastest
@@ -73,6 +73,14 @@ def test_figures_read_results_only(figure, name, request, tmp_path):
     assert len(list((tmp_path / "figures").glob("*.pdf"))) >= 1
     with pytest.raises(SystemExit, match="python -m studies"):
         figure.main(["--results", str(tmp_path / "nothing")])
+
+
+def test_optimisers_writes_a_row_each(tmp_path):
+    assert optimisers.main(["--fast", "--out", str(tmp_path)]) == 0
+    rows = read_csv(tmp_path / "optimisers.csv", "")
+    assert [row["optimiser"] for row in rows] == ["newton", "trust_region", "gradient_only", "cvxpy"]
+    assert rows[0]["largest_difference"] == 0
+    assert max(row["largest_difference"] for row in rows) < 1e-5
 
 
 def test_no_results_are_named_with_their_command(tmp_path):

@@ -20,6 +20,7 @@ from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
+from bipot.coulomb.solver import Solver
 from bipot.errors import InfeasibleProgram, ProgramError, require
 from bipot.laws.tensors import FloatArray
 
@@ -127,19 +128,27 @@ def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: Fl
     """
     posed = replace(problem, q=load)
     best, lowest = r, merit(posed, law, r, posed.velocity(r))
-    for solver in (Newton(law), ProximalPoint(law, weight=max(lowest, _LIGHTEST))):
-        state = solver.init(posed, best)
-        for _ in range(steps):
-            if lowest <= _EXACT or state.stalled:
-                break
-            try:
-                state = solver.step(posed, state)
-            except (ProgramError, np.linalg.LinAlgError):
-                break
-            reached = merit(posed, law, state.r, posed.velocity(state.r))
-            if reached < lowest:
-                best, lowest = state.r, reached
-    return best
+    best, lowest = _refined(Newton(law), posed, law, (best, lowest), steps)
+    return _refined(ProximalPoint(law, weight=max(lowest, _LIGHTEST)), posed, law, (best, lowest), steps)[0]
+
+
+def _refined(
+    solver: Solver[Any], posed: ScaledProblem, law: ContactFunction, start: tuple[FloatArray, float], steps: int
+) -> tuple[FloatArray, float]:
+    """The iterate of smallest |F| among ``start`` and ``steps`` passes of a solver, with its |F|."""
+    best, lowest = start
+    state = solver.init(posed, best)
+    for _ in range(steps):
+        if lowest <= _EXACT or state.stalled:
+            break
+        try:
+            state = solver.step(posed, state)
+        except (ProgramError, np.linalg.LinAlgError):
+            break
+        reached = merit(posed, law, state.r, posed.velocity(state.r))
+        if reached < lowest:
+            best, lowest = state.r, reached
+    return best, lowest
 
 
 def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:

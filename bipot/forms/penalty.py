@@ -25,7 +25,7 @@ from bipot.traction import contact_edges, edge_mass
 
 Floats = NDArray[np.float64]
 
-TIGHT = Accuracy(1e-11)
+TIGHT = Accuracy(1e-12)
 """Of the interior points: asked for more, they sometimes give up at less."""
 
 

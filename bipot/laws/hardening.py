@@ -111,9 +111,7 @@ class Voce:
 
     def __post_init__(self) -> None:
         _require_positive("sigma_y", self.sigma_y)
-        require(
-            math.isfinite(self.saturation) and self.saturation >= 0, "saturation", self.saturation, _SOFTENING
-        )
+        require(math.isfinite(self.saturation) and self.saturation >= 0, "saturation", self.saturation, _SOFTENING)
         _require_positive("rate", self.rate)
         require(math.isfinite(self.modulus) and self.modulus >= 0, "modulus", self.modulus, _SOFTENING)
 

@@ -89,9 +89,7 @@ def normal_potential(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: Arra
     return Envelope((t_n**2 - np.square(t_n0)) / (2.0 * k), -t_n, np.where(t_n > 0, k, 0.0))
 
 
-def tangential_potential(
-    du_t: FloatArray, t_t0: FloatArray, threshold: FloatArray | float, k_t: ArrayLike
-) -> Envelope:
+def tangential_potential(du_t: FloatArray, t_t0: FloatArray, threshold: FloatArray | float, k_t: ArrayLike) -> Envelope:
     """b_t = Δb_t - t_t0 · du_t with x = t_t0 - K_t du_t and t_t its projection on the disc of radius s.
 
     Value (t_t · x - |t_t|²/2 - |t_t0|²/2)/K_t, gradient -t_t, Hessian K_t I where |x| <= s and

@@ -110,9 +110,7 @@ def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening
     raise NotConverged("radial return did not settle; check that the yield stress never decreases with peeq.")
 
 
-def radial_return(
-    trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening
-) -> Returned:
+def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening) -> Returned:
     """Return trial stresses (…, s) to the yield surface of ``peeq`` (…), (7)-(9), backward Euler.
 
     Stress and moduli share one unit. Raises NotConverged if a trial stress is not finite.
@@ -127,9 +125,7 @@ def radial_return(
     s = deviator(trial)
     q = np.sqrt(1.5) * norm(s)
     if not np.isfinite(q).all():
-        raise NotConverged(
-            "a trial stress is not finite: the strain increment is too large; cut the increment."
-        )
+        raise NotConverged("a trial stress is not finite: the strain increment is too large; cut the increment.")
     plastic = np.asarray(q > hardening.yield_stress(peeq))
     dpeeq, shrink, inverse = np.zeros(q.shape), np.ones(q.shape), np.zeros(q.shape)
     if plastic.any():
@@ -171,9 +167,7 @@ def consistent_tangent(
     beta = np.ones(q.shape)
     np.divide(equivalent_stress(returned.stress), q, out=beta, where=returned.plastic)
     unit = identity(size)
-    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + elasticity.bulk * np.outer(
-        unit, unit
-    )
+    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + elasticity.bulk * np.outer(unit, unit)
     return _less_along(C, 2.0 * G * (beta - H / (3.0 * G + H)), returned.direction)
 
 

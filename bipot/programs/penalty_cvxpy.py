@@ -44,10 +44,10 @@ def statement(program: PenaltyProgram) -> Stated:
     lag_t = cp.reshape(rows.G_t @ dU, rows.slip.shape, order="C") + rows.slip - v_t
     cost = (
         -terms.t_0[:, 0] @ lag_n
-        + terms.k_n / 2 * cp.sum_squares(lag_n)
+        + cp.sum_squares(np.sqrt(terms.k_n / 2) * lag_n)
         - cp.sum(cp.multiply(terms.t_0[f, 1:], lag_t))
         + terms.threshold @ cp.norm(v_t, 2, axis=1)
-        + terms.k_t / 2 * cp.sum_squares(lag_t)
+        + cp.sum_squares(np.sqrt(terms.k_t / 2) * lag_t)
     )
     contact = ContactStatement(
         ContactTerms(rows, terms.threshold), cost, v_n >= -np.maximum(terms.start_gap, 0.0), None, None

@@ -1,0 +1,116 @@
+r"""Four ways to minimise the penalised program, side by side on every pass of one run.
+
+    python -m studies.optimisers [--fast] [--out DIR]
+
+A cylinder is upset by 10 % at mu = 0.3 with K = 30 E/h. Every pass's program goes to every optimiser from the same
+start; ``optimisers.csv`` has for each the largest difference in displacement from Newton (over the max-norm), the mean
+and largest number of iterations, and mean processor time of a pass.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import BipotError
+from bipot.forms import Answer, FormName, Optimiser, Pass, Penalty, Workspace, contact_penalty
+from bipot.march import Control, Schedule, march, system_of
+from bipot.scene import upsetting
+from studies.tables import text, write_csv
+from studies.upsetting import FIRST
+
+Floats = NDArray[np.float64]
+
+MU, REDUCTION, FACTOR = 0.3, 0.1, 30.0
+
+
+@dataclass
+class Compared:
+    """A penalty form that gives every pass's program to every optimiser and keeps what they did."""
+
+    form: Penalty
+    spent: dict[Optimiser, list[tuple[float, int, float]]] = field(default_factory=dict)
+    name: ClassVar[FormName] = FormName.PENALTY
+    exact: ClassVar[bool] = False
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        """The form's own answer."""
+        psi, start = self.form.program(given).scaled(given.units), given.response.x / given.units.length
+        exact = Optimiser.NEWTON.minimise(psi, start).x
+        for optimiser in Optimiser:
+            began = time.process_time()
+            found = optimiser.minimise(psi, start)
+            seconds = time.process_time() - began
+            difference = float(np.abs(found.x - exact).max() / np.abs(exact).max())
+            self.spent.setdefault(optimiser, []).append((difference, found.iterations, seconds))
+        return self.form.solve(given, workspace)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One optimiser over all passes."""
+
+    optimiser: str
+    passes: int
+    largest_difference: float
+    mean_iterations: float
+    most_iterations: int
+    seconds_per_pass: float
+
+
+def compare(elements: int, increments: int) -> Compared:
+    """March and keep everything."""
+    scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
+    K = contact_penalty(system_of(scene).candidates, FACTOR)
+    compared = Compared(Penalty(K, K))
+    # The probe stands where a form does; its optimisers are not part of the form's interface.
+    form: Any = compared
+    for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form, ())):
+        pass
+    return compared
+
+
+def rows(compared: Compared) -> list[Row]:
+    """A row an optimiser."""
+    found = []
+    for optimiser, spent in compared.spent.items():
+        difference, iterations, seconds = np.array(spent).T
+        found.append(
+            Row(
+                optimiser.value,
+                len(spent),
+                float(difference.max()),
+                float(iterations.mean()),
+                int(iterations.max()),
+                float(seconds.mean()),
+            )
+        )
+    return found
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run, write, print."""
+    parser = argparse.ArgumentParser(prog="studies.optimisers", description="Ways to minimise the penalised program.")
+    parser.add_argument("--out", type=Path, default=Path("results/optimisers"))
+    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    asked = parser.parse_args(argv)
+    try:
+        found = rows(compare(*((2, 1) if asked.fast else (10, 4))))
+        write_csv(asked.out / "optimisers.csv", found)
+    except BipotError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(text(found, list(Row.__dataclass_fields__)))
+    print(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
