@@ -4,7 +4,7 @@ r"""Four ways to minimise the penalised program, side by side on every pass of o
 
 A cylinder is upset by 10 % at mu = 0.3 with K = 30 E/h. Every pass's program goes to every optimiser from the same
 start; ``optimisers.csv`` has for each the largest difference in displacement from Newton (over the max-norm), the mean
-and largest number of iterations, and mean processor time of a pass.
+and largest number of iterations, mean processor time of a pass, and on how many passes less than asked was claimed.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from bipot.errors import BipotError
 from bipot.forms import Answer, FormName, Optimiser, Pass, Penalty, Workspace, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
+from bipot.programs.data import Outcome
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
 from studies.upsetting import FIRST
@@ -36,7 +37,7 @@ class Compared:
     """A penalty form that gives every pass's program to every optimiser and keeps what they did."""
 
     form: Penalty
-    spent: dict[Optimiser, list[tuple[float, int, float]]] = field(default_factory=dict)
+    spent: dict[Optimiser, list[tuple[float, int, float, bool]]] = field(default_factory=dict)
     name: ClassVar[FormName] = FormName.PENALTY
     exact: ClassVar[bool] = False
 
@@ -49,7 +50,9 @@ class Compared:
             found = optimiser.minimise(psi, start)
             seconds = time.process_time() - began
             difference = float(np.abs(found.x - exact).max() / np.abs(exact).max())
-            self.spent.setdefault(optimiser, []).append((difference, found.iterations, seconds))
+            self.spent.setdefault(optimiser, []).append(
+                (difference, found.iterations, seconds, found.outcome is Outcome.ALMOST)
+            )
         return self.form.solve(given, workspace)
 
 
@@ -63,6 +66,7 @@ class Row:
     mean_iterations: float
     most_iterations: int
     seconds_per_pass: float
+    almost: int
 
 
 def compare(elements: int, increments: int) -> Compared:
@@ -81,7 +85,7 @@ def rows(compared: Compared) -> list[Row]:
     """A row an optimiser."""
     found = []
     for optimiser, spent in compared.spent.items():
-        difference, iterations, seconds = np.array(spent).T
+        difference, iterations, seconds, almost = np.array(spent).T
         found.append(
             Row(
                 optimiser.value,
@@ -90,6 +94,7 @@ def rows(compared: Compared) -> list[Row]:
                 float(iterations.mean()),
                 int(iterations.max()),
                 float(seconds.mean()),
+                int(almost.sum()),
             )
         )
     return found
