@@ -46,8 +46,8 @@ class Plan:
         (Method.UNRETURNED, (40, 160)),
     )
     penalties: tuple[float, ...] = (1.0, 1e1, 1e2, 1e3, 1e4)
-    tolerances: tuple[float, ...] = (1e-3, 1e-4, 1e-5)
-    toleranced: tuple[Method, ...] = (Method.NEWTON, Method.TANGENT)
+    tolerances: tuple[float, ...] = (1e-3, 1e-5)
+    toleranced: tuple[Method, ...] = (Method.NEWTON, Method.TANGENT, Method.PENALTY, Method.UZAWA)
     meshes: tuple[tuple[Quadrature, tuple[int, ...]], ...] = (
         (Quadrature.RADON7, (5, 10, 20)),
         (Quadrature.GAUSS2, (5, 10, 20, 40)),

@@ -63,7 +63,7 @@ class ConicSettings:
 
 def _units(problem: ScaledProblem) -> FloatArray:
     """1 over the root of each contact's mean diagonal of W, for all its rows (dc,); 1 where that is not positive."""
-    flexibility = problem.by_contact(problem.W.diagonal()).mean(axis=1)
+    flexibility = problem.by_contact(np.asarray(problem.W.diagonal(), dtype=np.float64)).mean(axis=1)
     return np.repeat(1.0 / np.sqrt(np.where(flexibility > 0, flexibility, 1.0)), problem.dim)
 
 
