@@ -60,8 +60,14 @@ def test_any_executor_and_an_infeasible_file(tmp_path):
         tmp_path / "wedge.hdf5", coulomb.GlobalCoulombProblem(np.eye(2), H, np.zeros(2), [-1.0, 0, -1, 0], 0.2, 2)
     )
     with ThreadPoolExecutor(1) as executor:
-        rows = study.study([tmp_path / "wedge.hdf5"], ["auto"], 5.0, executor)
+        rows = list(study.study([tmp_path / "wedge.hdf5"], ["auto"], 5.0, executor))
     assert (rows[0].status, rows[0].residual) == ("infeasible", np.inf)
+
+
+def test_required_counts_fail_the_study_when_they_are_missed():
+    rows = [row("a", "auto", 1e-11, 1.0), row("b", "auto", 1e-7, 1.0)]
+    assert study.missed(rows, [2, 2, 1, 1]) == []
+    assert study.missed(rows, [2, 2, 2, 1]) == ["1 solved at 1e-08, 2 required"]
 
 
 def test_an_empty_folder_is_said_and_skipped(tmp_path, capsys):
