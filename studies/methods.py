@@ -59,7 +59,7 @@ def configured(method: Method, scene: Scene, setting: Setting) -> tuple[Scene, C
     if method in WRITTEN:
         return as_written(scene, K, K, WRITTEN[method])
     limits = Limits(bounds(setting.tolerance))
-    fallbacks = () if method.penalised else Control().fallbacks
+    fallbacks = () if method.penalised else (FORMS[Method.TANGENT](K), FORMS[Method.DISSIPATION](K))
     return scene, Control(FORMS[method](K), fallbacks, limits)
 
 

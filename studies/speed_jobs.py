@@ -42,7 +42,7 @@ class Plan:
         (Method.DISSIPATION, (10,)),
         (Method.UZAWA, (10, 40)),
         (Method.PENALTY, (10,)),
-        (Method.WRITTEN, (10, 40, 160)),
+        (Method.WRITTEN, (10, 40, 160, 1280)),
         (Method.UNRETURNED, (40, 160)),
     )
     penalties: tuple[float, ...] = (1.0, 1e1, 1e2, 1e3, 1e4)
@@ -52,7 +52,7 @@ class Plan:
         (Quadrature.RADON7, (5, 10, 20)),
         (Quadrature.GAUSS2, (5, 10, 20, 40)),
     )
-    mesh_increments: int = 10
+    mesh_increments: int = 20
     scatter: tuple[int, ...] = (10, 15, 20, 30, 40)
 
 
@@ -107,6 +107,11 @@ def jobs(plan: Plan) -> Iterator[Job]:
                 yield Job(mu, Method.NEWTON, Knob.ELEMENTS, side, side, quadrature, n, Setting())
 
 
+def key(job: Job) -> tuple[float, str, str, float, int, str, int]:
+    """What tells one row from another in the table."""
+    return job.mu, job.method.value, job.knob.value, job.value, job.elements, job.quadrature.value, job.increments
+
+
 class Course(NamedTuple):
     """What is upset how far, on which mesh: what a reference depends on besides its increments."""
 
@@ -118,7 +123,8 @@ class Course(NamedTuple):
     @staticmethod
     def of(job: Job) -> Course:
         """The path of a job."""
-        reduction = FULL if job.knob is Knob.SCATTER else REDUCTIONS[job.mu]
+        special = {Knob.SCATTER: FULL, Knob.ELEMENTS: EARLY}
+        reduction = special.get(job.knob, REDUCTIONS[job.mu])
         return Course(job.mu, reduction, job.elements, job.quadrature)
 
     def scene(self) -> Scene:

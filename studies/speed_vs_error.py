@@ -1,6 +1,6 @@
 r"""Time against error: every method over its own accuracy knob, then over mesh and quadrature.
 
-    python -m studies.speed_vs_error [--fast] [--out DIR]
+    python -m studies.speed_vs_error [--fast] [--resume] [--out DIR]
 
 The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tell the errors apart:
 
@@ -9,10 +9,10 @@ The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tel
 * ``algebraic_error`` is that of the force-stroke curve against Newton to 1e-10 on the *same* increments: what the
   penalty or the tolerance leaves out. (For ``paper as written`` it holds its configuration as well.)
 
-Rows of the knobs ``elements`` compare with the finest mesh of their quadrature at the same increments; ``scatter``
-gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``repeats`` runs in one
-process of one thread; ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside
-the solvers (split in proportion to wall time).
+Rows of the knob ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
+``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``repeats``
+runs in one process of one thread; ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer,
+``solve_s`` inside the solvers (split in proportion to wall time). ``--resume`` keeps the rows the table already has.
 """
 
 from __future__ import annotations
@@ -32,13 +32,14 @@ from bipot.errors import BipotError
 from bipot.march import system_of
 from studies.methods import Method, Setting, configured
 from studies.runs import Run, curve_error, record, stopwatch, traction_errors
-from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, jobs
+from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, jobs, key
 from studies.speed_tables import Row, extrapolations, fastest, summary
-from studies.tables import write_csv, write_hdf5
+from studies.tables import read_rows, write_csv, write_hdf5
 
 NAME = "speed_vs_error"
 COMMAND = f"python -m studies.{NAME} --out {{out}}"
 TIGHT = Setting(tolerance=1e-10)
+LARGE = 20
 
 
 @cache
@@ -60,6 +61,7 @@ class Timed:
     repeats: int
 
 
+@cache
 def timed(job: Job, repeats: int) -> Timed:
     """Run a job ``repeats`` times."""
     path = Course.of(job)
@@ -80,11 +82,16 @@ def timed(job: Job, repeats: int) -> Timed:
     return Timed(runs[0], seconds, responses, stated, solved, repeats)
 
 
+def repeats(job: Job, plan: Plan) -> int:
+    """Large meshes run once: their errors are asked for, not their times."""
+    return 1 if job.elements >= LARGE else plan.repeats
+
+
 def measured(job: Job, plan: Plan) -> Row:
     """A row of the table."""
     path = Course.of(job)
     meshed = job.knob is Knob.ELEMENTS
-    t = timed(job, 1 if meshed and job.elements >= 20 else plan.repeats)
+    t = timed(job, repeats(job, plan))
     run, last = t.run, len(t.run.snapshots) - 1
     early = run.at(EARLY / path.reduction)
     common: dict[str, Any] = {
@@ -134,8 +141,8 @@ def step_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
 def mesh_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
     """Errors against the finest mesh of the quadrature at the same increments; fields are not compared."""
     finest = max(dict(plan.meshes)[job.quadrature])
-    path = Course.of(job)._replace(elements=finest)
-    exact = reference(path, job.increments, Setting().tolerance)
+    best = job._replace(value=finest, elements=finest)
+    path, exact = Course.of(best), timed(best, repeats(best, plan)).run
     return scalar_errors(run, exact, path) | {"curve_error": curve_error(run, exact, len(run.snapshots) - 1)}
 
 
@@ -160,13 +167,16 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
+    parser.add_argument("--resume", action="store_true", help="keep the rows that the table already has")
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     rows: list[Row] = []
     todo = list(jobs(plan))
+    kept = read_rows(asked.out / f"{NAME}.csv", Row) if asked.resume else []
+    known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
     try:
         for job in todo:
-            rows.append(measured(job, plan))
+            rows.append(known.get(key(job)) or measured(job, plan))
             write_csv(asked.out / f"{NAME}.csv", rows)
             row = rows[-1]
             said = f"{job.mu:g} {row.method} {row.knob} {row.value:g}: {row.curve_error:.1e}, {row.seconds:.2f} s"

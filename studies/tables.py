@@ -6,7 +6,7 @@ import csv
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from bipot.errors import ResultsError
 
 Value = float | int | str
+Row = TypeVar("Row")
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
@@ -59,6 +60,15 @@ def read_csv(path: Path, command: str) -> list[dict[str, Value]]:
         raise ResultsError(f"{path}: no results; run: {command}")
     with path.open(newline="", encoding="utf-8") as file:
         return [{k: _typed(v) for k, v in row.items()} for row in csv.DictReader(file)]
+
+
+def read_rows(path: Path, kind: type[Row]) -> list[Row]:
+    """Rows of a dataclass of numbers and strings, as :func:`write_csv` wrote them; none where there is no file."""
+    if not path.is_file():
+        return []
+    kinds = {f.name: {"int": int, "float": float}.get(str(f.type), str) for f in fields(kind)}  # type: ignore[arg-type]
+    with path.open(newline="", encoding="utf-8") as file:
+        return [kind(**{k: kinds[k](v) for k, v in row.items()}) for row in csv.DictReader(file)]
 
 
 def text(rows: Sequence[Any], names: Sequence[str]) -> str:

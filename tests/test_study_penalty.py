@@ -66,6 +66,19 @@ def test_speed_vs_error_writes_what_it_says(speed):
     assert (speed / "extrapolation.csv").is_file()
 
 
+def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkeypatch):
+    text = (speed / "speed_vs_error.csv").read_text().splitlines()
+    (tmp_path / "speed_vs_error.csv").write_text("\n".join(text[:-1]) + "\n")
+    made = []
+    measured = speed_vs_error.measured
+    monkeypatch.setattr(speed_vs_error, "measured", lambda job, plan: made.append(job) or measured(job, plan))
+    assert speed_vs_error.main(["--fast", "--resume", "--out", str(tmp_path)]) == 0
+    assert len(made) == 1
+    again = (tmp_path / "speed_vs_error.csv").read_text().splitlines()
+    assert again[:-1] == text[:-1]
+    assert len(again) == len(text)
+
+
 @pytest.mark.parametrize(("figure", "name"), [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")])
 def test_figures_read_results_only(figure, name, request, tmp_path):
     results = request.getfixturevalue(name)
