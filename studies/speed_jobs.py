@@ -42,7 +42,7 @@ class Plan:
         (Method.DISSIPATION, (10,)),
         (Method.UZAWA, (10, 40)),
         (Method.PENALTY, (10,)),
-        (Method.WRITTEN, (10, 40, 160, 1280)),
+        (Method.WRITTEN, (10, 40, 160)),
         (Method.UNRETURNED, (40, 160)),
     )
     penalties: tuple[float, ...] = (1.0, 1e1, 1e2, 1e3, 1e4)

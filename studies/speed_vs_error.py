@@ -176,8 +176,9 @@ def main(argv: list[str] | None = None) -> int:
     known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
     try:
         for job in todo:
-            rows.append(known.get(key(job)) or measured(job, plan))
-            write_csv(asked.out / f"{NAME}.csv", rows)
+            rows.append(known.pop(key(job), None) or measured(job, plan))
+            # What is kept but not reached yet stays in the table, so that a second interruption loses nothing.
+            write_csv(asked.out / f"{NAME}.csv", [*rows, *known.values()])
             row = rows[-1]
             said = f"{job.mu:g} {row.method} {row.knob} {row.value:g}: {row.curve_error:.1e}, {row.seconds:.2f} s"
             print(f"{len(rows)}/{len(todo)}: {said}", file=sys.stderr)

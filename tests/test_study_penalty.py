@@ -79,6 +79,25 @@ def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkey
     assert len(again) == len(text)
 
 
+def test_an_interrupted_resume_loses_no_row(speed, tmp_path, monkeypatch):
+    text = (speed / "speed_vs_error.csv").read_text().splitlines()
+    (tmp_path / "speed_vs_error.csv").write_text("\n".join([text[0], *text[2:]]) + "\n")
+    calls = iter([None])
+    writes = speed_vs_error.write_csv
+
+    def write_once(path, rows):
+        if next(calls, "over") == "over":
+            raise KeyboardInterrupt
+        writes(path, rows)
+
+    monkeypatch.setattr(speed_vs_error, "write_csv", write_once)
+    with pytest.raises(KeyboardInterrupt):
+        speed_vs_error.main(["--fast", "--resume", "--out", str(tmp_path)])
+    again = (tmp_path / "speed_vs_error.csv").read_text().splitlines()
+    assert len(again) == len(text)
+    assert set(text[2:]) < set(again)
+
+
 @pytest.mark.parametrize(("figure", "name"), [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")])
 def test_figures_read_results_only(figure, name, request, tmp_path):
     results = request.getfixturevalue(name)
