@@ -10,7 +10,7 @@ from bipot.forms import Backend, Tangent
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import upsetting
 from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
-from studies import optimisers, penalty_vs_conic, speed_vs_error
+from studies import optimisers, penalty_round_off, penalty_vs_conic, speed_vs_error
 from studies.runs import Run, curve_error, record, stick_creep, stopwatch, traction_errors
 from studies.speed_jobs import FAST, jobs
 from studies.speed_tables import fastest
@@ -113,6 +113,13 @@ def test_optimisers_writes_a_row_each(tmp_path):
     assert [row["optimiser"] for row in rows] == ["newton", "trust_region", "gradient_only", "cvxpy"]
     assert rows[0]["largest_difference"] == 0
     assert max(row["largest_difference"] for row in rows) < 1e-5
+
+
+def test_the_force_does_not_follow_the_tolerance_where_round_off_is_far(tmp_path):
+    assert penalty_round_off.main(["--fast", "--out", str(tmp_path)]) == 0
+    tight, loose = read_csv(tmp_path / "penalty_round_off.csv", "")
+    assert loose["tolerance"] == 1e4 * tight["tolerance"]
+    assert abs(loose["difference"]) < 1e-8
 
 
 def test_no_results_are_named_with_their_command(tmp_path):
