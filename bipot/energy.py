@@ -35,7 +35,9 @@ class Energies:
         mean_force = (tool_forces(system, start.forces) + tool_forces(system, solved.r)) / 2
         mean_shear = (start.forces[:, 1:] + solved.r[:, 1:]) / 2
         slip = solved.rows.motion(response.x)[:, 1:]
-        dissipated = weight * material.hardening.energy(start.peeq, response.returned.dpeeq)
+        dissipated = weight * material.hardening.energy(
+            start.peeq, response.state.peeq + response.returned.dpeeq - start.peeq
+        )
         return Energies(
             self.work + float(np.sum(mean_force * tool_travel(system, start.tau, tau))),
             float(np.sum(weight * np.sum(stress * (stress @ compliance), axis=-1)) / 2),

@@ -164,7 +164,10 @@ def cell_fields(accepted: Accepted) -> dict[str, Floats]:
 def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]:
     """What ``/bipot/steps`` holds of one increment: everything a state needs beside nodes and velocity."""
     state = accepted.state
+    assert state.flow is not None, "only the state at rest has no flow"
+    flow: dict[str, ArrayLike] = {f"flow_{name}": value for name, value in vars(state.flow).items()}
     return {
+        **flow,
         "stress": state.stress,
         "plastic_strain": state.plastic_strain,
         "peeq": state.peeq,

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from bipot.columns import Column, Value
 from bipot.errors import IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, RunFile, create
+from bipot.flow import Flow
 from bipot.march import Accepted, system_of
 from bipot.mesh import Mesh
 from bipot.response import State
@@ -133,6 +134,7 @@ class History:
                 steps["peeq"][step],
                 steps["contact_force"][step],
                 _nodal(vtk, "PointData/velocity", step)[:, :2].copy(),
+                Flow(float(steps["flow_length"][step]), steps["flow_strain"][step], steps["flow_peeq"][step]),
             )
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:

@@ -17,8 +17,9 @@ import numpy as np
 from bipot.contact import candidates
 from bipot.energy import Energies
 from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
+from bipot.flow import Integration
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
-from bipot.increment import Limits, Solved, System, Trial, solve_increment
+from bipot.increment import Limits, Solved, System, Trial, solve_increment, turns_back
 from bipot.response import Body, State, StressUpdate, body_space, rest
 from bipot.scene import Scene
 
@@ -77,13 +78,14 @@ class Schedule:
 
 @dataclass(frozen=True)
 class Control:
-    """Form, what it falls back on, acceptance, how often an increment may be halved, and the stress update."""
+    """Form, what it falls back on, acceptance, how often an increment may be halved, stress update, integration."""
 
     form: Form = Tangent()
     fallbacks: tuple[Form, ...] = (Dissipation(),)
     limits: Limits = Limits()
     cuts: int = 8
     update: StressUpdate = StressUpdate.RETURN
+    integration: Integration = Integration.BDF2
 
     def __post_init__(self) -> None:
         require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
@@ -162,7 +164,7 @@ def march(
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
             energies = energies.after(system, state, solved, tau)
-            accepted = system.body.advance(solved.response, tau, solved.r)
+            accepted = system.body.advance(state, solved.response, tau, solved.r)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1
             seconds = time.perf_counter() - began
@@ -186,6 +188,8 @@ def _attempt(
 ) -> Attempt:
     """Try the forms in turn on one increment."""
     passes, failures = 0, []
+    second = control.integration is Integration.BDF2 and not turns_back(system, state, tau)
+    begun = system.body.carried_on(state, tau) if second else state
 
     def count(trial: Trial) -> None:
         nonlocal passes
@@ -193,7 +197,7 @@ def _attempt(
 
     for form in control.forms:
         try:
-            solved = solve_increment(system, state, tau, form, control.limits, workspace, largest, count)
+            solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count)
         except FAILURES as failure:
             failures.append(f"{form.name.value}: {failure}")
         else:

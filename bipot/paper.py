@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from bipot.certificate import Bounds
 from bipot.fem.kinematics import Configuration
+from bipot.flow import Integration
 from bipot.forms import Penalty
 from bipot.increment import Limits
 from bipot.march import Control
@@ -31,5 +32,5 @@ def as_written(
         SceneError: a penalty that is not finite and positive.
     """
     form = Penalty(K_n, K_t, kind=TangentKind.CONTINUUM)
-    control = Control(form, (), Limits(UNBOUNDED, passes=1), update=update)
+    control = Control(form, (), Limits(UNBOUNDED, passes=1), update=update, integration=Integration.BACKWARD_EULER)
     return replace(scene, configuration=Configuration.PAPER), control

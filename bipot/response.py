@@ -7,7 +7,7 @@ with de, R, B, w of the scene's configuration (:mod:`bipot.fem.kinematics`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.geometric import element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
+from bipot.flow import Flow
 from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, identity, trace
 from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return, yield_function
 from bipot.programs.dissipation import PlasticModel
@@ -48,7 +49,7 @@ class StressUpdate(Enum):
 @dataclass(frozen=True)
 class State:
     """An accepted state: pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q),
-    contact forces (c, d) on all candidates, and the velocity du/dtau (a, d) of the increment that led here.
+    contact forces (c, d) on all candidates, velocity du/dtau (a, d) and flow of the increment that led here.
     """
 
     tau: float
@@ -58,6 +59,7 @@ class State:
     peeq: Floats
     forces: Floats
     velocity: Floats
+    flow: Flow | None = None
 
 
 def rest(scene: Scene, candidates: int) -> State:
@@ -99,6 +101,14 @@ class Body:
     scene: Scene
     space: Space
     update: StressUpdate = StressUpdate.RETURN
+
+    def carried_on(self, state: State, tau: float) -> State:
+        """The state from which BDF2 takes the increment to ``tau``: the last flow gone on (:mod:`bipot.flow`)."""
+        if state.flow is None:
+            return state
+        strain, peeq = state.flow.carried(tau - state.tau)
+        stress = state.stress - 2 * self.scene.material.elasticity.shear * strain
+        return replace(state, stress=stress, plastic_strain=state.plastic_strain + strain, peeq=state.peeq + peeq)
 
     def respond(self, state: State, x: Floats) -> Response:
         """Response to the free displacements x (n,).
@@ -190,19 +200,19 @@ class Body:
             self.scene.material.elasticity.shear,
         )
 
-    def advance(self, response: Response, tau: float, forces: Floats) -> State:
-        """The state after accepting the response: (30), stress and internals as returned."""
-        state = response.state
-        du = self.space.spread(response.x)
-        plastic = state.plastic_strain
+    def advance(self, start: State, response: Response, tau: float, forces: Floats) -> State:
+        """The state after accepting the response: (30), stress and internals as returned.
+
+        ``start`` is the last accepted state; the response's own may have its flow carried on.
+        """
+        plastic, before = response.state.plastic_strain, start.plastic_strain
         if self.scene.configuration is Configuration.MIDPOINT:
-            plastic = rotate(plastic, response.kinematics.angle)
-        return State(
-            tau,
-            state.nodes + du,
-            response.returned.stress,
-            plastic + response.returned.plastic_strain,
-            state.peeq + response.returned.dpeeq,
-            forces,
-            du / (tau - state.tau),
-        )
+            angle = response.kinematics.angle
+            plastic, before = rotate(plastic, angle), rotate(before, angle)
+        returned, length = response.returned, tau - start.tau
+        plastic = plastic + returned.plastic_strain
+        peeq = response.state.peeq + returned.dpeeq
+        flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
+        flow = Flow(length, flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
+        du = self.space.spread(response.x)
+        return State(tau, start.nodes + du, returned.stress, plastic, peeq, forces, du / length, flow)
