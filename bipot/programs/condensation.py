@@ -128,5 +128,5 @@ def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
     solution, influence = inverse[:, 0], inverse[:, 1:]
     S = _dense((len(kept), len(kept)), split.corner, data) - coupling.T @ influence
     f = program.f[kept] - coupling.T @ solution
-    reduced = TangentProgram.of((S + S.T) / 2, f, program.contact.rows.columns(kept), program.contact.threshold)
+    reduced = TangentProgram((S + S.T) / 2, f, program.contact.columns(kept))
     return Condensed(reduced, kept, inner, solution, influence)

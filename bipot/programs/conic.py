@@ -39,11 +39,10 @@ class TangentProgram:
 
     def scaled(self, units: Units) -> TangentProgram:
         """Dimensionless: displacements in ``units.length``, forces in ``units.force``."""
-        return TangentProgram.of(
+        return TangentProgram(
             self.K * (units.length / units.force),
             self.f / units.force,
-            self.contact.rows.scaled(units.length),
-            self.contact.threshold / units.force,
+            self.contact.scaled(units),
         )
 
     def conic(self) -> ConicProgram:
@@ -103,6 +102,8 @@ def _square_root(K: Floats) -> Floats:
 def structure(program: TangentProgram) -> bytes:
     """A key that is equal for two programs exactly when one compilation serves both."""
     contact = program.contact
-    operators = (contact.rows.G_n, contact.rows.G_t)
+    operators = (contact.rows.G_n, contact.rows.G_t, contact.shifted_rows()[2])
     parts = [a for G in operators for a in (np.array(G.shape), G.indptr, G.indices, G.data)]
-    return b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, contact.rows.tied, contact.sliding))
+    return b"".join(
+        np.ascontiguousarray(a).tobytes() for a in (*parts, contact.rows.tied, contact.sliding, contact.coned)
+    )

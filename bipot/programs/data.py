@@ -36,6 +36,7 @@ class Term(Enum):
 
     GAP = "gap"
     FRICTION = "friction"
+    COULOMB = "coulomb"
     TIE = "tie"
     YIELD = "yield"
     FICTITIOUS = "fictitious"
@@ -222,6 +223,11 @@ class ContactRows:
         mu = self.mu[self.frictional]
         finite = np.where(np.isfinite(mu), mu, 0.0) * np.maximum(r[self.frictional, 0], 0.0)
         return np.where(self.tied[self.frictional], np.inf, finite)
+
+    def shift(self, x: Floats) -> Floats:
+        """De Saxce's shift mu |w_t + G_t dU| (f,) at displacement x (n,); 0 where tied."""
+        length = np.linalg.norm(self.motion(x)[self.frictional, 1:], axis=1)
+        return np.where(self.tied[self.frictional], 0.0, self.mu[self.frictional]) * length
 
 
 def _transposed(G: sp.csr_matrix, v: Floats) -> Floats:

@@ -79,9 +79,7 @@ class DissipationProgram:
 
     def scaled(self, units: Units) -> DissipationProgram:
         """Dimensionless data."""
-        rows = self.contact.rows.scaled(units.length)
-        contact = ContactTerms(rows, self.contact.threshold / units.force)
-        return DissipationProgram(self.model.scaled(units), self.force / units.force, contact)
+        return DissipationProgram(self.model.scaled(units), self.force / units.force, self.contact.scaled(units))
 
     def conic(self) -> ConicProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0)."""

@@ -5,8 +5,10 @@ r"""The penalised program as (29) states it, with the fictitious increments as v
     subject to  v_n >= -max(g0, 0)
 
 on the condensed unknowns, L' L being their stiffness. Squares stand as sums of squares of what is scaled by L and
-sqrt(K_c): interior points take those three digits further than the same as quadratic forms. The terms in -t_0 . du
-are those of (17), see :mod:`bipot.laws.penalised`.
+sqrt(K_c): interior points take those three digits further than the same as quadratic forms. In the plane |v_t| is an
+absolute value, two linear rows: as cones of two rows, points that stick (apex against interior) made interior points
+break down at a tolerance of 1e-12, where the linear rows still answer at 1e-14. The terms in -t_0 . du are those of
+(17), see :mod:`bipot.laws.penalised`.
 """
 
 from __future__ import annotations
@@ -17,9 +19,10 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.errors import ProgramError
 from bipot.programs.clarabel import Accuracy
 from bipot.programs.conic import _square_root
-from bipot.programs.data import Timing
+from bipot.programs.data import Outcome, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.programs.statement import ContactStatement, Stated, solve_stated
 from bipot.programs.terms import ContactTerms
@@ -27,14 +30,32 @@ from bipot.programs.terms import ContactTerms
 Floats = NDArray[np.float64]
 
 
-def fictitious(program: PenaltyProgram, accuracy: Accuracy) -> Minimum:
-    """Minimise through cvxpy and Clarabel. Raises ProgramError and its kin."""
+def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:
+    """Minimise through cvxpy and Clarabel to the first of ``accuracies`` that is claimed met.
+
+    When none is, the answer of least residual stands, as almost solved. Iterations and seconds are those of all
+    attempts. Raises ProgramError and its kin when no attempt gave an answer.
+    """
     began = time.perf_counter()
     small, condensed = program.condensed()
     stated = statement(small)
-    built = Timing(build=time.perf_counter() - began)
-    outcome, iterations, timing = solve_stated(stated, accuracy)
-    return Minimum(condensed.recover(np.asarray(stated.dU.value)), outcome, iterations, built + timing)
+    iterations, timing = 0, Timing(build=time.perf_counter() - began)
+    answers: list[Floats] = []
+    failure = ProgramError("no accuracy was asked for")
+    for accuracy in accuracies:
+        try:
+            outcome, count, spent = solve_stated(stated, accuracy)
+        except ProgramError as failed:
+            failure = failed
+            continue
+        iterations, timing = iterations + count, timing + spent
+        answers.append(np.asarray(stated.dU.value))
+        if outcome is Outcome.SOLVED:
+            return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
+    if not answers:
+        raise failure
+    best = min(answers, key=lambda u: float(np.abs(small.gradient(u)).max()))
+    return Minimum(condensed.recover(best), Outcome.ALMOST, iterations, timing)
 
 
 def statement(program: PenaltyProgram) -> Stated:
@@ -44,15 +65,16 @@ def statement(program: PenaltyProgram) -> Stated:
     dU, v_n, v_t = cp.Variable(len(program.f)), cp.Variable(rows.count), cp.Variable(rows.slip.shape)
     lag_n = rows.G_n @ dU + (rows.gap - terms.start_gap) - v_n
     lag_t = cp.reshape(rows.G_t @ dU, rows.slip.shape, order="C") + rows.slip - v_t
+    length = cp.abs(v_t[:, 0]) if rows.tangents == 1 else cp.norm(v_t, 2, axis=1)
     cost = (
         -terms.t_0[:, 0] @ lag_n
         + cp.sum_squares(np.sqrt(terms.k_n / 2) * lag_n)
         - cp.sum(cp.multiply(terms.t_0[f, 1:], lag_t))
-        + terms.threshold @ cp.norm(v_t, 2, axis=1)
+        + terms.threshold @ length
         + cp.sum_squares(np.sqrt(terms.k_t / 2) * lag_t)
     )
     contact = ContactStatement(
-        ContactTerms(rows, terms.threshold), cost, v_n >= -np.maximum(terms.start_gap, 0.0), None, None
+        ContactTerms(rows, terms.threshold), cost, v_n >= -np.maximum(terms.start_gap, 0.0), None, None, None
     )
     energy = cp.sum_squares(_square_root(np.asarray(program.K)) @ dU) / 2 - program.f @ dU
     return Stated(cp.Problem(cp.Minimize(energy + cost), contact.constraints), dU, contact)

@@ -1,6 +1,8 @@
 r"""Contact as one states it in cvxpy, shared by every exact program, and how a stated program is solved.
 
-    cost s' t,   G_n dU + g >= 0,   (t_c, G_t,c dU + w_c) in the second-order cone,   ties as equalities.
+    cost s' t,   G_n dU + g >= 0,   (t_c, G_t,c dU + w_c) in the second-order cone,   ties as equalities,
+
+or, with De Saxce's shift frozen, (G_n,c dU + g_c + shift_c, mu G_t,c dU + mu w_c) in it and no cost.
 
 Thresholds, gaps and slips may be numbers or ``cp.Parameter``: the compiled program states them the same way.
 """
@@ -28,34 +30,41 @@ Data = Any  # a number array or a cp.Parameter of that shape
 
 @dataclass(frozen=True)
 class ContactData:
-    """What may change between two solves of one compiled program: gap (c,), slip (f, d-1), threshold (f,)."""
+    """What may change between two solves of one compiled program.
+
+    Gap (c,), slip (f, d-1) and threshold (f,) of their parts; gap + shift and mu slip of the shifted cones.
+    """
 
     gap: Data
     tied_gap: Data
     slip: Data
     stuck_slip: Data
     threshold: Data
+    cone_gap: Data
+    cone_slip: Data
 
     @staticmethod
     def of(contact: ContactTerms) -> ContactData:
         """The numbers of one program."""
         rows = contact.rows
+        _, cone_gap, _, cone_slip = contact.shifted_rows()
         return ContactData(
             rows.gap[contact.unilateral],
             rows.gap[rows.tied],
             rows.slip[contact.sliding],
             rows.slip[contact.stuck].ravel(),
             contact.threshold[contact.sliding],
+            cone_gap,
+            cone_slip,
         )
 
     @staticmethod
     def parameters(contact: ContactTerms) -> ContactData:
         """Parameters of the shapes that ``contact`` has."""
         numbers = ContactData.of(contact)
-        shapes = (numbers.gap, numbers.tied_gap, numbers.slip, numbers.stuck_slip)
-        gap, tied, slip, stuck = (cp.Parameter(a.shape) if a.size else a for a in shapes)
+        made = {name: cp.Parameter(a.shape) if a.size else a for name, a in vars(numbers).items()}
         bound = numbers.threshold
-        return ContactData(gap, tied, slip, stuck, cp.Parameter(bound.shape, nonneg=True) if bound.size else bound)
+        return ContactData(**made | {"threshold": cp.Parameter(bound.shape, nonneg=True) if bound.size else bound})
 
     def assign(self, contact: ContactTerms) -> None:
         """Give the parameters the numbers of ``contact``."""
@@ -75,6 +84,7 @@ class ContactStatement:
     gap: cp.Constraint | None
     friction: cp.Constraint | None
     tie: cp.Constraint | None
+    cone: cp.Constraint | None
 
     @staticmethod
     def of(dU: cp.Variable, contact: ContactTerms, data: ContactData) -> ContactStatement:
@@ -93,12 +103,12 @@ class ContactStatement:
         tie = None
         if tied.shape[0]:
             tie = sp.vstack([tied, stuck]) @ dU + cp.hstack([data.tied_gap, data.stuck_slip]) == 0
-        return ContactStatement(contact, cost, gap, friction, tie)
+        return ContactStatement(contact, cost, gap, friction, tie, _cone(dU, contact, data))
 
     @property
     def constraints(self) -> list[cp.Constraint]:
         """Those that are there."""
-        return [c for c in (self.gap, self.friction, self.tie) if c is not None]
+        return [c for c in (self.gap, self.friction, self.tie, self.cone) if c is not None]
 
     def forces(self) -> Floats:
         """Contact forces r (c, d) from the dual values; cvxpy's equality duals have the opposite sign."""
@@ -108,7 +118,20 @@ class ContactStatement:
         tangential = np.zeros((0, tangents))
         if self.friction is not None:
             tangential = np.asarray(list(self.friction.dual_variables)[1].value).reshape(-1, tangents)
-        return self.contact.assemble(normal, tangential, tie)
+        cone = np.zeros((0, tangents + 1))
+        if self.cone is not None:
+            head, body = (np.asarray(dual.value) for dual in self.cone.dual_variables)
+            cone = np.column_stack([head.ravel(), body.reshape(-1, tangents)])
+        return self.contact.assemble(normal, tangential, tie, cone)
+
+
+def _cone(dU: cp.Variable, contact: ContactTerms, data: ContactData) -> cp.Constraint | None:
+    """The shifted cones of gap and slip."""
+    normal, gap, tangent, slip = contact.shifted_rows()
+    if not gap.size:
+        return None
+    motion = cp.reshape(tangent @ dU, slip.shape, order="C") + data.cone_slip
+    return cp.SOC(normal @ dU + data.cone_gap, motion, axis=1)
 
 
 def _dual(constraint: cp.Constraint) -> Floats:

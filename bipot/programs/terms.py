@@ -1,10 +1,17 @@
-r"""The contact terms of every exact program, as cone rows and back: gap, friction at a frozen threshold, ties.
+r"""The contact terms of every exact program, as cone rows and back: gap, friction with a part frozen, ties.
 
     G_n dU + g >= 0                 dual r_n,
     t >= |G_t dU + w_t|, cost s t   dual (s, r_t) with |r_t| <= s,
     equality of both where welded   dual (r_n, r_t).
 
 Friction rows with zero threshold are left out: their force is zero, and a free bound t would be undetermined.
+
+With De Saxce's shift frozen instead of the threshold, the two first are one cone and nothing is added to the cost:
+
+    G_n dU + g + shift >= mu |G_t dU + w_t|   dual (r_n, r_t / mu), so |r_t| <= mu r_n.
+
+Where shift = mu |G_t dU + w_t| the gap condition is left. Shift zero is not Coulomb's law but the associated one, whose
+sliding opens the contact.
 """
 
 from __future__ import annotations
@@ -15,27 +22,47 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Bools, Cone, ConicSolution, ContactRows, Ints, Rows, Term
+from bipot.programs.data import Bools, Cone, ConicSolution, ContactRows, Ints, Rows, Term, Units
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class ContactTerms:
-    """Contact rows with their frozen threshold s (f,), split into unilateral, sliding and tied parts."""
+    """Contact rows with their frozen threshold s (f,) or, where it is given, their frozen shift (f,).
+
+    They are split into unilateral, sliding, coned (in the shifted cone) and tied parts.
+    """
 
     rows: ContactRows
     threshold: Floats
+    shift: Floats | None = None
+
+    def scaled(self, units: Units) -> ContactTerms:
+        """Dimensionless: gaps, slips and shifts in ``units.length``, thresholds in ``units.force``."""
+        shift = None if self.shift is None else self.shift / units.length
+        return ContactTerms(self.rows.scaled(units.length), self.threshold / units.force, shift)
+
+    def columns(self, dofs: Ints) -> ContactTerms:
+        """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""
+        return ContactTerms(self.rows.columns(dofs), self.threshold, self.shift)
 
     @property
     def unilateral(self) -> Bools:
-        """Candidates (c,) with an inequality on the gap."""
-        return ~self.rows.tied
+        """Candidates (c,) with an inequality on the gap alone."""
+        alone = ~self.rows.tied
+        alone[self.rows.frictional[self.coned]] = False
+        return alone
 
     @property
     def sliding(self) -> Bools:
-        """Friction rows (f,) with a positive finite threshold."""
-        return (self.threshold > 0) & ~self.rows.tied[self.rows.frictional]
+        """Friction rows (f,) with a positive finite threshold; none when the shift is frozen."""
+        return (self.threshold > 0) & ~self.stuck & (self.shift is None)
+
+    @property
+    def coned(self) -> Bools:
+        """Friction rows (f,) whose gap and slip share a shifted cone; none when the threshold is frozen."""
+        return (self.rows.mu[self.rows.frictional] > 0) & ~self.stuck & (self.shift is not None)
 
     @property
     def stuck(self) -> Bools:
@@ -46,13 +73,30 @@ class ContactTerms:
         """(G_t, w_t) of the chosen friction rows (f,): ((m (d-1), n), (m, d-1))."""
         return self.rows.G_t[np.repeat(chosen, self.rows.tangents)], self.rows.slip[chosen]
 
+    def shifted_rows(self) -> tuple[sp.csr_matrix, Floats, sp.csr_matrix, Floats]:
+        """(G_n, g + shift) and (mu G_t, mu w_t) of the coned friction rows: ((m, n), (m,), (m (d-1), n), (m, d-1))."""
+        if self.shift is None:
+            none = sp.csr_matrix((0, int(np.asarray(self.rows.G_n.shape)[1])))
+            return none, np.zeros(0), none, np.zeros((0, self.rows.tangents))
+        coned = self.coned
+        contact, shift = self.rows.frictional[coned], self.shift[coned]
+        tangent, slip = self.tangent_rows(coned)
+        mu = self.rows.mu[contact]
+        scale = sp.diags_array(np.repeat(mu, self.rows.tangents))
+        return (
+            self.rows.G_n[contact],
+            self.rows.gap[contact] + shift,
+            sp.csr_matrix(scale @ tangent),
+            mu[:, None] * slip,
+        )
+
     def cone_rows(self, columns: int, bounds: int) -> tuple[Rows, ...]:
         """Rows on ``columns`` variables; dU comes first and the slip bounds t start at column ``bounds``."""
         normal = self.rows.G_n
         sliding, slip = self.tangent_rows(self.sliding)
         stuck, offset = self.tangent_rows(self.stuck)
         tie = sp.csr_matrix(sp.vstack([normal[self.rows.tied], stuck]))
-        return (
+        own = (
             Rows(
                 Term.GAP,
                 Cone.NONNEGATIVE,
@@ -67,6 +111,7 @@ class ContactTerms:
                 np.concatenate([self.rows.gap[self.rows.tied], offset.ravel()]),
             ),
         )
+        return own if self.shift is None else (*own, _coulomb_rows(*self.shifted_rows(), columns))
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
@@ -74,10 +119,11 @@ class ContactTerms:
             solution.dual[Term.GAP].ravel(),
             solution.dual[Term.FRICTION][:, 1:],
             solution.dual[Term.TIE].ravel(),
+            solution.dual.get(Term.COULOMB, np.zeros((0, 1 + self.rows.tangents))),
         )
 
-    def assemble(self, normal: Floats, tangential: Floats, tie: Floats) -> Floats:
-        """r (c, d) from r_n of the unilateral, r_t of the sliding and (r_n, r_t) of the tied points."""
+    def assemble(self, normal: Floats, tangential: Floats, tie: Floats, cone: Floats) -> Floats:
+        """r (c, d) from r_n of the unilateral, r_t of the sliding, (r_n, r_t) of the tied and the cones' duals."""
         rows = self.rows
         r = np.zeros((rows.count, 1 + rows.tangents))
         tied = int(rows.tied.sum())
@@ -85,6 +131,9 @@ class ContactTerms:
         r[rows.tied, 0] = tie[:tied]
         r[rows.frictional[self.sliding], 1:] = tangential
         r[rows.frictional[self.stuck], 1:] = tie[tied:].reshape(-1, rows.tangents)
+        contact = rows.frictional[self.coned]
+        r[contact, 0] = cone[:, 0]
+        r[contact, 1:] = rows.mu[contact, None] * cone[:, 1:]
         return r
 
 
@@ -105,6 +154,16 @@ def _norm_rows(term: Term, G: sp.csr_matrix, offset: Floats, columns: int, bound
     b = np.zeros((count, width))
     b[:, 1:] = offset
     return Rows(term, Cone.SECOND_ORDER, A, b.ravel(), width)
+
+
+def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, slip: Floats, columns: int) -> Rows:
+    """Second-order rows (gap_i, slip_i)."""
+    count, tangents = slip.shape
+    width = tangents + 1
+    stacked = sp.csr_matrix(sp.vstack([normal, tangent]))
+    order = np.column_stack([np.arange(count), count + np.arange(count * tangents).reshape(count, tangents)]).ravel()
+    b = np.column_stack([gap, slip]).ravel()
+    return Rows(Term.COULOMB, Cone.SECOND_ORDER, _pad(sp.csr_matrix(stacked[order]), columns), b, width)
 
 
 def _pad(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
