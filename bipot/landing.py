@@ -1,0 +1,153 @@
+r"""Landings located: an increment in which an open candidate closes is cut to the event.
+
+A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the tools'
+travel of the increment and it carries force at the end. Its gap g(tau) at the end of an increment solved from the
+same start to tau is known only while it stays open, so the root is approached from the open side: by the velocity that
+led to the start, then by the secant of the last two open trials, halving towards the closed side where they overshoot.
+The increment then ends at the event with the candidate still open by less than the tolerance, and the next one, which
+it spends closed, starts there. A candidate is located once in a scheduled increment, so cuts cannot pile up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import require
+from bipot.increment import Solved, System, tool_travel
+from bipot.response import State
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+CARRIES = 1e-8
+"""A candidate is closed when its normal force exceeds this fraction of the increment's largest contact force."""
+
+
+@dataclass(frozen=True)
+class Locate:
+    """How landings are located.
+
+    ``tolerance`` is the gap left at the event over the tools' travel of the uncut increment, ``solves`` the most
+    increments solved for one event. Events in the first or last ``margin`` of an increment leave it whole.
+
+    Raises:
+        SceneError: a value out of its range.
+    """
+
+    tolerance: float = 1e-3
+    solves: int = 8
+    margin: float = 0.02
+
+    def __post_init__(self) -> None:
+        require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
+        require(self.solves >= 1, "locate.solves", self.solves, ">= 1")
+        require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
+
+
+class Tried(Protocol):
+    """An attempt at an increment: what it gave, None if every form failed, and the passes it took."""
+
+    @property
+    def solved(self) -> Solved | None:
+        """The increment that met its bounds."""
+        ...
+
+    @property
+    def passes(self) -> int:
+        """Passes spent."""
+        ...
+
+
+Attempt = TypeVar("Attempt", bound=Tried)
+
+
+@dataclass(frozen=True)
+class Landing(Generic[Attempt]):
+    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node, gap."""
+
+    tau: float
+    attempt: Attempt
+    solved: Solved
+    candidate: int
+    node: int
+    gap: float
+
+
+@dataclass(frozen=True)
+class _Event:
+    """The search in one increment: its start, its gap there (c,), the gap that counts as none, what is left out."""
+
+    system: System
+    state: State
+    start_gap: Floats
+    none: float
+    known: frozenset[int]
+
+    def landed(self, solved: Solved) -> Ints:
+        """Candidates that are open at the start and carry force at the end."""
+        pull = solved.r[:, 0]
+        closed = (self.start_gap > self.none) & (pull > CARRIES * np.abs(solved.r).max(initial=0.0))
+        closed[list(self.known)] = False
+        return np.flatnonzero(closed)
+
+    def rate(self, tau: float) -> Floats:
+        """dg/dtau (c,) expected from the start to ``tau``: the velocity that led there, the tools' own motion."""
+        candidates, tools = self.system.candidates, self.system.body.scene.tools
+        normal = np.array([tool.normal for tool in tools])[candidates.tool]
+        body = np.einsum("cd,cd->c", self.state.velocity[candidates.node], normal)
+        ahead = np.array([np.dot(tool.normal, tool.moved(self.state.tau, tau)) for tool in tools])
+        return body - ahead[candidates.tool] / (tau - self.state.tau)
+
+
+def locate(
+    system: System,
+    state: State,
+    tau: float,
+    solved: Solved,
+    solve: Callable[[float], Attempt],
+    how: Locate,
+    known: frozenset[int] = frozenset(),
+) -> tuple[Landing[Attempt] | None, int]:
+    """The first landing in the increment from ``state`` to ``tau`` that ``solved`` holds, and the passes spent on it.
+
+    ``solve(tau)`` attempts the increment from ``state`` to another end; ``known`` are candidates not to locate again.
+    None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    """
+    length = tau - state.tau
+    none = how.tolerance * float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max())
+    event = _Event(system, state, system.candidates.start_gap(state.nodes, state.tau), none, known)
+    landed, passes, end = event.landed(solved), 0, tau - how.margin * length
+    low, high = state.tau + how.margin * length, end
+    last, gap, rate = state.tau, event.start_gap, event.rate(tau)
+    for _ in range(how.solves if landed.size else 0):
+        # An end that is known to be closed is not tried again.
+        limit = high if high == end else (low + high) / 2
+        middle = float(np.clip(last + _first(gap[landed] - none / 2, rate[landed]), low, limit))
+        attempt = solve(middle)
+        passes += attempt.passes
+        if attempt.solved is None:
+            break
+        earlier = event.landed(attempt.solved)
+        if earlier.size:
+            landed, high = earlier, middle
+        else:
+            now = attempt.solved.rows.motion(attempt.solved.response.x)[:, 0]
+            rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
+            first = int(landed[np.argmin(now[landed])])
+            if now[first] <= none:
+                node = int(system.candidates.node[first])
+                return Landing(middle, attempt, attempt.solved, first, node, float(now[first])), passes
+        if high - low <= how.tolerance * length / 4:
+            break
+    return None, passes
+
+
+def _first(gap: Floats, rate: Floats) -> float:
+    """When the first of the gaps is used up at these rates; inf if none closes."""
+    closing = rate < 0
+    return float(np.min(gap[closing] / -rate[closing], initial=np.inf))
