@@ -115,6 +115,21 @@ def test_optimisers_writes_a_row_each(tmp_path):
     assert max(row["largest_difference"] for row in rows) < 1e-5
 
 
+def test_optimisers_that_disagree_are_named():
+    none = optimisers.Row("", 1, 0.0, 1.0, 1, 0.0, 0)
+    agreed = [replace(none, optimiser=o.value) for o in optimisers.ALLOWED]
+    assert optimisers.disagreements(agreed) == []
+    planted = [replace(row, largest_difference=2e-6) for row in agreed]
+    assert [line.split()[0] for line in optimisers.disagreements(planted)] == ["trust_region", "cvxpy"]
+    assert len(optimisers.disagreements([])) == len(optimisers.ALLOWED)
+
+
+def test_a_disagreement_fails_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(optimisers, "ALLOWED", {optimisers.Optimiser.CVXPY: 0.0})
+    assert optimisers.main(["--fast", "--out", str(tmp_path)]) == 1
+    assert "cvxpy differs from newton" in capsys.readouterr().err
+
+
 def test_the_force_does_not_follow_the_tolerance_where_round_off_is_far(tmp_path):
     assert penalty_round_off.main(["--fast", "--out", str(tmp_path)]) == 0
     tight, loose = read_csv(tmp_path / "penalty_round_off.csv", "")

@@ -25,8 +25,8 @@ from bipot.traction import contact_edges, edge_mass
 
 Floats = NDArray[np.float64]
 
-TIGHT = Accuracy(1e-12)
-"""Of the interior points: asked for more, they sometimes give up at less."""
+TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
+"""Of the interior points, tried in turn: asked for what round-off forbids, they give up at less than they can."""
 
 
 class Optimiser(Enum):
