@@ -92,7 +92,8 @@ def _cone_projection(z: FloatArray, mu: FloatArray) -> tuple[FloatArray, FloatAr
     """P_K(z) (c, d) and its generalised derivative (c, d, d)."""
     d = z.shape[1]
     length, t = _unit(z[:, 1:])
-    inside = length <= mu * z[:, 0]
+    # The sign counts where mu = 0 and z_t = 0.
+    inside = (length <= mu * z[:, 0]) & (z[:, 0] >= 0)
     polar = ~inside & (mu * length <= -z[:, 0])
     share = 1.0 / (1.0 + mu**2)
     height = (z[:, 0] + mu * length) * share

@@ -5,8 +5,9 @@ gap). The natural map of the same program has no such trouble once the right pie
 
     K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
 
-with s frozen, or s = mu (r_n)+ for exact Coulomb friction on the same quadratic model (then unsymmetric, and only a
-step of the fixed point on s: the start is the convex program's answer, and the result counts only if it is exact).
+with s frozen (or De Saxce's shift, :func:`shifted_map`), or s = mu (r_n)+ for exact Coulomb friction on the same
+quadratic model (then unsymmetric, and only a step of the fixed point on s: the start is the convex program's answer,
+and the result counts only if it is exact).
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 from bipot.laws.coulomb import project_disc
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
+from bipot.programs.shifted import shifted_map
 
 Floats = NDArray[np.float64]
 
@@ -30,25 +32,28 @@ EXACT = 1e-10
 class NaturalMap:
     """Operators stacked as multipliers (normal; tangential): G (m, n), offset (m,), and the scale rho > 0.
 
-    ``threshold`` (f,) is the frozen one, or None for mu (r_n)+.
+    ``threshold`` (f,) is the frozen one, or None for mu (r_n)+; where a ``shift`` (f,) is frozen, that alone counts.
     """
 
     rows: ContactRows
     threshold: Floats | None
+    shift: Floats | None
     G: Floats
     offset: Floats
     rho: float
 
     @staticmethod
-    def of(program: TangentProgram, threshold: Floats | None) -> NaturalMap:
+    def of(program: TangentProgram, threshold: Floats | None, shift: Floats | None) -> NaturalMap:
         """Stack G_n, G_t and their offsets; rho is the mean stiffness, which balances force against motion."""
         rows = program.contact.rows
         G = np.vstack([rows.G_n.toarray(), rows.G_t.toarray()])
         offset = np.concatenate([rows.gap, rows.slip.ravel()])
-        return NaturalMap(rows, threshold, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
+        return NaturalMap(rows, threshold, shift, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
 
     def evaluate(self, motion: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
         """Residual (m,) and its derivatives with respect to motion and to r, (m, m) each."""
+        if self.shift is not None:
+            return shifted_map(self.rows, self.shift, self.rho, motion, r)
         c = self.rows.count
         value, by_motion, by_r = np.empty_like(r), np.zeros((len(r), len(r))), np.zeros((len(r), len(r)))
         trial = r - self.rho * motion
@@ -84,20 +89,20 @@ class NaturalMap:
 
 
 def polish(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Floats]:
-    """The frozen-threshold program's answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
-    x, r, _ = _newton(program, program.contact.threshold, x, r)
+    """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
+    law = NaturalMap.of(program, program.contact.threshold, program.contact.shift)
+    x, r, _ = _newton(program, law, x, r)
     return x, r
 
 
 def couple(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Floats] | None:
     """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
-    x, r, error = _newton(program, None, x, r)
+    x, r, error = _newton(program, NaturalMap.of(program, None, None), x, r)
     return (x, r) if error <= EXACT else None
 
 
-def _newton(program: TangentProgram, threshold: Floats | None, x: Floats, r: Floats) -> tuple[Floats, Floats, float]:
+def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) -> tuple[Floats, Floats, float]:
     """Best iterate and its residual over the largest force."""
-    natural = NaturalMap.of(program, threshold)
     rows, n = program.contact.rows, len(x)
     best = current = np.concatenate([x, r[:, 0], r[rows.frictional, 1:].ravel()])
     least = np.inf
