@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from bipot.columns import Column, Value
 from bipot.errors import IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, RunFile, create
-from bipot.flow import Flow
+from bipot.laws.flow import Flow
 from bipot.march import Accepted, system_of
 from bipot.mesh import Mesh
 from bipot.response import State

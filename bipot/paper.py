@@ -13,9 +13,9 @@ from dataclasses import replace
 
 from bipot.certificate import Bounds
 from bipot.fem.kinematics import Configuration
-from bipot.flow import Integration
 from bipot.forms import Penalty
 from bipot.increment import Limits
+from bipot.laws.flow import Integration
 from bipot.march import Control
 from bipot.response import StressUpdate, TangentKind
 from bipot.scene import Scene

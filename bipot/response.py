@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.geometric import element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
-from bipot.flow import Flow
+from bipot.laws.flow import Flow
 from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, identity, trace
 from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return, yield_function
 from bipot.programs.dissipation import PlasticModel
@@ -103,7 +103,7 @@ class Body:
     update: StressUpdate = StressUpdate.RETURN
 
     def carried_on(self, state: State, tau: float) -> State:
-        """The state from which BDF2 takes the increment to ``tau``: the last flow gone on (:mod:`bipot.flow`)."""
+        """The state from which BDF2 takes the increment to ``tau``: the last flow gone on (:mod:`bipot.laws.flow`)."""
         if state.flow is None:
             return state
         strain, peeq = state.flow.carried(tau - state.tau)

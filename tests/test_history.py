@@ -15,6 +15,7 @@ from bipot.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energ
 from bipot.errors import IncrementFailed, ResultsError, SceneError
 from bipot.forms import Backend, Tangent
 from bipot.history import Recorder, load, resume
+from bipot.laws.flow import Flow
 from bipot.march import Control, Schedule, march
 from bipot.progress import Bar, Silent, terminal
 from bipot.response import State
@@ -76,12 +77,18 @@ def test_energies_are_those_of_the_whole_body_in_the_asked_unit(folder, accepted
     np.testing.assert_allclose(history["bipotential_gap_J"], gap, rtol=1e-15)
 
 
+def arrays(state):
+    """Everything a state holds, its flow included."""
+    own = [np.asarray(getattr(state, f.name)) for f in fields(State) if f.name != "flow"]
+    return own + [np.asarray(getattr(state.flow, f.name)) for f in fields(Flow)]
+
+
 def test_states_and_mesh_read_back_exactly(folder, accepted):
     history = load(folder)
     for row, a in enumerate(accepted):
         state = history.state(row)
-        for f in fields(State):
-            np.testing.assert_array_equal(getattr(state, f.name), getattr(a.state, f.name))
+        for read, written in zip(arrays(state), arrays(a.state), strict=True):
+            np.testing.assert_array_equal(read, written)
     np.testing.assert_array_equal(history.mesh.nodes, SCENE.mesh.nodes)
     np.testing.assert_array_equal(history.mesh.boundary("top"), SCENE.mesh.boundary("top"))
     np.testing.assert_array_equal(history.nodal("velocity", 2)[:, :2], accepted[2].state.velocity)
@@ -130,9 +137,8 @@ def test_an_interrupted_run_is_readable_and_resumes_to_the_same_end(tmp_path, ac
     *_, last = march(SCENE, SCHEDULE, CONTROL, start=resume(tmp_path / "run"))
     # The resumed run lacks the predictor's memory of one more increment, so its first iterate differs: the ends
     # agree as well as two increments accepted within the same bounds do.
-    for f in fields(State):
-        whole = np.asarray(getattr(accepted[-1].state, f.name))
-        np.testing.assert_allclose(getattr(last.state, f.name), whole, atol=1e-6 * np.abs(whole).max())
+    for resumed, whole in zip(arrays(last.state), arrays(accepted[-1].state), strict=True):
+        np.testing.assert_allclose(resumed, whole, atol=1e-6 * np.abs(whole).max())
 
 
 def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):

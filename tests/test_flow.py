@@ -1,0 +1,66 @@
+"""Two-step integration of plastic flow: its coefficients, its order under friction, and where it must hold back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot import Control, Newton, Schedule, march, upsetting
+from bipot.increment import tool_forces
+from bipot.laws.flow import FARTHEST, Flow, Integration
+from bipot.march import system_of
+
+NONE = np.zeros((1, 1))
+
+
+def end_force(integration, increments, mu=0.05, reduction=0.3):
+    """Force at the end of a path whose start-up is the same for any number of increments."""
+    scene = upsetting(mu=mu, reduction=reduction, elements=3)
+    schedule = Schedule(increments, first=0.001 / reduction, settling=4)
+    *_, last = march(scene, schedule, Control(Newton(), integration=integration))
+    return -tool_forces(system_of(scene), last.solved.r)[0, 1]
+
+
+@pytest.mark.parametrize("ratio", [0.25, 1.0, 2.0])
+def test_a_smooth_flow_is_differenced_to_second_order(ratio):
+    """For y = t^2 the two-step formula dy = a dy_0 + (1 - a dt_0/dt) dt y' is exact, whatever the lengths."""
+    length, last = 0.3 * ratio, 0.3
+    y, rate = (lambda t: t**2), (lambda t: 2 * t)
+    now = 1.0
+    before = np.array([[y(now) - y(now - last)]])
+    _, carried = Flow(last, before[..., None], before).carried(length)
+    fraction = carried[0, 0] / before[0, 0]
+    own = (length - fraction * last) * rate(now + length)
+    assert carried[0, 0] + own == pytest.approx(y(now + length) - y(now), rel=1e-12)
+
+
+def test_growing_increments_carry_on_no_more_than_is_stable():
+    _, carried = Flow(0.01, NONE[..., None], NONE + 1.0).carried(1.0)
+    assert carried[0, 0] == FARTHEST
+
+
+def test_force_is_of_second_order_under_friction_and_of_first_with_backward_euler():
+    orders = {}
+    for integration in Integration:
+        coarse, middle, fine = (end_force(integration, n) for n in (20, 40, 80))
+        orders[integration] = np.log2(abs(coarse - middle) / abs(middle - fine))
+    assert orders[Integration.BDF2] == pytest.approx(2, abs=0.25)
+    assert orders[Integration.BACKWARD_EULER] == pytest.approx(1, abs=0.1)
+
+
+def test_both_tend_to_the_same_force():
+    extrapolated = 2 * end_force(Integration.BACKWARD_EULER, 40) - end_force(Integration.BACKWARD_EULER, 20)
+    assert end_force(Integration.BDF2, 40) == pytest.approx(extrapolated, rel=2e-5)
+
+
+def test_an_unloading_body_carries_no_flow_on():
+    """Loaded, then let go a little: the flow ends with the first increment back, and so does the peeq's growth."""
+    scene = upsetting(mu=0.1, reduction=0.05, elements=2)
+    path = ((0.0, 0.0), (0.9, 1.0), (1.0, 0.995))
+    scene = replace(scene, tools=tuple(replace(tool, path=path) for tool in scene.tools))
+    schedule = Schedule(8, first=0.001 / 0.05, landings=(0.9,))
+    *_, top, once, twice = march(scene, replace(schedule, landings=(0.9, 0.95)), Control(Newton()))
+    assert top.state.tau == 0.9
+    assert top.state.flow.peeq.max() > 0
+    assert not once.state.flow.strain.any()
+    np.testing.assert_array_equal(twice.state.peeq, top.state.peeq)
