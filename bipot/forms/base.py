@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.forms.memory import Memory, Pace
+from bipot.programs.clarabel import Solver
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import ContactRows, Outcome, Timing, Units
@@ -86,6 +87,7 @@ class Workspace:
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
     splits: dict[bytes, Split] = field(default_factory=dict)
+    solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
 
     def stated(self, program: TangentProgram) -> Stated:
         """The compiled statement with the numbers of ``program`` assigned."""

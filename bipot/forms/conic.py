@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bipot.errors import InvertedElement, ProgramError
 from bipot.forms.base import Answer, Backend, FormName, Pass, Workspace
 from bipot.laws.coulomb import natural_map
-from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.clarabel import Accuracy, Solver
 from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ConicProgram, Outcome, Timing
@@ -51,7 +51,7 @@ class Tangent:
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(workspace.stated(small), self.accuracy)
         else:
-            raw = _directly(small, self.accuracy)
+            raw = _directly(small, self.accuracy, workspace.solvers[self.name])
         u, r = (couple(small, raw.u, raw.r) if self.coupled else None) or polish(small, raw.u, raw.r)
         x = condensed.recover(u) * given.units.length
         return Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing)
@@ -78,7 +78,7 @@ class Dissipation:
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(program.statement(), self.accuracy)
         else:
-            raw = _directly(program, self.accuracy)
+            raw = _directly(program, self.accuracy, workspace.solvers[self.name])
         x, r = raw.u * given.units.length, raw.r * given.units.force
         answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
         return _improved(given, answer, workspace) if self.polished else answer
@@ -148,7 +148,7 @@ def _through_cvxpy(stated: Stated, accuracy: Accuracy) -> Raw:
     return Raw(np.asarray(stated.dU.value), stated.contact.forces(), outcome, iterations, timing)
 
 
-def _directly(program: Exact, accuracy: Accuracy) -> Raw:
-    answer = solve(program.conic(), accuracy)
+def _directly(program: Exact, accuracy: Accuracy, solver: Solver) -> Raw:
+    answer = solver.solve(program.conic(), accuracy)
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
