@@ -30,7 +30,7 @@ from bipot.scene import upsetting
 from tests.scenes import DIRECT, fresh, path
 from tests.scenes import run as upset
 
-LIMITS = Limits(tol=1e-12, seconds=30.0)
+LIMITS = Limits(tol=1e-13, seconds=30.0)
 SCENE = upsetting(mu=0.3, reduction=0.1, elements=4)
 
 
