@@ -101,7 +101,9 @@ def solve_increment(
     start_gap = system.candidates.start_gap(state.nodes, state.tau)
     units = _units(system, state, tau)
     x = _predicted(system, state, tau, workspace).ravel()[body.space.free]
-    response = body.respond(state, x)
+    assembled = workspace.assembly.seconds
+    with workspace.assembly:
+        response = body.respond(state, x)
     near = _near(rows, x, units)
     taken = rows.take(near)
     threshold = Threshold.start(rows.threshold(state.forces))
@@ -125,10 +127,12 @@ def solve_increment(
         almost += answer.outcome is Outcome.ALMOST
         r = np.zeros_like(state.forces)
         r[near] = answer.r
-        response = answer.response or body.respond(state, answer.x)
+        with workspace.assembly:
+            response = answer.response or body.respond(state, answer.x)
         certificate = certify_response(system, response, rows, r, tau, largest)
         observe(Trial(number, answer, certificate))
         if watch.accepts(certificate, answer.posed):
+            timing += Timing(assembly=workspace.assembly.seconds - assembled)
             return Solved(response, rows, r, certificate, answer.posed, number, iterations, almost, timing)
         entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
         if entering.any():

@@ -1,13 +1,9 @@
-"""What the comparisons share: a march kept as snapshots, a stopwatch on assembly, errors between two runs."""
+"""What the comparisons share: a march kept as snapshots, errors between two runs."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,13 +15,11 @@ from bipot.laws.coulomb import Status
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.data import Timing
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
-from bipot.response import Body, TangentKind
+from bipot.response import TangentKind
 from bipot.scene import Scene
 from bipot.traction import contact_edges, edge_mass, traction
 
 Floats = NDArray[np.float64]
-
-ASSEMBLY = ("respond", "stiffness", "tangent", "plastic_model")
 
 
 @dataclass(frozen=True)
@@ -146,26 +140,6 @@ def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
         solved.timing,
         condition,
     )
-
-
-@contextmanager
-def stopwatch() -> Iterator[list[float]]:
-    """Seconds spent in the body's responses and tangents inside the ``with``, as the one item of a list."""
-    spent = [0.0]
-
-    def timed(method: Any) -> Any:
-        def call(self: Body, *arguments: Any) -> Any:
-            began = time.perf_counter()
-            try:
-                return method(self, *arguments)
-            finally:
-                spent[0] += time.perf_counter() - began
-
-        return call
-
-    originals = {name: getattr(Body, name) for name in ASSEMBLY}
-    with patch.multiple(Body, **{name: timed(method) for name, method in originals.items()}):
-        yield spent
 
 
 def traction_errors(system: System, run: Snapshot, reference: Snapshot) -> tuple[float, float]:

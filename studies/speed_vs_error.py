@@ -31,7 +31,7 @@ import numpy as np
 from bipot.errors import BipotError
 from bipot.march import system_of
 from studies.methods import Method, Setting, configured
-from studies.runs import Run, curve_error, record, stopwatch, traction_errors
+from studies.runs import Run, curve_error, record, traction_errors
 from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, jobs, key
 from studies.speed_tables import Row, extrapolations, fastest, summary
 from studies.tables import read_rows, write_csv, write_hdf5
@@ -69,13 +69,12 @@ def timed(job: Job, repeats: int) -> Timed:
     runs, spent = [], []
     for _ in range(repeats):
         wall, cpu = time.perf_counter(), time.process_time()
-        with stopwatch() as assembly:
-            run = record(scene, path.schedule(job.increments), control)
+        run = record(scene, path.schedule(job.increments), control)
         # One thread: its share of the processor turns wall time into what a quiet machine would show.
         share = (time.process_time() - cpu) / (time.perf_counter() - wall)
         timings = [s.timing for s in run.snapshots]
         whole = run.total("seconds", len(timings))
-        parts = (whole, assembly[0], sum(t.build for t in timings), sum(t.solve for t in timings))
+        parts = (whole, *(sum(getattr(t, part) for t in timings) for part in ("assembly", "build", "solve")))
         runs.append(run)
         spent.append([share * part for part in parts])
     seconds, responses, stated, solved = (median(column) for column in zip(*spent, strict=True))

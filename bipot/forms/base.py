@@ -18,7 +18,7 @@ from bipot.forms.memory import Memory, Pace
 from bipot.programs.clarabel import Solver
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import CompiledTangent, TangentProgram, structure
-from bipot.programs.data import ContactRows, Outcome, Timing, Units
+from bipot.programs.data import ContactRows, Outcome, Stopwatch, Timing, Units
 from bipot.programs.statement import Stated
 from bipot.response import Body, Response
 
@@ -81,12 +81,16 @@ class Answer:
 
 @dataclass
 class Workspace:
-    """Programs compiled during a run, by structure: the one mutable thing, owned by the march."""
+    """Programs compiled during a run, by structure: the one mutable thing, owned by the march.
+
+    ``assembly`` counts the seconds of the body's responses and tangents.
+    """
 
     compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
     splits: dict[bytes, Split] = field(default_factory=dict)
+    assembly: Stopwatch = field(default_factory=Stopwatch)
     solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
 
     def stated(self, program: TangentProgram) -> Stated:

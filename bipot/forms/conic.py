@@ -72,7 +72,8 @@ class Dissipation:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One program with the configuration and the line of the yield stress frozen."""
-        model = given.body.plastic_model(given.response)
+        with workspace.assembly:
+            model = given.body.plastic_model(given.response)
         contact = ContactTerms(given.rows, given.threshold)
         program = DissipationProgram(model, given.force, contact).scaled(given.units)
         if self.backend is Backend.CVXPY:
@@ -87,14 +88,16 @@ class Dissipation:
 def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
     """The answer after one Newton step of the tangent model at it, if that is nearer to equilibrium and law."""
     try:
-        response = given.body.respond(given.response.state, answer.x)
+        with workspace.assembly:
+            response = given.body.respond(given.response.state, answer.x)
         condensed = condensed_tangent(given, response, TangentKind.CONSISTENT, workspace)
         start = answer.x[condensed.kept] / given.units.length
         coupled = couple(condensed.program, start, answer.r / given.units.force)
         if coupled is None:
             return answer
         x, r = condensed.recover(coupled[0]) * given.units.length, coupled[1] * given.units.force
-        after = given.body.respond(given.response.state, x)
+        with workspace.assembly:
+            after = given.body.respond(given.response.state, x)
     except (InvertedElement, ProgramError):
         return answer
     if _distance(given, after, r) >= _distance(given, response, answer.r):
@@ -113,7 +116,8 @@ def _distance(given: Pass, response: Response, r: Floats) -> float:
 
 def condensed_tangent(given: Pass, response: Response, kind: TangentKind, workspace: Workspace) -> Condensed:
     """The tangent program at ``response``, dimensionless and condensed on the contact unknowns."""
-    K = given.body.stiffness(response, kind)
+    with workspace.assembly:
+        K = given.body.stiffness(response, kind)
     f = K @ response.x - response.internal + given.force
     program = TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units)
     return condense(program, workspace.split(K, given.rows))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from bipot.errors import BipotError, InvertedElement, NotConverged, require
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.forms.memory import Iterate, Memory, Setup
-from bipot.programs.data import Outcome, Timing
+from bipot.programs.data import Outcome, Stopwatch, Timing
 from bipot.programs.newton import Frames, Linearised
 from bipot.programs.pieces import Deadband, Pieces
 from bipot.response import Response
@@ -66,7 +65,7 @@ class Newton:
             ProgramError: singular matrix, or contact rows Newton does not take (:meth:`Frames.of`).
             InvertedElement: every trial of the line search is inadmissible.
         """
-        began = time.perf_counter()
+        began = workspace.assembly.outside()
         if workspace.newton is None or workspace.newton.setup.space is not given.body.space:
             workspace.newton = Memory(Setup.of(given.body, given.response))
         memory = workspace.newton
@@ -76,25 +75,36 @@ class Newton:
         if here is None or here.response is not given.response:
             here = law.iterate(given.response, given.last_forces, memory.linearised)
         memory.merits.append(here.merit)
-        linearised = self._linearised(given, memory, frames, here)
-        built = time.perf_counter()
+        linearised = self._linearised(given, memory, frames, here, workspace.assembly)
+        built = workspace.assembly.outside()
         dx, r = linearised.step(here.residual, here.motion, here.r)
-        trial = self._search(law, here, linearised, memory.merits, dx, r)
+        trial = self._search(law, here, linearised, memory.merits, dx, r, workspace.assembly)
         memory.iterate = trial
-        timing = Timing(built - began, time.perf_counter() - built)
+        timing = Timing(built - began, workspace.assembly.outside() - built)
         return Answer(trial.response.x, trial.r, Outcome.SOLVED, 1, timing, response=trial.response)
 
-    def _linearised(self, given: Pass, memory: Memory, frames: Frames, here: Iterate) -> Linearised:
+    def _linearised(
+        self, given: Pass, memory: Memory, frames: Frames, here: Iterate, assembly: Stopwatch
+    ) -> Linearised:
         """The last factor while it serves, else a new one at the iterate."""
         last, merits = memory.linearised, memory.merits
         falls = len(merits) > 1 and merits[-1] <= self.reuse.fall * merits[-2]
         if last is None or not falls or not last.pieces.same(here.pieces):
-            data = memory.setup.data(given.body.tangent(given.response))
+            with assembly:
+                element = given.body.tangent(given.response)
+            data = memory.setup.data(element)
             last = memory.linearised = Linearised.of(data, memory.setup.pattern, frames, here.pieces)
         return last
 
     def _search(
-        self, law: Law, here: Iterate, linearised: Linearised, merits: list[float], dx: Floats, r: Floats
+        self,
+        law: Law,
+        here: Iterate,
+        linearised: Linearised,
+        merits: list[float],
+        dx: Floats,
+        r: Floats,
+        assembly: Stopwatch,
     ) -> Iterate:
         """The iterate of the step length found; an inverted element halves it like a merit that does not fall."""
         body, start = law.given.body, here.response
@@ -103,7 +113,8 @@ class Newton:
         t, failure = 1.0, BipotError()
         for _ in range(self.search.halvings + 1):
             try:
-                response = body.respond(start.state, start.x + t * dx)
+                with assembly:
+                    response = body.respond(start.state, start.x + t * dx)
             except (InvertedElement, NotConverged) as inadmissible:
                 failure = inadmissible
             else:

@@ -79,7 +79,9 @@ class Penalty:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
-        return _answer(self.program(given), given, self.optimiser)
+        with workspace.assembly:
+            program = self.program(given)
+        return _answer(program, given, self.optimiser)
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,9 @@ class Uzawa:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass and one refresh."""
-        return _answer(self.program(given), given, self.optimiser)
+        with workspace.assembly:
+            program = self.program(given)
+        return _answer(program, given, self.optimiser)
 
 
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:

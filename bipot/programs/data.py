@@ -10,8 +10,9 @@ with each ``A_i x + b_i`` a block of rows of one kind of cone. Optimality: ``P x
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -86,14 +87,35 @@ class ConicProgram:
 
 @dataclass(frozen=True)
 class Timing:
-    """Seconds spent stating (compiling, transferring) and solving a program."""
+    """Seconds spent stating (compiling, transferring) and solving a program, and on the body's part of it."""
 
     build: float = 0.0
     solve: float = 0.0
+    assembly: float = 0.0
 
     def __add__(self, other: Timing) -> Timing:
         """Both together."""
-        return Timing(self.build + other.build, self.solve + other.solve)
+        return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
+
+
+@dataclass
+class Stopwatch:
+    """Adds up the seconds spent inside its ``with`` blocks, which do not nest."""
+
+    seconds: float = 0.0
+    _began: float = field(default=0.0, init=False, repr=False)
+
+    def __enter__(self) -> None:
+        """Go."""
+        self._began = time.perf_counter()
+
+    def __exit__(self, *raised: object) -> None:
+        """Stop, also when something was raised."""
+        self.seconds += time.perf_counter() - self._began
+
+    def outside(self) -> float:
+        """A clock (s) that stands still inside the blocks."""
+        return time.perf_counter() - self.seconds
 
 
 @dataclass(frozen=True)
