@@ -20,9 +20,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Block, Cone, ConicProgram, ConicSolution, Rows, Term, Units
+from bipot.programs.data import Block, ConicProgram, ConicSolution, Term, Units
 from bipot.programs.statement import ContactData, ContactStatement, Stated
-from bipot.programs.terms import ContactTerms
+from bipot.programs.terms import ContactTerms, norm_rows
 
 Floats = NDArray[np.float64]
 
@@ -87,7 +87,6 @@ class DissipationProgram:
         points, width = m.stress.shape
         starts = np.cumsum([0, n, points * width, points, int(self.contact.sliding.sum())])
         blocks = {block: slice(starts[i], starts[i + 1]) for i, block in enumerate(Block)}
-        volumetric = sp.csr_matrix(m.volumetric.multiply((m.bulk * m.weight)[:, None])).T @ m.volumetric
         diagonal = np.concatenate(
             [
                 np.repeat(2 * m.shear * m.weight, width),
@@ -103,24 +102,16 @@ class DissipationProgram:
                 self.contact.threshold[self.contact.sliding],
             ]
         )
-        P = sp.block_diag([volumetric, sp.diags_array(diagonal)], format="csc")
-        rows = (self._yield_rows(starts), *self.contact.cone_rows(starts[4], starts[3]))
-        return ConicProgram(sp.csc_matrix(P), q, rows, blocks)
+        flow = norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, starts[4], starts[2], minus=starts[1])
+        rows = (flow, *self.contact.cone_rows(starts[4], starts[3]))
+        return ConicProgram(_beside(self._volumetric_stiffness(), diagonal), q, rows, blocks)
 
-    def _yield_rows(self, starts: Floats) -> Rows:
-        """(t, dev e - d) in the second-order cone, point by point."""
-        m = self.model
-        points, width = m.stress.shape
-        head = np.arange(points) * (width + 1)
-        body = (head[:, None] + 1 + np.arange(width)).ravel()
-        B = m.deviatoric.tocoo()
-        rows = np.concatenate([head, body[B.row], body])
-        columns = np.concatenate([starts[2] + np.arange(points), B.col, starts[1] + np.arange(len(body))])
-        values = np.concatenate([np.ones(points), B.data, -np.ones(len(body))])
-        A = sp.csr_matrix((values, (rows, columns)), shape=(points * (width + 1), starts[4]))
-        b = np.zeros((points, width + 1))
-        b[:, 1:] = m.deviator_0
-        return Rows(Term.YIELD, Cone.SECOND_ORDER, A, b.ravel(), width + 1)
+    def _volumetric_stiffness(self) -> sp.csc_matrix:
+        """sum_q w K B_v' B_v (n, n)."""
+        m, B = self.model, self.model.volumetric
+        root = np.repeat(np.sqrt(m.bulk * m.weight), np.diff(B.indptr))
+        weighted = sp.csr_matrix((root * B.data, B.indices, B.indptr), shape=B.shape)
+        return sp.csc_matrix(weighted.T @ weighted)
 
     def plastic_strain(self, solution: ConicSolution) -> Floats:
         """e_p (g, m) in basis coordinates: dev e - d."""
@@ -146,3 +137,16 @@ class DissipationProgram:
         dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
         cost = stored + dissipated - self.force @ dU + contact.cost
         return Stated(cp.Problem(cp.Minimize(cost), [cp.SOC(t, plastic, axis=1), *contact.constraints]), dU, contact)
+
+
+def _beside(block: sp.csc_matrix, diagonal: Floats) -> sp.csc_matrix:
+    """diag(block, diagonal)."""
+    n, more = len(block.indptr) - 1, np.arange(len(diagonal))
+    return sp.csc_matrix(
+        (
+            np.concatenate([block.data, diagonal]),
+            np.concatenate([block.indices, n + more]),
+            np.concatenate([block.indptr, block.nnz + 1 + more]),
+        ),
+        shape=(n + len(diagonal), n + len(diagonal)),
+    )

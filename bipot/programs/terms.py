@@ -71,7 +71,7 @@ class ContactTerms:
 
     def tangent_rows(self, chosen: Bools) -> tuple[sp.csr_matrix, Floats]:
         """(G_t, w_t) of the chosen friction rows (f,): ((m (d-1), n), (m, d-1))."""
-        return self.rows.G_t[np.repeat(chosen, self.rows.tangents)], self.rows.slip[chosen]
+        return _chosen(self.rows.G_t, np.repeat(chosen, self.rows.tangents)), self.rows.slip[chosen]
 
     def shifted_rows(self) -> tuple[sp.csr_matrix, Floats, sp.csr_matrix, Floats]:
         """(G_n, g + shift) and (mu G_t, mu w_t) of the coned friction rows: ((m, n), (m,), (m (d-1), n), (m, d-1))."""
@@ -92,26 +92,19 @@ class ContactTerms:
 
     def cone_rows(self, columns: int, bounds: int) -> tuple[Rows, ...]:
         """Rows on ``columns`` variables; dU comes first and the slip bounds t start at column ``bounds``."""
-        normal = self.rows.G_n
+        rows, alone = self.rows, self.unilateral
         sliding, slip = self.tangent_rows(self.sliding)
-        stuck, offset = self.tangent_rows(self.stuck)
-        tie = sp.csr_matrix(sp.vstack([normal[self.rows.tied], stuck]))
-        own = (
-            Rows(
-                Term.GAP,
-                Cone.NONNEGATIVE,
-                _pad(normal[self.unilateral], columns),
-                self.rows.gap[self.unilateral],
-            ),
-            _norm_rows(Term.FRICTION, sliding, slip, columns, bounds),
-            Rows(
-                Term.TIE,
-                Cone.ZERO,
-                _pad(tie, columns),
-                np.concatenate([self.rows.gap[self.rows.tied], offset.ravel()]),
-            ),
-        )
+        gap = Rows(Term.GAP, Cone.NONNEGATIVE, _pad(_chosen(rows.G_n, alone), columns), rows.gap[alone])
+        own = (gap, norm_rows(Term.FRICTION, sliding, slip, columns, bounds), self._tie_rows(columns))
         return own if self.shift is None else (*own, _coulomb_rows(*self.shifted_rows(), columns))
+
+    def _tie_rows(self, columns: int) -> Rows:
+        tied = self.rows.tied
+        if not tied.any():
+            return Rows(Term.TIE, Cone.ZERO, sp.csr_matrix((0, columns)), np.zeros(0))
+        stuck, offset = self.tangent_rows(self.stuck)
+        tie = sp.csr_matrix(sp.vstack([self.rows.G_n[tied], stuck]))
+        return Rows(Term.TIE, Cone.ZERO, _pad(tie, columns), np.concatenate([self.rows.gap[tied], offset.ravel()]))
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
@@ -137,23 +130,30 @@ class ContactTerms:
         return r
 
 
-def _norm_rows(term: Term, G: sp.csr_matrix, offset: Floats, columns: int, bounds: int) -> Rows:
-    """Second-order rows (t_i, G_i dU + w_i), t_i being variable ``bounds + i``."""
-    count, tangents = offset.shape
-    width = tangents + 1
-    bound: Ints = np.arange(count) * width
-    body = np.setdiff1d(np.arange(count * width), bound)
-    coo = G.tocoo()
+def norm_rows(
+    term: Term, G: sp.csr_matrix, offset: Floats, columns: int, bounds: int, minus: int | None = None
+) -> Rows:
+    """Second-order rows (t_i, G_i dU + w_i), i = 1 .. m, from G (m k, n) and w (m, k): t_i is variable ``bounds + i``.
+
+    With ``minus``, the variables from there on are subtracted: (t_i, G_i dU + w_i - d_i).
+    """
+    count, width = offset.shape
+    lengths = np.diff(G.indptr).reshape(count, width)
+    # Straight into the row-wise data: t_i before its block of rows, and d_i behind each row.
+    at, variable, value = G.indptr[:-1].reshape(count, width)[:, 0], bounds + np.arange(count), np.ones(count)
+    if minus is not None:
+        at = np.concatenate([G.indptr[1:], at])
+        variable = np.concatenate([minus + np.arange(count * width), variable])
+        value = np.concatenate([-np.ones(count * width), value])
+        lengths = lengths + 1
+    indptr = np.concatenate([[0], np.cumsum(np.column_stack([np.ones(count, dtype=lengths.dtype), lengths]))])
     A = sp.csr_matrix(
-        (
-            np.concatenate([np.ones(count), coo.data]),
-            (np.concatenate([bound, body[coo.row]]), np.concatenate([bounds + np.arange(count), coo.col])),
-        ),
-        shape=(count * width, columns),
+        (np.insert(G.data, at, value), np.insert(G.indices, at, variable), indptr),
+        shape=(count * (width + 1), columns),
     )
-    b = np.zeros((count, width))
+    b = np.zeros((count, width + 1))
     b[:, 1:] = offset
-    return Rows(term, Cone.SECOND_ORDER, A, b.ravel(), width)
+    return Rows(term, Cone.SECOND_ORDER, A, b.ravel(), width + 1)
 
 
 def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, slip: Floats, columns: int) -> Rows:
@@ -164,6 +164,11 @@ def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, sl
     order = np.column_stack([np.arange(count), count + np.arange(count * tangents).reshape(count, tangents)]).ravel()
     b = np.column_stack([gap, slip]).ravel()
     return Rows(Term.COULOMB, Cone.SECOND_ORDER, _pad(sp.csr_matrix(stacked[order]), columns), b, width)
+
+
+def _chosen(G: sp.csr_matrix, rows: Bools) -> sp.csr_matrix:
+    """G[rows], without the cost of a copy where that is all of them."""
+    return G if rows.all() else G[rows]
 
 
 def _pad(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
