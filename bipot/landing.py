@@ -78,30 +78,13 @@ class Landing(Generic[Attempt]):
     gap: float
 
 
-@dataclass(frozen=True)
-class _Event:
-    """The search in one increment: its start, its gap there (c,), the gap that counts as none, what is left out."""
+def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
+    """Candidates with a gap (c,) above ``none`` at the start of an increment that carry force r (c, d) at its end.
 
-    system: System
-    state: State
-    start_gap: Floats
-    none: float
-    known: frozenset[int]
-
-    def landed(self, solved: Solved) -> Ints:
-        """Candidates that are open at the start and carry force at the end."""
-        pull = solved.r[:, 0]
-        closed = (self.start_gap > self.none) & (pull > CARRIES * np.abs(solved.r).max(initial=0.0))
-        closed[list(self.known)] = False
-        return np.flatnonzero(closed)
-
-    def rate(self, tau: float) -> Floats:
-        """dg/dtau (c,) expected from the start to ``tau``: the velocity that led there, the tools' own motion."""
-        candidates, tools = self.system.candidates, self.system.body.scene.tools
-        normal = np.array([tool.normal for tool in tools])[candidates.tool]
-        body = np.einsum("cd,cd->c", self.state.velocity[candidates.node], normal)
-        ahead = np.array([np.dot(tool.normal, tool.moved(self.state.tau, tau)) for tool in tools])
-        return body - ahead[candidates.tool] / (tau - self.state.tau)
+    >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
+    array([0])
+    """
+    return np.flatnonzero((start_gap > none) & (r[:, 0] > CARRIES * np.abs(r).max(initial=0.0)))
 
 
 def locate(
@@ -120,19 +103,24 @@ def locate(
     """
     length = tau - state.tau
     none = how.tolerance * float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max())
-    event = _Event(system, state, system.candidates.start_gap(state.nodes, state.tau), none, known)
-    landed, passes, end = event.landed(solved), 0, tau - how.margin * length
+    start_gap = system.candidates.start_gap(state.nodes, state.tau)
+
+    def landings(found: Solved) -> Ints:
+        return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
+
+    landed, passes, end = landings(solved), 0, tau - how.margin * length
     low, high = state.tau + how.margin * length, end
-    last, gap, rate = state.tau, event.start_gap, event.rate(tau)
+    last, gap, rate = state.tau, start_gap, _expected_rate(system, state, tau)
     for _ in range(how.solves if landed.size else 0):
-        # An end that is known to be closed is not tried again.
-        limit = high if high == end else (low + high) / 2
-        middle = float(np.clip(last + _first(gap[landed] - none / 2, rate[landed]), low, limit))
+        middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
+        if middle >= high:
+            # The last margin is tried once; an end that is known to be closed is not.
+            middle = end if high == end else (low + high) / 2
         attempt = solve(middle)
         passes += attempt.passes
         if attempt.solved is None:
             break
-        earlier = event.landed(attempt.solved)
+        earlier = landings(attempt.solved)
         if earlier.size:
             landed, high = earlier, middle
         else:
@@ -145,6 +133,15 @@ def locate(
         if high - low <= how.tolerance * length / 4:
             break
     return None, passes
+
+
+def _expected_rate(system: System, state: State, tau: float) -> Floats:
+    """dg/dtau (c,) from the start to ``tau``: by the velocity that led there and the tools' own motion."""
+    candidates, tools = system.candidates, system.body.scene.tools
+    normal = np.array([tool.normal for tool in tools])[candidates.tool]
+    body = np.einsum("cd,cd->c", state.velocity[candidates.node], normal)
+    ahead = np.array([np.dot(tool.normal, tool.moved(state.tau, tau)) for tool in tools])
+    return body - ahead[candidates.tool] / (tau - state.tau)
 
 
 def _first(gap: Floats, rate: Floats) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,9 +18,10 @@ import numpy as np
 from bipot.contact import candidates
 from bipot.energy import Energies
 from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
-from bipot.flow import Integration
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
 from bipot.increment import Limits, Solved, System, Trial, solve_increment, turns_back
+from bipot.landing import Locate, locate
+from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space, rest
 from bipot.scene import Scene
 
@@ -78,7 +80,10 @@ class Schedule:
 
 @dataclass(frozen=True)
 class Control:
-    """Form, what it falls back on, acceptance, how often an increment may be halved, stress update, integration."""
+    """Form, what it falls back on, acceptance, how often an increment may be halved, stress update, integration.
+
+    ``locate`` cuts an increment to where an open candidate lands; None leaves landings inside increments.
+    """
 
     form: Form = Tangent()
     fallbacks: tuple[Form, ...] = (Dissipation(),)
@@ -86,6 +91,7 @@ class Control:
     cuts: int = 8
     update: StressUpdate = StressUpdate.RETURN
     integration: Integration = Integration.BDF2
+    locate: Locate | None = None
 
     def __post_init__(self) -> None:
         require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
@@ -100,7 +106,8 @@ class Control:
 class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
-    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut.
+    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut. ``landed``
+    is the node whose landing it was cut to (:mod:`bipot.landing`), None if it was not.
     """
 
     number: int
@@ -113,6 +120,7 @@ class Accepted:
     cuts: int
     reason: str
     seconds: float
+    landed: int | None = None
 
 
 class Attempt(NamedTuple):
@@ -144,13 +152,14 @@ def march(
     largest = float(np.abs(state.forces).max(initial=0.0))
     number = 0
     for target in schedule.times():
-        size = target - state.tau
+        size, known = target - state.tau, frozenset[int]()
         while state.tau < target:
             began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
+            solve = partial(_attempt, system, state, control=control, workspace=workspace, largest=largest)
             while True:
                 # Landing on the target itself, not on a sum that round-off moves.
                 tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
-                attempt = _attempt(system, state, tau, control, workspace, largest)
+                attempt = solve(tau)
                 passes += attempt.passes
                 reasons += attempt.failures
                 if attempt.solved is not None:
@@ -160,7 +169,13 @@ def march(
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
-            solved = attempt.solved
+            solved, end, landing = attempt.solved, tau, None
+            if control.locate is not None:
+                landing, spent = locate(system, state, tau, solved, solve, control.locate, known)
+                passes += spent
+            if landing is not None:
+                attempt, solved, tau, known = landing.attempt, landing.solved, landing.tau, known | {landing.candidate}
+                reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
             energies = energies.after(system, state, solved, tau)
@@ -179,8 +194,9 @@ def march(
                 cuts,
                 "; ".join(reasons),
                 seconds,
+                None if landing is None else landing.node,
             )
-            state, size = accepted, 2 * (tau - state.tau)
+            state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
 
 
 def _attempt(

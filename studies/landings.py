@@ -1,0 +1,198 @@
+r"""What locating the landings of side nodes on the punch does to the force, and to its scatter at 45 %.
+
+    python -m studies.landings [--fast] [--elements 10] [--out DIR]
+
+The seed paper's cylinder at mu = 0.3 to 45 %, over the number of increments, both integrations of plastic flow,
+landings inside increments or located (:mod:`bipot.landing`). ``DIR/landings.csv`` has a row a run, ``DIR/landings.h5``
+the same and every force-stroke curve. The curve's error is the relative L2 norm over the stroke against the run of most
+increments, BDF2, located. A landing is an open candidate that closes from more than a thousandth of the travel.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import BipotError
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.increment import System, tool_forces
+from bipot.landing import Locate, newly_closed
+from bipot.laws.flow import Integration
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.progress import terminal
+from bipot.scene import upsetting
+from studies.tables import text, write_csv, write_hdf5
+from studies.upsetting import FIRST
+
+Floats = NDArray[np.float64]
+
+NAME = "landings"
+COMMAND = "python -m studies.landings --out {out}"
+MU, REDUCTION, STOPS = 0.3, 0.45, (0.20, 0.44)
+SHOWN = ("integration", "located", "increments", "force_20_N", "force_44_N", "force_45_N", "curve_error", "landings")
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Numbers of uniform increments, that of the reference, and elements a side."""
+
+    increments: tuple[int, ...] = (22, 32, 45, 64, 90, 128, 180, 256, 360, 512, 720)
+    reference: int = 1440
+    elements: int = 10
+
+
+FAST = Plan(increments=(12, 24), reference=30, elements=4)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: forces (N), error of its curve, how many landings it saw, and where (reductions) they were."""
+
+    integration: str
+    located: int
+    increments: int
+    accepted: int
+    passes: int
+    force_20_N: float
+    force_44_N: float
+    force_45_N: float
+    curve_error: float
+    landings: int
+    first_landing: float
+    last_landing: float
+    fallbacks: int
+
+
+@dataclass(frozen=True)
+class Course:
+    """A run: reduction and force (n,), the reductions of its landings, increments and passes it took, fallbacks."""
+
+    integration: Integration
+    located: bool
+    increments: int
+    reduction: Floats
+    force: Floats
+    landings: tuple[float, ...]
+    passes: int
+    fallbacks: int
+
+    @property
+    def name(self) -> str:
+        """Of its curve in the results."""
+        return f"{self.integration.value} {'located' if self.located else 'inside'} {self.increments}"
+
+    def at(self, reduction: float) -> float:
+        """Force where an increment ends."""
+        return float(self.force[np.argmin(np.abs(self.reduction - reduction))])
+
+    def error(self, reference: Course) -> float:
+        """Relative L2 distance over the stroke, on the increments of both."""
+        where = np.union1d(self.reduction, reference.reduction)
+        force, exact = (np.interp(where, c.reduction, c.force) for c in (self, reference))
+        return float(np.sqrt(np.trapezoid((force - exact) ** 2, where) / np.trapezoid(exact**2, where)))
+
+    def row(self, reference: Course) -> Row:
+        """Its line of the table."""
+        seen = self.landings or (float("nan"),)
+        early, late = STOPS
+        return Row(
+            self.integration.value,
+            int(self.located),
+            self.increments,
+            len(self.force),
+            self.passes,
+            self.at(early),
+            self.at(late),
+            self.at(REDUCTION),
+            self.error(reference),
+            len(self.landings),
+            seen[0],
+            seen[-1],
+            self.fallbacks,
+        )
+
+
+def course(integration: Integration, located: bool, increments: int, elements: int) -> Course:
+    """March to 45 %, landing on 20 and 44 % as well."""
+    scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
+    schedule = Schedule(increments, FIRST / REDUCTION, landings=tuple(stop / REDUCTION for stop in STOPS))
+    how = Locate()
+    control = Control(Newton(), (Tangent(), Dissipation()), integration=integration, locate=how if located else None)
+    system, accepted = system_of(scene), list(march(scene, schedule, control))
+    none = how.tolerance * abs(scene.tools[0].travel[1]) / increments
+    return Course(
+        integration,
+        located,
+        increments,
+        np.array([REDUCTION * a.state.tau for a in accepted]),
+        np.array([-tool_forces(system, a.solved.r)[0, 1] for a in accepted]),
+        tuple(REDUCTION * a.state.tau for a in accepted for _ in range(_landings(system, a, none))),
+        sum(a.passes for a in accepted),
+        sum(a.form is not Newton.name for a in accepted),
+    )
+
+
+def _landings(system: System, a: Accepted, none: float) -> int:
+    """How many candidates land in an increment, or at its end if it is cut there."""
+    gap = system.candidates.start_gap(a.start.nodes, a.start.tau)
+    return len(newly_closed(gap, a.solved.r, none)) + (a.landed is not None)
+
+
+def courses(plan: Plan) -> Iterator[Course]:
+    """All runs, the reference last, with progress."""
+    asked = [(i, located, n) for i in Integration for located in (False, True) for n in plan.increments]
+    asked.append((Integration.BDF2, True, plan.reference))
+    progress = terminal()
+    progress.start(NAME)
+    try:
+        for done, (integration, located, increments) in enumerate(asked):
+            yield course(integration, located, increments, plan.elements)
+            progress.advance((done + 1) / len(asked), f"{integration.value}, {increments} increments")
+    finally:
+        progress.close()
+
+
+def scatter(rows: list[Row], least: int) -> str:
+    """Range of the force at each reduction over runs of at least ``least`` increments, relative to its mean."""
+    lines = [f"range of the force over runs of {least} increments or more, relative to its mean"]
+    for key in dict.fromkeys((row.integration, row.located) for row in rows):
+        group = [row for row in rows if (row.integration, row.located) == key and row.increments >= least]
+        spread = []
+        for name in ("force_20_N", "force_44_N", "force_45_N"):
+            force = np.array([getattr(row, name) for row in group])
+            spread.append(f"{name} {np.ptp(force) / force.mean():.2e}")
+        lines.append(f"{key[0]:>14} {'located' if key[1] else 'inside':>8}  " + "  ".join(spread))
+    return "\n".join(lines)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run, write, print."""
+    parser = argparse.ArgumentParser(prog="studies.landings", description="Landings inside increments or located.")
+    parser.add_argument("--elements", type=int, help="elements a side")
+    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    asked = parser.parse_args(argv)
+    plan = FAST if asked.fast else Plan()
+    try:
+        found = list(courses(plan if asked.elements is None else replace(plan, elements=asked.elements)))
+        rows = [c.row(found[-1]) for c in found]
+        write_csv(asked.out / f"{NAME}.csv", rows)
+        curves = {c.name: {"reduction": c.reduction, "force_N": c.force} for c in found}
+        write_hdf5(asked.out / f"{NAME}.h5", rows, curves)
+    except BipotError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(text(rows, SHOWN))
+    print(scatter(rows[:-1], plan.increments[len(plan.increments) // 3]))
+    print(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
