@@ -178,8 +178,8 @@ def march(
                 reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
-            energies = energies.after(system, state, solved, tau)
             accepted = system.body.advance(state, solved.response, tau, solved.r)
+            energies = energies.after(system, state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1
             seconds = time.perf_counter() - began

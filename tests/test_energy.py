@@ -1,0 +1,105 @@
+"""Energy: a closed form, order two of the trapezoidal rule, and the identity of the end-of-step rule."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bipot.certificate import Bounds
+from bipot.energy import Energies, Rule
+from bipot.fem.kinematics import Configuration
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.increment import Limits
+from bipot.laws.flow import Integration
+from bipot.laws.hardening import Linear
+from bipot.march import Control, Schedule, march, system_of
+from bipot.scene import upsetting
+
+BEGIN, END = 0.05, 0.20
+FORMS = {"form": Newton(), "fallbacks": (Tangent(), Dissipation())}
+
+
+def summed(scene, accepted, rule):
+    """Energies of a march by one rule."""
+    system, total = system_of(scene), Energies()
+    for a in accepted:
+        total = total.after(system, a.start, a.state, a.solved, rule)
+    return total
+
+
+@cache
+def begun(mu, integration, hardening):
+    """The state at 5 % that all refinements share, and the scene to 20 %."""
+    scene = upsetting(mu=mu, reduction=END, elements=3, hardening=hardening)
+    schedule = Schedule(8, first=0.001 / END, landings=(BEGIN / END,))
+    steps = march(scene, schedule, Control(**FORMS, integration=integration))
+    return scene, next(a.state for a in steps if a.state.tau == BEGIN / END)
+
+
+@pytest.mark.parametrize(
+    ("mu", "integration", "hardening"),
+    [
+        (0.0, Integration.BDF2, None),
+        (0.1, Integration.BDF2, None),
+        (0.1, Integration.BACKWARD_EULER, None),
+        (0.3, Integration.BDF2, Linear(300.0, 500.0)),
+    ],
+)
+def test_the_trapezoidal_balance_closes_with_order_two(mu, integration, hardening):
+    scene, start = begun(mu, integration, hardening)
+    defects, taken = [], []
+    for parts in (16, 32, 64):
+        accepted = list(march(scene, Schedule(parts), Control(**FORMS, integration=integration), start))
+        energies = accepted[-1].energies
+        assert energies == summed(scene, accepted, Rule.TRAPEZOIDAL)
+        defects.append(energies.imbalance / energies.work)
+        taken.append(len(accepted))
+    assert taken == [12, 24, 48]
+    orders = np.log2(np.abs(defects[:-1]) / np.abs(defects[1:]))
+    np.testing.assert_allclose(orders, 2.0, atol=0.05)
+    assert abs(defects[-1]) < 2e-5
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("integration", list(Integration))
+def test_end_of_step_energies_close_in_small_strain(mu, integration):
+    """Equilibrium at the end tested with dU: an identity in ``paper``, whatever yields and slips."""
+    scene = upsetting(mu=mu, reduction=0.01, elements=3, configuration=Configuration.PAPER)
+    limits = Limits(Bounds(equilibrium=1e-8))
+    steps = list(march(scene, Schedule(8, first=0.05), Control(**FORMS, limits=limits, integration=integration)))
+    total = summed(scene, steps, Rule.END)
+    assert abs(total.imbalance) <= 1e-8 * total.work
+    assert total.plastic > 0.5 * total.work
+    assert (total.friction > 1e-3 * total.work) == (mu > 0)
+    # The trapezoidal rule mixes two configurations here, and is off by far more.
+    assert abs(steps[-1].energies.imbalance) > 1e-5 * total.work
+
+
+def test_frictionless_energies_are_the_closed_forms():
+    """BENCHMARKS 1 at 45 %: plastic sigma_Y eps_p V, elastic sigma_Y^2/(2 E) V, with V/V0 = 0.9994287."""
+    scene = upsetting(mu=0.0, elements=1)
+    # An increment ends at first yield, where the force has its kink.
+    first_yield = -np.expm1(-300 / 210_000) / 0.45
+    *_, last = march(scene, Schedule(90, landings=(first_yield,)), Control(**FORMS))
+    volume = 0.9994287 * np.pi * 25 * 5
+    energies = last.energies
+    assert energies.plastic == pytest.approx(300 * 0.5964084 * volume, rel=1e-5)
+    assert energies.elastic == pytest.approx(300**2 / (2 * 210_000) * volume, rel=2e-3)
+    assert energies.friction == 0
+    assert energies.work == pytest.approx(energies.plastic + energies.elastic, rel=1e-4)
+
+
+def test_the_elastic_part_is_the_energy_of_the_stress_and_the_plastic_one_that_of_hardening():
+    scene, start = begun(0.3, Integration.BDF2, Linear(300.0, 500.0))
+    material = scene.material
+    accepted = list(march(scene, Schedule(64), Control(**FORMS), start))
+    stress, weight = accepted[-1].state.stress, accepted[-1].solved.response.kinematics.volume
+    stored = np.sum(weight * np.sum(stress * (stress @ material.elasticity.compliance(4)), axis=-1)) / 2
+    steps = list(march(scene, Schedule(8, first=0.005), Control(**FORMS)))
+    assert summed(scene, steps, Rule.TRAPEZOIDAL).elastic == pytest.approx(stored, rel=5e-3)
+    spent = sum(
+        float(np.sum(a.solved.response.kinematics.volume * material.hardening.energy(a.start.peeq, dp)))
+        for a in accepted
+        for dp in (a.state.peeq - a.start.peeq,)
+    )
+    assert accepted[-1].energies.plastic == pytest.approx(spent, rel=1e-3)
