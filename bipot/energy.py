@@ -2,17 +2,20 @@ r"""Energy of a run: external work against elastic energy, plastic and frictiona
 
 Every part weighs the start and the end of an increment by the same rule, 1 - theta and theta:
 
-    work      f . dU_tool,               f   = (1 - theta) f_0 + theta f_1          (forces of the tools),
+    work      f . dU_tool + r_n dgap,    f   = (1 - theta) f_0 + theta f_1,         r likewise,
     elastic   sum_q S : C^-1 dsigma,     S   = (1 - theta) w_0 R sigma_0 R' + theta w_1 sigma_1,
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
-    friction  - sum_c r_t . du_t,        r_t = (1 - theta) r_t0 + theta r_t1,
+    friction  - sum_c r_t . du_t,
 
-with de_p as the states carry it and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that
-of x_n. Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume
-does to it (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment
-where the solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by increment, to round-off and
-the certificate: it is equilibrium at the end tested with dU. The elastic part then has sum_q w/2 dsigma : C^-1 dsigma
-above the energy stored, which backward differences dissipate.
+with f the forces of the tools, r those of the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or
+w_1 in the ``paper`` configuration, whose strain is that of x_n. The term r_n dgap takes out what the mean force of a
+contact that opens or closes would do across its gap; it is zero elsewhere.
+
+Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
+(a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
+solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by increment, to round-off and the
+certificate: it is equilibrium at the end tested with dU. The elastic part then has sum_q w/2 dsigma : C^-1 dsigma above
+the energy stored, which backward differences dissipate.
 
 All energies are those of the modelled part; ``copies`` of it make the body.
 """
@@ -65,12 +68,13 @@ class Energies:
             weight = weight * np.exp(-trace(kin.strain))
         S = (1 - theta) * weight[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
-        force = (1 - theta) * tool_forces(system, start.forces) + theta * tool_forces(system, end.forces)
-        shear = (1 - theta) * start.forces[:, 1:] + theta * end.forces[:, 1:]
-        slip = solved.rows.motion(solved.response.x)[:, 1:]
+        r = (1 - theta) * start.forces + theta * end.forces
+        motion = solved.rows.motion(solved.response.x)
+        opened = motion[:, 0] - system.candidates.start_gap(start.nodes, start.tau)
+        tools = float(np.vdot(tool_forces(system, r), tool_travel(system, start.tau, end.tau)))
         return Energies(
-            self.work + float(np.vdot(force, tool_travel(system, start.tau, end.tau))),
+            self.work + tools + float(np.vdot(r[:, 0], opened)),
             self.elastic + float(np.vdot(S, elastic)),
             self.plastic + float(np.vdot(S, end.plastic_strain - flowed)),
-            self.friction - float(np.vdot(shear, slip)),
+            self.friction - float(np.vdot(r[:, 1:], motion[:, 1:])),
         )

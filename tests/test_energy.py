@@ -1,5 +1,6 @@
 """Energy: a closed form, order two of the trapezoidal rule, and the identity of the end-of-step rule."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,6 +15,8 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
+from tests.test_landing import GAP, TRAVEL
+from tests.test_landing import scene as block_under_a_gap
 
 BEGIN, END = 0.05, 0.20
 FORMS = {"form": Newton(), "fallbacks": (Tangent(), Dissipation())}
@@ -73,6 +76,17 @@ def test_end_of_step_energies_close_in_small_strain(mu, integration):
     assert (total.friction > 1e-3 * total.work) == (mu > 0)
     # The trapezoidal rule mixes two configurations here, and is off by far more.
     assert abs(steps[-1].energies.imbalance) > 1e-5 * total.work
+
+
+def test_a_force_does_no_work_across_the_gap_that_it_closes():
+    """A tool lands inside an increment: the identity holds through it, and without the gap's term it would not."""
+    asked = replace(block_under_a_gap(GAP), configuration=Configuration.PAPER)
+    steps = list(march(asked, Schedule(5), Control(**FORMS)))
+    (landing,) = [a for a in steps if a.state.forces.any() and not a.start.forces.any()]
+    alone = summed(asked, [landing], Rule.END)
+    assert abs(alone.imbalance) <= 1e-8 * alone.work
+    force, travel = landing.state.forces[:, 0].sum(), landing.state.tau - landing.start.tau
+    assert alone.work == pytest.approx(force * TRAVEL * (travel - (GAP / TRAVEL - landing.start.tau)), rel=1e-8)
 
 
 def test_frictionless_energies_are_the_closed_forms():
