@@ -2,7 +2,7 @@ r"""What locating the landings of side nodes on the punch does to the force, and
 
     python -m studies.landings [--fast] [--elements 10] [--out DIR]
 
-The seed paper's cylinder at mu = 0.3 to 45 %, over the number of increments, both integrations of plastic flow,
+The seed paper's cylinder at mu = 0.3 to 46 %, over the number of increments, both integrations of plastic flow,
 landings inside increments or located (:mod:`bipot.landing`). ``DIR/landings.csv`` has a row a run, ``DIR/landings.h5``
 the same and every force-stroke curve. The curve's error is the relative L2 norm over the stroke against the run of most
 increments, BDF2, located. A landing is an open candidate that closes from more than a thousandth of the travel.
@@ -34,8 +34,11 @@ Floats = NDArray[np.float64]
 
 NAME = "landings"
 COMMAND = "python -m studies.landings --out {out}"
-MU, REDUCTION, STOPS = 0.3, 0.45, (0.20, 0.44)
-SHOWN = ("integration", "located", "increments", "force_20_N", "force_44_N", "force_45_N", "curve_error", "landings")
+SAME = 1 + 1e-12
+MU, STROKE, STOPS = 0.3, 0.46, (0.20, 0.44, 0.45)
+"""The stroke goes on past 45 %, to see the landing that is due there."""
+FORCES = ("force_20_N", "force_44_N", "force_45_N")
+SHOWN = ("integration", "located", "increments", *FORCES, "curve_error", "curve_error_44", "landings", "second_landing")
 
 
 @dataclass(frozen=True)
@@ -52,7 +55,7 @@ FAST = Plan(increments=(12, 24), reference=30, elements=4)
 
 @dataclass(frozen=True)
 class Row:
-    """One run: forces (N), error of its curve, how many landings it saw, and where (reductions) they were."""
+    """One run: forces (N), error of its curve to 45 and to 44 %, landings before 45 %, reductions of the first two."""
 
     integration: str
     located: int
@@ -63,9 +66,10 @@ class Row:
     force_44_N: float
     force_45_N: float
     curve_error: float
+    curve_error_44: float
     landings: int
     first_landing: float
-    last_landing: float
+    second_landing: float
     fallbacks: int
 
 
@@ -91,16 +95,17 @@ class Course:
         """Force where an increment ends."""
         return float(self.force[np.argmin(np.abs(self.reduction - reduction))])
 
-    def error(self, reference: Course) -> float:
-        """Relative L2 distance over the stroke, on the increments of both."""
+    def error(self, reference: Course, upto: float) -> float:
+        """Relative L2 distance up to a reduction, on the increments of both."""
         where = np.union1d(self.reduction, reference.reduction)
+        where = where[where <= upto * SAME]
         force, exact = (np.interp(where, c.reduction, c.force) for c in (self, reference))
         return float(np.sqrt(np.trapezoid((force - exact) ** 2, where) / np.trapezoid(exact**2, where)))
 
     def row(self, reference: Course) -> Row:
         """Its line of the table."""
-        seen = self.landings or (float("nan"),)
-        early, late = STOPS
+        first, second = (*self.landings, float("nan"), float("nan"))[:2]
+        early, late, end = STOPS
         return Row(
             self.integration.value,
             int(self.located),
@@ -109,19 +114,20 @@ class Course:
             self.passes,
             self.at(early),
             self.at(late),
-            self.at(REDUCTION),
-            self.error(reference),
-            len(self.landings),
-            seen[0],
-            seen[-1],
+            self.at(end),
+            self.error(reference, end),
+            self.error(reference, late),
+            sum(landing <= end * SAME for landing in self.landings),
+            first,
+            second,
             self.fallbacks,
         )
 
 
 def course(integration: Integration, located: bool, increments: int, elements: int) -> Course:
-    """March to 45 %, landing on 20 and 44 % as well."""
-    scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
-    schedule = Schedule(increments, FIRST / REDUCTION, landings=tuple(stop / REDUCTION for stop in STOPS))
+    """March, with increments that end at 20, 44 and 45 %."""
+    scene = upsetting(mu=MU, reduction=STROKE, elements=elements)
+    schedule = Schedule(increments, FIRST / STROKE, landings=tuple(stop / STROKE for stop in STOPS))
     how = Locate()
     control = Control(Newton(), (Tangent(), Dissipation()), integration=integration, locate=how if located else None)
     system, accepted = system_of(scene), list(march(scene, schedule, control))
@@ -130,9 +136,9 @@ def course(integration: Integration, located: bool, increments: int, elements: i
         integration,
         located,
         increments,
-        np.array([REDUCTION * a.state.tau for a in accepted]),
+        np.array([STROKE * a.state.tau for a in accepted]),
         np.array([-tool_forces(system, a.solved.r)[0, 1] for a in accepted]),
-        tuple(REDUCTION * a.state.tau for a in accepted for _ in range(_landings(system, a, none))),
+        tuple(STROKE * a.state.tau for a in accepted for _ in range(_landings(system, a, none))),
         sum(a.passes for a in accepted),
         sum(a.form is not Newton.name for a in accepted),
     )
@@ -164,7 +170,7 @@ def scatter(rows: list[Row], least: int) -> str:
     for key in dict.fromkeys((row.integration, row.located) for row in rows):
         group = [row for row in rows if (row.integration, row.located) == key and row.increments >= least]
         spread = []
-        for name in ("force_20_N", "force_44_N", "force_45_N"):
+        for name in FORCES:
             force = np.array([getattr(row, name) for row in group])
             spread.append(f"{name} {np.ptp(force) / force.mean():.2e}")
         lines.append(f"{key[0]:>14} {'located' if key[1] else 'inside':>8}  " + "  ".join(spread))
