@@ -119,9 +119,9 @@ def material_gaps(material: MaterialFields) -> Floats:
     """Fenchel gap of plasticity plus elastic energy of the stress mismatch (g,)."""
     m = material
     sigma_y = m.hardening.yield_stress(m.peeq)
-    fenchel = sigma_y * equivalent_strain(m.plastic_strain) - np.sum(m.stress * m.plastic_strain, axis=-1)
+    fenchel = sigma_y * equivalent_strain(m.plastic_strain) - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
-    elastic = 0.5 * np.sum(mismatch * (mismatch @ m.elasticity.compliance(m.stress.shape[-1])), axis=-1)
+    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.elasticity.compliance(m.stress.shape[-1]))
     return m.weight * (fenchel + elastic)
 
 

@@ -69,10 +69,9 @@ class Candidates:
     def _operator(self, node: Ints, direction: Floats) -> sp.csr_matrix:
         """Rows ``direction . dU_node`` on the free unknowns (held ones do not move)."""
         dofs = self.space.position[2 * node[:, None] + np.arange(2)]
-        rows = np.broadcast_to(np.arange(len(node))[:, None], dofs.shape)
         kept = (dofs >= 0) & (direction != 0)
-        shape = (len(node), self.space.size)
-        return sp.csr_matrix((direction[kept], (rows[kept], dofs[kept])), shape=shape)
+        ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+        return sp.csr_matrix((direction[kept], dofs[kept], ends), shape=(len(node), self.space.size))
 
 
 def _closed_tolerance(scene: Scene) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import skfem
@@ -49,7 +50,7 @@ class Mesh:
         """Sorted node numbers on the union of the named boundaries."""
         return np.unique(np.concatenate([self.boundary(name).ravel() for name in names]))
 
-    @property
+    @cached_property
     def size(self) -> float:
         """Largest extent of the mesh along an axis: the body size that scales lengths."""
         return float(np.ptp(self.nodes, axis=0).max())

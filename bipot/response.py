@@ -172,8 +172,7 @@ class Body:
         C = consistent_tangent(response.trial, returned, response.state.peeq, elastic, self.scene.material.hardening)
         if self.scene.configuration is Configuration.PAPER:
             return element_stiffness(kin.B, C, kin.volume)
-        du = self.space.spread(response.x).ravel()[self.space.dofs]
-        return element_tangent(kin, du, response.rotated, returned.stress, C, elastic.shear)
+        return element_tangent(kin, response.rotated, returned.stress, C, elastic.shear)
 
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,8 +90,14 @@ class FlatTool:
         >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
         array([ 0. , -1.8])
         """
-        multiple = np.interp([tau, tau_end], *np.transpose(self.path))
-        return (multiple[1] - multiple[0]) * np.array(self.travel, dtype=np.float64)
+        start, end = np.interp([tau, tau_end], *self._multiples)
+        return (end - start) * np.array(self.travel, dtype=np.float64)
+
+    @cached_property
+    def _multiples(self) -> tuple[Floats, Floats]:
+        """Pseudo-times and multiples of the path."""
+        tau, multiple = np.transpose(np.array(self.path, dtype=np.float64))
+        return tau, multiple
 
 
 @dataclass(frozen=True)

@@ -41,34 +41,45 @@ class Configuration(Enum):
 
 @dataclass(frozen=True)
 class Gradients:
-    """dN/dx (e, q, k, 2), physical volume of each point (e, q), and for axisymmetry N/r (e, q, k)."""
+    """dN/dx (e, q, k, 2), its map dxi/dx (e, q, 2, 2), physical volume of each point (e, q), and for axisymmetry N/r
+    (e, q, k).
+    """
 
     shape: Floats
+    inverse: Floats
     volume: Floats
     hoop: Floats | None
 
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Strain increment (e, q, 4), rotation angle (e, q), and B, volume where equilibrium is asked."""
+    """Strain increment (e, q, 4), rotation angle (e, q), and B, volume where equilibrium is asked.
+
+    ``middle`` (e, q, 2, 2) and ``hoop`` (e, q) are du/dx and du_1/r where the strain is taken.
+    """
 
     strain: Floats
     angle: Floats
     B: Floats
     volume: Floats
+    middle: Floats
+    hoop: Floats
 
 
 def jacobians(nodes: Floats, elements: Ints, reference: Tabulated) -> Floats:
     """Determinant (e, q) of the map from the reference square."""
-    J = _jacobian(nodes[elements], reference)
-    return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    return _determinant(_by_reference(nodes[elements], reference))
 
 
-def _jacobian(x: Floats, reference: Tabulated) -> Floats:
-    """dx/dxi (e, q, 2, 2) of element nodes (e, k, 2): one dense product, nine times faster than one a point."""
+def _by_reference(x: Floats, reference: Tabulated) -> Floats:
+    """dx/dxi (e, q, 2, 2) of element values (e, k, 2): one dense product, nine times faster than one a point."""
     (e, k, d), q = x.shape, len(reference.weights)
     table = reference.gradients.transpose(1, 0, 2).reshape(k, q * d)
     return (x.transpose(0, 2, 1).reshape(e * d, k) @ table).reshape(e, d, q, d).transpose(0, 2, 1, 3)
+
+
+def _determinant(J: Floats) -> Floats:
+    return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
 
 
 def gradients(nodes: Floats, elements: Ints, reference: Tabulated, geometry: Geometry) -> Gradients:
@@ -77,21 +88,21 @@ def gradients(nodes: Floats, elements: Ints, reference: Tabulated, geometry: Geo
     Raises:
         InvertedElement: a Jacobian determinant or a radius at an integration point is not positive.
     """
-    x = nodes[elements]
-    J = _jacobian(x, reference)
-    determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+    x = nodes.take(elements, axis=0)
+    J = _by_reference(x, reference)
+    determinant = _determinant(J)
     _refuse_inverted(determinant, "Jacobian determinant", x)
-    inverse = np.empty_like(J)
+    inverse = np.empty(J.shape)
     inverse[..., 0, 0], inverse[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
     inverse[..., 0, 1], inverse[..., 1, 0] = -J[..., 0, 1], -J[..., 1, 0]
     inverse /= determinant[..., None, None]
     shape = reference.gradients @ inverse
     volume = determinant * reference.weights
     if geometry is Geometry.PLANE_STRAIN:
-        return Gradients(shape, volume, None)
+        return Gradients(shape, inverse, volume, None)
     radius = x[..., 0] @ reference.values.T
     _refuse_inverted(radius, "radius", x)
-    return Gradients(shape, 2 * np.pi * radius * volume, reference.values / radius[..., None])
+    return Gradients(shape, inverse, 2 * np.pi * radius * volume, reference.values / radius[..., None])
 
 
 def _refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
@@ -115,15 +126,37 @@ def strain_operator(grad: Gradients) -> Floats:
     return B.reshape(e, q, MANDEL_2D, 2 * k)
 
 
-def strain_and_spin(grad: Gradients, du: Floats) -> tuple[Floats, Floats]:
-    """Symmetric gradient (e, q, 4) and spin (du_2,1 - du_1,2)/2 (e, q) of element displacements du (e, k, 2)."""
-    G = du.transpose(0, 2, 1)[:, None] @ grad.shape
-    strain = np.zeros((*G.shape[:2], MANDEL_2D))
-    strain[..., 0], strain[..., 1] = G[..., 0, 0], G[..., 1, 1]
+def _displacement_gradient(grad: Gradients, du: Floats, reference: Tabulated) -> tuple[Floats, Floats]:
+    """du/dx (e, q, 2, 2) and du_1/r (e, q), zero in plane strain, of element displacements du (e, k, 2)."""
+    G = _by_reference(du, reference) @ grad.inverse
+    if grad.hoop is None:
+        return G, np.zeros(G.shape[:2])
+    return G, (grad.hoop @ du[:, :, 0, None])[..., 0]
+
+
+def _strain(G: Floats, hoop: Floats) -> Floats:
+    """Symmetric part (e, q, 4) of a displacement gradient."""
+    strain = np.empty((*hoop.shape, MANDEL_2D))
+    strain[..., 0], strain[..., 1], strain[..., 2] = G[..., 0, 0], G[..., 1, 1], hoop
     strain[..., 3] = (G[..., 0, 1] + G[..., 1, 0]) / SQRT2
-    if grad.hoop is not None:
-        strain[..., 2] = (grad.hoop @ du[:, :, 0, None])[..., 0]
-    return strain, (G[..., 1, 0] - G[..., 0, 1]) / 2
+    return strain
+
+
+def _at_middle(G: Floats, hoop: Floats, x: Floats) -> tuple[Floats, Floats]:
+    """Gradient and hoop strain at the middle, G (I - G/2)^-1 and h / (1 - h/2), from those at the end.
+
+    Jacobian determinant and radius at the middle are det (I - G/2) and 1 - h/2 times those at the end.
+    """
+    half = _determinant(G) / 2
+    ratio, shrink = 1 - (G[..., 0, 0] + G[..., 1, 1]) / 2 + half / 2, 1 - hoop / 2
+    _refuse_inverted(ratio, "Jacobian determinant at the middle over that at the end", x)
+    _refuse_inverted(shrink, "radius at the middle over that at the end", x)
+    # Cayley-Hamilton: G (I - G/2)^-1 = (G - det G / 2 I) / det (I - G/2).
+    out = G.copy()
+    out[..., 0, 0] -= half
+    out[..., 1, 1] -= half
+    out /= ratio[..., None, None]
+    return out, hoop / shrink
 
 
 def rotate(tensor: Floats, angle: Floats) -> Floats:
@@ -132,14 +165,16 @@ def rotate(tensor: Floats, angle: Floats) -> Floats:
     >>> rotate(np.array([1.0, 0.0, 0.0, 0.0]), np.array(np.pi / 2)).round(12)
     array([0., 1., 0., 0.])
     """
-    c, s = np.cos(angle), np.sin(angle)
-    a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
-    shear = SQRT2 * c * s * m
+    # Mohr's circle: twice the angle.
+    c, s = np.cos(2 * angle), np.sin(2 * angle)
+    a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3] / SQRT2
+    mean, half = (a + b) / 2, (a - b) / 2
+    across = c * half - s * m
     out = np.empty(np.broadcast_shapes(tensor.shape, (*np.shape(angle), MANDEL_2D)))
-    out[..., 0] = c * c * a + s * s * b - shear
-    out[..., 1] = s * s * a + c * c * b + shear
+    out[..., 0] = mean + across
+    out[..., 1] = mean - across
     out[..., 2] = tensor[..., 2]
-    out[..., 3] = SQRT2 * c * s * (a - b) + (c * c - s * s) * m
+    out[..., 3] = SQRT2 * (s * half + c * m)
     return out
 
 
@@ -158,13 +193,13 @@ def increment(
     Raises:
         InvertedElement: at the middle or at the end of the increment.
     """
-    element_du = du[elements]
+    element_du = du.take(elements, axis=0)
     if configuration is Configuration.PAPER:
         start = gradients(nodes, elements, reference, geometry)
-        strain, _ = strain_and_spin(start, element_du)
-        return Kinematics(strain, np.zeros(strain.shape[:2]), strain_operator(start), start.volume)
-    middle = gradients(nodes + du / 2, elements, reference, geometry)
-    strain, spin = strain_and_spin(middle, element_du)
-    half = np.arctan(spin / 2)
+        G, hoop = _displacement_gradient(start, element_du, reference)
+        return Kinematics(_strain(G, hoop), np.zeros(hoop.shape), strain_operator(start), start.volume, G, hoop)
     end = gradients(nodes + du, elements, reference, geometry)
-    return Kinematics(rotate(strain, half), 2 * half, strain_operator(end), end.volume)
+    middle, hoop = _at_middle(*_displacement_gradient(end, element_du, reference), nodes[elements])
+    half = np.arctan((middle[..., 1, 0] - middle[..., 0, 1]) / 4)
+    strain = rotate(_strain(middle, hoop), half)
+    return Kinematics(strain, 2 * half, strain_operator(end), end.volume, middle, hoop)

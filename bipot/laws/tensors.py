@@ -59,9 +59,7 @@ def trace(t: FloatArray) -> FloatArray:
 
 def deviator(t: FloatArray) -> FloatArray:
     """Deviator t - (t_kk / 3) 1 of Mandel vectors, (…, s) -> (…, s)."""
-    dev = np.array(t, dtype=np.float64)
-    dev[..., :3] -= (trace(dev) / 3.0)[..., None]
-    return dev
+    return t @ deviatoric_projector(t.shape[-1])
 
 
 def norm(t: FloatArray) -> FloatArray:

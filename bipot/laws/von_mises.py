@@ -94,11 +94,14 @@ def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening
     """
     three_g = 3.0 * shear
     low = np.zeros_like(q)
+    excess = q - hardening.yield_stress(peeq)
     # A little wider than needed, for the root of perfect plasticity to lie strictly inside.
-    high = (1.0 + _ROUND_OFF) * (q - hardening.yield_stress(peeq)) / three_g
-    dp = low
+    high = (1.0 + _ROUND_OFF) * excess / three_g
+    dp = excess / (three_g + hardening.slope(peeq))
     for _ in range(_MAX_ITERATIONS):
         residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
+        if (np.abs(residual) <= _ROUND_OFF * q).all():
+            return dp
         low = np.where(residual > 0, dp, low)
         high = np.where(residual > 0, high, dp)
         settled = (np.abs(residual) <= _ROUND_OFF * q) | (high - low <= _ROUND_OFF * high)
@@ -122,22 +125,21 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     """
     trial = np.asarray(trial_stress, float)
     peeq = np.broadcast_to(np.asarray(peeq, float), trial.shape[:-1])
+    if not np.isfinite(trial).all():
+        raise NotConverged("a trial stress is not finite: the strain increment is too large; cut the increment.")
     s = deviator(trial)
     q = np.sqrt(1.5) * norm(s)
-    if not np.isfinite(q).all():
-        raise NotConverged("a trial stress is not finite: the strain increment is too large; cut the increment.")
     plastic = np.asarray(q > hardening.yield_stress(peeq))
-    dpeeq, shrink, inverse = np.zeros(q.shape), np.ones(q.shape), np.zeros(q.shape)
+    dpeeq = np.zeros(q.shape)
     if plastic.any():
-        p, q_out = peeq[plastic], q[plastic]
-        dp = _plastic_multiplier(q_out, p, elasticity.shear, hardening)
-        # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
-        shrink[plastic] = hardening.yield_stress(p + dp) / q_out
-        dpeeq[plastic] = dp
-        inverse[plastic] = np.sqrt(1.5) / q_out
-    direction = inverse[..., None] * s
-    stress = np.where(plastic[..., None], shrink[..., None] * s, trial)
-    stress[..., :3] += np.where(plastic, trace(trial) / 3.0, 0.0)[..., None]
+        dpeeq[plastic] = _plastic_multiplier(q[plastic], peeq[plastic], elasticity.shear, hardening)
+    safe = np.where(plastic, q, 1.0)
+    # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
+    shrink = np.where(plastic, hardening.yield_stress(peeq + dpeeq) / safe, 1.0)
+    direction = (np.sqrt(1.5) * plastic / safe)[..., None] * s
+    returned = shrink[..., None] * s
+    returned[..., :3] += (trace(trial) / 3.0)[..., None]
+    stress = np.where(plastic[..., None], returned, trial)
     return Returned(stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 

@@ -206,11 +206,13 @@ class ContactRows:
 
     def take(self, chosen: Bools) -> ContactRows:
         """The rows of the chosen candidates (c,) only."""
+        if chosen.all():
+            return self
         kept = chosen[self.frictional]
         return ContactRows(
-            self.G_n[chosen],
+            _rows_of(self.G_n, chosen),
             self.gap[chosen],
-            self.G_t[np.repeat(kept, self.tangents)],
+            _rows_of(self.G_t, np.repeat(kept, self.tangents)),
             self.slip[kept],
             (np.cumsum(chosen) - 1)[self.frictional[kept]],
             self.mu[chosen],
@@ -250,6 +252,15 @@ class ContactRows:
         """De Saxce's shift mu |w_t + G_t dU| (f,) at displacement x (n,); 0 where tied."""
         length = np.linalg.norm(self.motion(x)[self.frictional, 1:], axis=1)
         return np.where(self.tied[self.frictional], 0.0, self.mu[self.frictional]) * length
+
+
+def _rows_of(G: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
+    """G[chosen] (m,), without what a general index costs."""
+    lengths = np.diff(G.indptr)
+    kept = np.repeat(chosen, lengths)
+    ends = np.concatenate([[0], np.cumsum(lengths[chosen])])
+    width = G.get_shape()[1]
+    return sp.csr_matrix((G.data[kept], G.indices[kept], ends), shape=(len(ends) - 1, width))
 
 
 def _transposed(G: sp.csr_matrix, v: Floats) -> Floats:
