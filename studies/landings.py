@@ -34,7 +34,7 @@ Floats = NDArray[np.float64]
 
 NAME = "landings"
 COMMAND = "python -m studies.landings --out {out}"
-SAME = 1 + 1e-12
+SAME, MARGIN = 1 + 1e-12, 1e-3
 MU, STROKE, STOPS = 0.3, 0.46, (0.20, 0.44, 0.45)
 """The stroke goes on past 45 %, to see the landing that is due there."""
 FORCES = ("force_20_N", "force_44_N", "force_45_N")
@@ -50,7 +50,7 @@ class Plan:
     elements: int = 10
 
 
-FAST = Plan(increments=(12, 24), reference=30, elements=4)
+FAST = Plan(increments=(10,), reference=12, elements=8)
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def course(integration: Integration, located: bool, increments: int, elements: i
     """March, with increments that end at 20, 44 and 45 %."""
     scene = upsetting(mu=MU, reduction=STROKE, elements=elements)
     schedule = Schedule(increments, FIRST / STROKE, landings=tuple(stop / STROKE for stop in STOPS))
-    how = Locate()
+    how = Locate(margin=MARGIN)
     control = Control(Newton(), (Tangent(), Dissipation()), integration=integration, locate=how if located else None)
     system, accepted = system_of(scene), list(march(scene, schedule, control))
     none = how.tolerance * abs(scene.tools[0].travel[1]) / increments

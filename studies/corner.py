@@ -1,0 +1,226 @@
+r"""Oscillation of the contact pressure near the corner, and of the pressure inside, by quadrature rule.
+
+    python -m studies.corner [--fast] [--out DIR]
+
+The seed paper's cylinder at 20 %, mu = 0.1 and 0.3, 5, 10 and 20 elements a side, all rules of
+:class:`bipot.fem.elements.Quadrature`. ``DIR/corner.csv`` has a row a run, ``DIR/corner.h5`` the same and the nodal
+pressure p_0 .. p_m along the punch, axis to corner, from the consistent mass of the contact line. Measures:
+
+    line     sqrt(mean_i A_i^2) / p_mean,    corner   A_{m-2} / p_mean,
+    A_i    = |p_{i-2} - 4 p_{i-1} + 6 p_i - 4 p_{i+1} + p_{i+2}| / 16,       2 <= i <= m - 2,
+
+the amplitude of a pressure that alternates from node to node (A_i = a for p_i = (-1)^i a, 0 for a cubic in i), and
+
+    inside   rms over elements and points of p - (its best linear fit in the element's coordinates), over sigma_Y,
+
+with p = -tr sigma/3 and the rule's weights; ``corner_inside`` is that of the corner element. A fit to the four points
+of 2x2 leaves one number of four, one to seven leaves four.
+
+Constraint counts: ``per_element`` is 6 (unknowns of an eight-node element in a large mesh) over the rank of the
+element's volumetric strains at its points, 2 being ideal and less than 1 meaning more constraints than unknowns;
+``isochoric`` is the share of motions of the mesh at rest, free of the punch, that change the volume at no point.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import BipotError
+from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.kinematics import gradients, strain_operator
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.increment import System, tool_forces
+from bipot.laws.tensors import identity, trace
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.progress import terminal
+from bipot.scene import Scene, upsetting
+from bipot.traction import traction
+from studies.tables import text, write_csv, write_hdf5
+from studies.upsetting import FIRST
+
+Floats = NDArray[np.float64]
+
+NAME = "corner"
+COMMAND = "python -m studies.corner --out {out}"
+REDUCTION, DOFS_AN_ELEMENT = 0.20, 6
+SHOWN = (
+    "mu",
+    "quadrature",
+    "elements",
+    "force_N",
+    "line",
+    "corner",
+    "inside",
+    "corner_inside",
+    "per_element",
+    "isochoric",
+)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Coefficients, elements a side, increments."""
+
+    mus: tuple[float, ...] = (0.1, 0.3)
+    elements: tuple[int, ...] = (5, 10, 20)
+    increments: int = 20
+
+
+FAST = Plan(elements=(4,), increments=3)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One run: force (N), mean pressure (MPa), the measures of the module docstring, forms that had to help."""
+
+    mu: float
+    quadrature: str
+    elements: int
+    force_N: float
+    mean_pressure_MPa: float
+    line: float
+    corner: float
+    inside: float
+    corner_inside: float
+    per_element: float
+    isochoric: float
+    accepted: int
+    passes: int
+    fallbacks: int
+    worst_relative_gap: float
+
+
+@dataclass(frozen=True)
+class Profile:
+    """Radius (mm), nodal pressure and shear (MPa) along the punch, axis to corner, (m + 1,)."""
+
+    radius: Floats
+    pressure: Floats
+    shear: Floats
+
+
+def alternation(p: Floats) -> Floats:
+    """Amplitudes A_i (m - 3,) of what alternates from node to node in p (m + 1,).
+
+    >>> alternation(np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])).tolist()
+    [1.0, 1.0]
+    >>> float(alternation(np.arange(6.0) ** 3).max())
+    0.0
+    """
+    return np.abs(p[:-4] - 4 * p[1:-3] + 6 * p[2:-2] - 4 * p[3:-1] + p[4:]) / 16
+
+
+def unevenness(pressure: Floats, points: Floats, weights: Floats) -> Floats:
+    """Weighted rms (e,) of the pressure (e, q) minus its best linear fit over the points (q, 2).
+
+    >>> rule = quad8(Quadrature.RADON7)
+    >>> linear = 3 + rule.points @ np.array([[1.0], [2.0]])
+    >>> float(unevenness(linear.T, rule.points, rule.weights).max().round(12))
+    0.0
+    """
+    root = np.sqrt(weights / weights.sum())
+    basis, _ = np.linalg.qr(root[:, None] * np.column_stack([np.ones(len(points)), points]))
+    weighted = pressure * root
+    return np.linalg.norm(weighted - weighted @ basis @ basis.T, axis=1)
+
+
+def constraints(scene: Scene) -> tuple[float, float]:
+    """Unknowns per volumetric constraint of an element in a large mesh, and isochoric motions per unknown of this."""
+    mesh, space = scene.mesh, system_of(scene).body.space
+    B = strain_operator(gradients(mesh.nodes, mesh.elements, quad8(scene.quadrature), scene.geometry))
+    volumetric = identity(B.shape[2]) @ B
+    rank = int(np.linalg.matrix_rank(volumetric[len(mesh.elements) // 2]))
+    V = space.operator(volumetric.reshape(volumetric.shape[0] * volumetric.shape[1], 1, -1)).toarray()
+    return DOFS_AN_ELEMENT / rank, 1 - int(np.linalg.matrix_rank(V.T @ V, hermitian=True)) / space.size
+
+
+def profile(system: System, accepted: Accepted) -> Profile:
+    """The nodal traction along the punch's own boundary."""
+    solved, state, points = accepted.solved, accepted.state, system.candidates
+    dtau = state.tau - accepted.start.tau
+    found = traction(points, solved.rows, solved.response.x, state.nodes, solved.r, dtau)
+    on_top = np.isin(points.node, system.body.scene.mesh.boundary_nodes("top")) & np.isfinite(found.pressure)
+    radius = state.nodes[points.node, 0]
+    line = np.flatnonzero(on_top)[np.argsort(radius[on_top])]
+    return Profile(radius[line], found.pressure[line], found.shear[line])
+
+
+def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -> tuple[Row, Profile]:
+    """Run one upsetting to 20 %."""
+    scene = upsetting(mu=mu, reduction=REDUCTION, elements=elements, quadrature=quadrature)
+    system, mesh, rule = system_of(scene), scene.mesh, quad8(quadrature)
+    schedule = Schedule(increments, FIRST / REDUCTION)
+    accepted = list(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()))))
+    end, along = accepted[-1], profile(system, accepted[-1])
+    force = float(-tool_forces(system, end.solved.r)[0, 1])
+    mean = force / (np.pi * along.radius[-1] ** 2)
+    uneven = unevenness(-trace(end.state.stress) / 3, rule.points, rule.weights)
+    corner = np.isin(mesh.elements, np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes("side"))).any(axis=1)
+    amplitude, sigma_y = alternation(along.pressure), float(scene.material.hardening.yield_stress(0.0))
+    row = Row(
+        mu,
+        quadrature.value,
+        elements,
+        force,
+        mean,
+        float(np.sqrt(np.mean(amplitude**2))) / mean,
+        float(amplitude[-1]) / mean,
+        float(np.sqrt(np.mean(uneven**2))) / sigma_y,
+        float(uneven[corner][0]) / sigma_y,
+        *constraints(scene),
+        len(accepted),
+        sum(a.passes for a in accepted),
+        sum(a.form is not Newton.name for a in accepted),
+        max(a.solved.certificate.relative_gap for a in accepted),
+    )
+    return row, along
+
+
+def curve_name(mu: float, quadrature: str, elements: int) -> str:
+    """Of a profile in the results."""
+    return f"mu{mu:g} {quadrature} {elements}"
+
+
+def measures(plan: Plan) -> Iterator[tuple[Row, Profile]]:
+    """All runs, with progress."""
+    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in Quadrature]
+    progress = terminal()
+    progress.start(NAME)
+    try:
+        for done, (mu, rule, n) in enumerate(asked):
+            yield measure(mu, rule, n, plan.increments)
+            progress.advance((done + 1) / len(asked), f"mu = {mu:g}, {rule.value}, {n} elements")
+    finally:
+        progress.close()
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run, write, print."""
+    parser = argparse.ArgumentParser(prog="studies.corner", description="Pressure oscillation by quadrature rule.")
+    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    parser.add_argument("--fast", action="store_true", help="one small mesh and few increments")
+    asked = parser.parse_args(argv)
+    rows, curves = [], {}
+    try:
+        for row, along in measures(FAST if asked.fast else Plan()):
+            rows.append(row)
+            curves[curve_name(row.mu, row.quadrature, row.elements)] = vars(along)
+            write_csv(asked.out / f"{NAME}.csv", rows)
+        write_hdf5(asked.out / f"{NAME}.h5", rows, curves)
+    except BipotError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    print(text(rows, SHOWN))
+    print(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
