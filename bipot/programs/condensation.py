@@ -3,6 +3,9 @@ r"""Elimination of the unknowns that no contact row touches, by one sparse facto
 With dU = (i, c): K_ii u_i + K_ic u_c = f_i gives u_i, and the program on u_c has the Schur complement
 
     S = K_cc - K_ci K_ii^-1 K_ic,    f_c - K_ci K_ii^-1 f_i.
+
+With the unknowns c eliminated last, K + diag(0, a) = L U holds S + a = L_cc U_cc: no right-hand side a contact unknown.
+The shift a > 0 is there because S may be singular (perfect flow) where K_ii is not.
 """
 
 from __future__ import annotations
@@ -21,90 +24,125 @@ from bipot.programs.data import ContactRows
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
+SINGULAR = "the stiffness is singular: a part of the body moves without resistance"
+
+RELAX = 4
+"""Faster than SuperLU's default on the small supernodes of a plane mesh."""
+
 
 @dataclass(frozen=True)
 class Condensed:
-    """A dense program on the contact unknowns and the way back."""
+    """A dense program on the contact unknowns ``kept`` and the way back.
+
+    ``factor`` is that of K + diag(0, a) in the order of elimination ``order``, whose first ``inner`` unknowns are not
+    of contact; ``shifted`` is S + a, and ``loaded`` the solution (n,), in that order, under f_i alone.
+    """
 
     program: TangentProgram
     kept: Ints
-    inner: Ints
-    solution: Floats
-    influence: Floats
+    order: Ints
+    factor: sla.SuperLU
+    shifted: Floats
+    loaded: Floats
 
     def recover(self, u_c: Floats) -> Floats:
-        """All unknowns (n,) from those of contact: u_i = K_ii^-1 f_i - (K_ii^-1 K_ic) u_c."""
-        full = np.empty(len(self.kept) + len(self.inner))
+        """All unknowns (n,) from those of contact: u_i = K_ii^-1 (f_i - K_ic u_c)."""
+        inner = len(self.order) - len(self.kept)
+        # Forces on the unknowns c that bring them to u_c: only f_i and these act.
+        push = np.zeros(len(self.order))
+        push[inner:] = self.shifted @ (u_c - self.loaded[inner:])
+        full = np.empty(len(self.order))
+        full[self.order] = self.loaded + self.factor.solve(push)
         full[self.kept] = u_c
-        full[self.inner] = self.solution - self.influence @ u_c
         return full
 
 
-def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A") -> sla.SuperLU:
+def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None = None) -> sla.SuperLU:
     """LU of a symmetric positive definite sparse matrix (symmetric mode; minimum degree, or NATURAL if ordered).
+
+    ``relax`` is the size up to which SuperLU merges the columns at the leaves; its default where it is None.
 
     Raises:
         ProgramError: the matrix is singular.
     """
     try:
-        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, relax=relax, options={"SymmetricMode": True})
     except RuntimeError as singular:
-        raise ProgramError("the stiffness is singular: a part of the body moves without resistance") from singular
+        raise ProgramError(SINGULAR) from singular
 
 
 @dataclass(frozen=True)
 class Split:
-    """Where the entries of a stiffness pattern go when ``kept`` unknowns stay: found once for a pattern.
+    """An order of elimination for a stiffness pattern that ends with the unknowns ``kept``: found once for a pattern.
 
-    ``inner`` (m,) lists the others in the order of elimination; ``inside``, ``cross``, ``corner`` are the places in
-    the data of K_ii (a CSC pattern of its own), of K_ic and of K_cc, the latter two with their (row, column).
+    ``order`` (n,) lists the unknowns; ``place`` sends the data of K to the CSC pattern in that order, in which
+    ``diagonal`` are the entries of K_cc's diagonal.
     """
 
     kept: Ints
-    inner: Ints
-    inside: Ints
-    indices: Ints
-    indptr: Ints
-    cross: tuple[Ints, Ints, Ints]
-    corner: tuple[Ints, Ints, Ints]
+    order: Ints
+    place: Ints
+    indices: NDArray[np.int32]
+    indptr: NDArray[np.int32]
+    diagonal: Ints
 
     @staticmethod
     def of(K: sp.csc_matrix, kept: Ints) -> Split:
-        """Sort the pattern of K; the order of elimination is SuperLU's minimum degree on K_ii, taken once."""
-        size = len(K.indptr) - 1
-        inner = np.setdiff1d(np.arange(size), kept)
-        numbered = sp.csc_matrix((np.arange(1.0, K.nnz + 1), K.indices, K.indptr), shape=(size, size))
+        """SuperLU's minimum degree, taken once, on the pattern of K with ``kept`` all connected, as S connects them."""
+        n, count = len(K.indptr) - 1, len(kept)
         # Any diagonally dominant matrix will do: only its ordering is kept.
-        sample = abs(K[:, inner][inner]) + sp.diags_array(np.asarray(abs(K).sum(axis=0)).ravel()[inner] + 1.0)
-        inner = inner[np.argsort(factorise(sp.csc_matrix(sample)).perm_c)]
-        inside = sp.csc_matrix(numbered[:, inner][inner])
-        inside.sort_indices()
+        clique = sp.coo_matrix((np.ones(count**2), (np.repeat(kept, count), np.tile(kept, count))), shape=(n, n))
+        pattern = sp.csc_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=(n, n))
+        sample = sp.csc_matrix(pattern + clique + 3.0 * n * sp.eye_array(n))
+        order = np.argsort(factorise(sample).perm_c)
+        order = np.concatenate([order[~np.isin(order, kept)], kept])
+        numbered = sp.csc_matrix((np.arange(K.nnz), K.indices, K.indptr), shape=(n, n))
+        ordered = sp.csc_matrix(numbered[:, order][order])
+        ordered.sort_indices()
+        column = np.repeat(np.arange(n), np.diff(ordered.indptr))
+        diagonal = np.flatnonzero((ordered.indices == column) & (column >= n - count))
         return Split(
             kept,
-            inner,
-            inside.data.astype(np.intp) - 1,
-            np.asarray(inside.indices, dtype=np.intp),
-            np.asarray(inside.indptr, dtype=np.intp),
-            _places(numbered[:, kept][inner]),
-            _places(numbered[:, kept][kept]),
+            order,
+            np.asarray(ordered.data, dtype=np.intp),
+            np.asarray(ordered.indices, dtype=np.int32),
+            np.asarray(ordered.indptr, dtype=np.int32),
+            diagonal,
         )
 
-    def inside_factor(self, data: Floats) -> sla.SuperLU:
-        """LU of K_ii from the data of K."""
-        size = len(self.inner)
-        return factorise(sp.csc_matrix((data[self.inside], self.indices, self.indptr), shape=(size, size)), "NATURAL")
+    def factor(self, data: Floats) -> tuple[sla.SuperLU, float]:
+        """LU of K + diag(0, a) from the data of K, and a: the mean diagonal of K_cc, whose round-off is in S anyway.
+
+        Raises:
+            ProgramError: K_ii is singular, or so nearly that a zero on its diagonal has to be left.
+        """
+        data = data[self.place]
+        shift = float(np.abs(data[self.diagonal]).mean()) if len(self.diagonal) else 0.0
+        data[self.diagonal] += shift
+        n = len(self.order)
+        lu = factorise(sp.csc_matrix((data, self.indices, self.indptr), shape=(n, n)), "NATURAL", RELAX)
+        if not np.array_equal(lu.perm_r, lu.perm_c):
+            raise ProgramError(SINGULAR)
+        return lu, shift
 
 
-def _places(block: sp.csc_matrix) -> tuple[Ints, Ints, Ints]:
-    """Rows, columns and (numbers - 1) of the entries of a numbered block."""
-    entries = block.tocoo()
-    return entries.row.astype(np.intp), entries.col.astype(np.intp), entries.data.astype(np.intp) - 1
+def _last_block(lu: sla.SuperLU, count: int) -> Floats:
+    """L_cc U_cc of the last ``count`` unknowns, wherever SuperLU's postorder has put them."""
+    last = lu.perm_c[len(lu.perm_c) - count :]
+    # Behind them is a place for everything else.
+    number = np.full(len(lu.perm_c), count)
+    number[last] = np.arange(count)
+    return _dense(lu.L, number, count) @ _dense(lu.U, number, count)
 
 
-def _dense(shape: tuple[int, int], places: tuple[Ints, Ints, Ints], data: Floats) -> Floats:
-    block = np.zeros(shape)
-    block[places[0], places[1]] = data[places[2]]
-    return block
+def _dense(factor: sp.csc_array, number: Ints, count: int) -> Floats:
+    """The entries of a CSC matrix whose row and column are numbered below ``count``."""
+    first = int(np.argmax(number < count)) if count else len(number)
+    entries = slice(factor.indptr[first], None)
+    column = np.repeat(number[first:], np.diff(factor.indptr[first:]))
+    block = np.zeros((count + 1, count + 1))
+    block[number[factor.indices[entries]], column] = factor.data[entries]
+    return block[:count, :count]
 
 
 def touched(rows: ContactRows, size: int) -> Ints:
@@ -116,17 +154,18 @@ def touched(rows: ContactRows, size: int) -> Ints:
 
 
 def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
-    """Condense a sparse program on the unknowns its contact rows touch; ``split`` saves finding them again."""
+    """Condense a sparse program on the unknowns its contact rows touch; ``split`` saves finding the order again."""
     K = sp.csc_matrix(program.K)
-    data = np.asarray(K.data, dtype=np.float64)
     if split is None:
         split = Split.of(K, touched(program.contact.rows, len(program.f)))
-    kept, inner = split.kept, split.inner
-    coupling = _dense((len(inner), len(kept)), split.cross, data)
-    factor = split.inside_factor(data)
-    inverse = factor.solve(np.column_stack([program.f[inner], coupling]))
-    solution, influence = inverse[:, 0], inverse[:, 1:]
-    S = _dense((len(kept), len(kept)), split.corner, data) - coupling.T @ influence
-    f = program.f[kept] - coupling.T @ solution
-    reduced = TangentProgram((S + S.T) / 2, f, program.contact.columns(kept))
-    return Condensed(reduced, kept, inner, solution, influence)
+    kept, count = split.kept, len(split.kept)
+    inner = len(program.f) - count
+    lu, shift = split.factor(np.asarray(K.data, dtype=np.float64))
+    shifted = _last_block(lu, count)
+    shifted = (shifted + shifted.T) / 2
+    load = program.f[split.order]
+    load[inner:] = 0.0
+    loaded = lu.solve(load)
+    f = program.f[kept] + shifted @ loaded[inner:]
+    reduced = TangentProgram(shifted - shift * np.eye(count), f, program.contact.columns(kept))
+    return Condensed(reduced, kept, split.order, lu, shifted, loaded)
