@@ -1,4 +1,4 @@
-"""The two conic forms: exact contact at a frozen threshold, the material as a tangent energy or as its dissipation.
+"""The two conic forms: exact contact with a frozen threshold or shift, the material as tangent energy or dissipation.
 
 Both end a pass with a semismooth Newton step on a quadratic model: interior-point answers stall where strict
 complementarity fails. `tangent` polishes its own program; `dissipation` takes the step of the tangent model at its
@@ -38,11 +38,12 @@ class Tangent:
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
-    backend: Backend = Backend.CVXPY
+    backend: Backend = Backend.CLARABEL
     accuracy: Accuracy = Accuracy(1e-9)
     coupled: bool = True
     name: ClassVar[FormName] = FormName.TANGENT
     exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = True
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
@@ -52,9 +53,11 @@ class Tangent:
             raw = _through_cvxpy(workspace.stated(small), self.accuracy)
         else:
             raw = _directly(small, self.accuracy, workspace.solvers[self.name])
-        u, r = (couple(small, raw.u, raw.r) if self.coupled else None) or polish(small, raw.u, raw.r)
+        coupled = couple(small, raw.u, raw.r) if self.coupled else None
+        u, r = coupled or polish(small, raw.u, raw.r)
         x = condensed.recover(u) * given.units.length
-        return Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing)
+        exact = coupled is not None
+        return Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
 
 
 @dataclass(frozen=True)
@@ -69,12 +72,13 @@ class Dissipation:
     polished: bool = True
     name: ClassVar[FormName] = FormName.DISSIPATION
     exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = True
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One program with the configuration and the line of the yield stress frozen."""
         with workspace.assembly:
             model = given.body.plastic_model(given.response)
-        contact = ContactTerms(given.rows, given.threshold)
+        contact = ContactTerms(given.rows, given.threshold, given.shift)
         program = DissipationProgram(model, given.force, contact).scaled(given.units)
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(program.statement(), self.accuracy)
@@ -102,7 +106,7 @@ def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
         return answer
     if _distance(given, after, r) >= _distance(given, response, answer.r):
         return answer
-    return Answer(x, r, answer.outcome, answer.iterations, answer.timing)
+    return Answer(x, r, answer.outcome, answer.iterations, answer.timing, coupled=True)
 
 
 def _distance(given: Pass, response: Response, r: Floats) -> float:
@@ -119,7 +123,7 @@ def condensed_tangent(given: Pass, response: Response, kind: TangentKind, worksp
     with workspace.assembly:
         K = given.body.stiffness(response, kind)
     f = K @ response.x - response.internal + given.force
-    program = TangentProgram.of(K, f, given.rows, given.threshold).scaled(given.units)
+    program = TangentProgram(K, f, ContactTerms(given.rows, given.threshold, given.shift)).scaled(given.units)
     return condense(program, workspace.split(K, given.rows))
 
 

@@ -49,8 +49,7 @@ class TangentProgram:
         """Variables (dU, t): P = diag(K, 0), q = (-f, s), rows of :class:`ContactTerms`."""
         n = len(self.f)
         cost = self.contact.threshold[self.contact.sliding]
-        P = sp.csc_matrix(self.K)
-        P.resize((n + len(cost), n + len(cost)))
+        P = _padded(self.K, n + len(cost))
         blocks = {Block.DISPLACEMENT: slice(0, n), Block.SLIP_BOUND: slice(n, n + len(cost))}
         return ConicProgram(P, np.concatenate([-self.f, cost]), self.contact.cone_rows(n + len(cost), n), blocks)
 
@@ -60,6 +59,17 @@ class TangentProgram:
         contact = ContactStatement.of(dU, self.contact, ContactData.of(self.contact))
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
         return Stated(cp.Problem(cp.Minimize(energy + contact.cost), contact.constraints), dU, contact)
+
+
+def _padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
+    """diag(K, 0) (size, size); a dense K keeps its zeros, so that its pattern does not depend on its values."""
+    if not isinstance(K, np.ndarray):
+        P = sp.csc_matrix(K)
+        P.resize((size, size))
+        return P
+    n = len(K)
+    ends = np.minimum(np.arange(size + 1), n) * n
+    return sp.csc_matrix((K.ravel(order="F"), np.tile(np.arange(n), n), ends), shape=(size, size))
 
 
 @dataclass(frozen=True)

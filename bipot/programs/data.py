@@ -221,9 +221,13 @@ class ContactRows:
 
     def columns(self, dofs: Ints) -> ContactRows:
         """The same rows on the unknowns ``dofs`` only, which must include every one they touch."""
-        return ContactRows(
-            self.G_n[:, dofs], self.gap, self.G_t[:, dofs], self.slip, self.frictional, self.mu, self.tied
+        number = np.zeros(int(np.asarray(self.G_n.shape)[1]), dtype=np.intp)
+        number[dofs] = np.arange(len(dofs))
+        G_n, G_t = (
+            sp.csr_matrix((G.data, number[G.indices], G.indptr), shape=(len(G.indptr) - 1, len(dofs)))
+            for G in (self.G_n, self.G_t)
         )
+        return ContactRows(G_n, self.gap, G_t, self.slip, self.frictional, self.mu, self.tied)
 
     def scaled(self, length: float) -> ContactRows:
         """Gap and slip measured in ``length``."""

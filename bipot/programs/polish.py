@@ -107,6 +107,8 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
     best = current = np.concatenate([x, r[:, 0], r[rows.frictional, 1:].ravel()])
     least = np.inf
     scale = max(float(np.abs(r).max(initial=0.0)), float(np.abs(program.f).max()), np.finfo(float).tiny)
+    jacobian = np.empty((len(current), len(current)))
+    jacobian[:n, :n], jacobian[:n, n:] = np.asarray(program.K), -natural.G.T
     for _ in range(ITERATIONS):
         x, force = current[:n], current[n:]
         value, by_motion, by_r = natural.evaluate(natural.G @ x + natural.offset, force)
@@ -117,7 +119,7 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
             break
         if error < least:
             best, least = current, error
-        jacobian = np.block([[program.K, -natural.G.T], [by_motion @ natural.G, by_r]])
+        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
         try:
             current = current - np.linalg.solve(jacobian, residual)
         except np.linalg.LinAlgError:
