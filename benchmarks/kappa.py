@@ -19,21 +19,31 @@ LEAST = 20
 
 @dataclass
 class Kappa:
-    """Samples of the unit of cost, in seconds."""
+    """Samples of the unit of cost, and of the factorisation in it, in seconds."""
 
     samples: list[float] = field(default_factory=list)
+    factorisations: list[float] = field(default_factory=list)
 
     def sample(self, system: System, response: Response) -> None:
         """Time one assembly (the project's own), one ``splu`` with its ordering, and one solve."""
         began = time.perf_counter()
         K = system.body.stiffness(response, TangentKind.CONSISTENT)
-        factorise(K).solve(response.internal)
+        assembled = time.perf_counter()
+        lu = factorise(K)
+        factorised = time.perf_counter()
+        lu.solve(response.internal)
         self.samples.append(time.perf_counter() - began)
+        self.factorisations.append(factorised - assembled)
 
     @property
     def median(self) -> float:
         """kappa, s."""
         return float(np.median(self.samples))
+
+    @property
+    def factorisation(self) -> float:
+        """Median time of one factorisation, s."""
+        return float(np.median(self.factorisations))
 
 
 def interleaved(system: System, steps: Iterable[Accepted], kappa: Kappa, count: int) -> Iterator[Accepted]:

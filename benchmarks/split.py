@@ -16,7 +16,7 @@ from bipot.forms import conic
 from bipot.forms.memory import Memory, Setup
 from bipot.forms.newton import Law
 from bipot.programs.data import ContactRows
-from bipot.programs.fixed_point import Threshold
+from bipot.programs.fixed_point import Coupling
 from bipot.programs.newton import Pattern
 
 T = TypeVar("T")
@@ -46,7 +46,7 @@ OWNERS: dict[Part, tuple[tuple[Any, str], ...]] = {
     ),
     Part.FACTORISATION: ((Pattern, "factorise"), (conic, "condense")),
     Part.CONTACT: ((Candidates, "rows"), (ContactRows, "take"), (Law, "iterate"), (Memory, "begin")),
-    Part.COUPLING: ((increment, "certify_response"), (Threshold, "update")),
+    Part.COUPLING: ((increment, "certify_response"), (Coupling, "update")),
 }
 
 
