@@ -29,6 +29,7 @@ Rows = list[dict[str, Value]]
 
 LOOKS: dict[Method, dict[str, Any]] = {
     Method.NEWTON: {"color": "black", "marker": "x"},
+    Method.EULER: {"color": "black", "marker": "+", "alpha": 0.5},
     Method.TANGENT: {"color": BLUE, "marker": "o"},
     Method.FROZEN: {"color": BLUE, "marker": "v"},
     Method.DISSIPATION: {"color": BLUE, "marker": "D"},

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 
 from bipot.certificate import Bounds
 from bipot.forms import Backend, Dissipation, Form, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.forms.newton import Newton
 from bipot.increment import Limits
+from bipot.laws.flow import Integration
 from bipot.march import Control, system_of
 from bipot.paper import as_written
 from bipot.response import StressUpdate
@@ -23,6 +24,7 @@ class Method(Enum):
     FROZEN = "tangent, threshold by fixed point"
     DISSIPATION = "dissipation"
     NEWTON = "newton"
+    EULER = "newton, backward Euler"
     PENALTY = "penalty"
     UZAWA = "uzawa"
     WRITTEN = "paper as written"
@@ -33,13 +35,23 @@ class Method(Enum):
         """Whether it has a penalty to choose."""
         return self in (Method.PENALTY, Method.UZAWA, Method.WRITTEN, Method.UNRETURNED)
 
+    @property
+    def exactly(self) -> Method:
+        """Newton with the same integration: what the same increments give with exact algebra."""
+        first_order = (Method.EULER, Method.WRITTEN, Method.UNRETURNED)
+        return Method.EULER if self in first_order else Method.NEWTON
+
 
 @dataclass(frozen=True)
 class Setting:
-    """Penalty over E/h, and equilibrium tolerance; the other bounds keep their proportion to it."""
+    """Penalty over E/h, and equilibrium tolerance; the other bounds keep their proportion to it.
 
-    factor: float = 1e3
+    Without ``fallback`` an increment that fails is cut instead, which on fine meshes is far cheaper.
+    """
+
+    factor: float = 1e4
     tolerance: float = Bounds().equilibrium
+    fallback: bool = True
 
 
 FORMS: dict[Method, Callable[[float], Form]] = {
@@ -47,6 +59,7 @@ FORMS: dict[Method, Callable[[float], Form]] = {
     Method.FROZEN: lambda K: Tangent(backend=Backend.CLARABEL, coupled=False),
     Method.DISSIPATION: lambda K: Dissipation(),
     Method.NEWTON: lambda K: Newton(),
+    Method.EULER: lambda K: Newton(),
     Method.PENALTY: lambda K: Penalty(K, K),
     Method.UZAWA: lambda K: Uzawa(K, K),
 }
@@ -59,8 +72,9 @@ def configured(method: Method, scene: Scene, setting: Setting) -> tuple[Scene, C
     if method in WRITTEN:
         return as_written(scene, K, K, WRITTEN[method])
     limits = Limits(bounds(setting.tolerance))
-    fallbacks = () if method.penalised else (FORMS[Method.TANGENT](K), FORMS[Method.DISSIPATION](K))
-    return scene, Control(FORMS[method](K), fallbacks, limits)
+    conic = (FORMS[Method.TANGENT](K), FORMS[Method.DISSIPATION](K))
+    control = Control(FORMS[method](K), conic if setting.fallback and not method.penalised else (), limits)
+    return scene, replace(control, integration=Integration.BACKWARD_EULER) if method is Method.EULER else control
 
 
 def bounds(tolerance: float) -> Bounds:

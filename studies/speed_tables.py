@@ -11,6 +11,8 @@ from studies.methods import Method
 from studies.speed_jobs import Knob
 
 LIMITS = (1e-3, 1e-5)
+MEASURES = ("curve_error", "algebraic_error")
+SOLVED = "solved"
 
 
 @dataclass(frozen=True)
@@ -42,13 +44,17 @@ class Row:
     compile_s: float
     solve_s: float
     other_s: float
-    repeats: int
+    runs: int
     outcome: str
 
 
 @dataclass(frozen=True)
 class Fastest:
-    """The fastest measured run of a family within a limit on an error; nan where none came that near."""
+    """The fastest measured run of a family within a limit on an error.
+
+    Where none came that near, error and seconds are those of the nearest run of the knob ``increments``, ``order`` is
+    the order of its error in the increments against the run before, and ``needed`` how many would do at that order.
+    """
 
     mu: float
     family: str
@@ -61,11 +67,13 @@ class Fastest:
     seconds: float
     error: float
     relative_gap: float
+    order: float
+    needed: float
 
 
 FAMILIES: dict[str, tuple[Method, ...]] = {
     "conic": (Method.TANGENT, Method.FROZEN, Method.DISSIPATION),
-    "newton": (Method.NEWTON,),
+    "newton": (Method.NEWTON, Method.EULER),
     "penalty": (Method.PENALTY,),
     "uzawa": (Method.UZAWA,),
     "paper": (Method.WRITTEN, Method.UNRETURNED),
@@ -73,24 +81,42 @@ FAMILIES: dict[str, tuple[Method, ...]] = {
 
 
 def fastest(rows: list[Row]) -> list[Fastest]:
-    """For each mu, family, measure and limit."""
-    none = float("nan")
+    """For each mu, family, measure and limit; families without a run are left out."""
+    special = (Knob.ELEMENTS.value, Knob.SCATTER.value)
     found = []
     for mu in sorted({row.mu for row in rows}):
-        for measure in ("curve_error", "algebraic_error"):
+        here = [r for r in rows if r.mu == mu and r.knob not in special and r.outcome == SOLVED]
+        for measure in MEASURES:
             for limit in LIMITS:
                 for family, methods in FAMILIES.items():
-                    names = [m.value for m in methods]
-                    within = [r for r in rows if r.mu == mu and r.method in names and getattr(r, measure) <= limit]
-                    within = [r for r in within if r.knob not in (Knob.ELEMENTS.value, Knob.SCATTER.value)]
-                    head = (mu, family, measure, limit)
-                    if within:
-                        r = min(within, key=lambda row: row.seconds)
-                        tail = (r.method, r.knob, r.value, r.increments, r.seconds, getattr(r, measure), r.relative_gap)
-                        found.append(Fastest(*head, *tail))
-                    else:
-                        found.append(Fastest(*head, "none measured", "", none, 0, none, none, none))
+                    mine = [r for r in here if r.method in [m.value for m in methods]]
+                    if mine:
+                        found.append(_fastest(mine, family, measure, limit))
     return found
+
+
+def _fastest(rows: list[Row], family: str, measure: str, limit: float) -> Fastest:
+    within = [r for r in rows if getattr(r, measure) <= limit]
+    order = needed = float("nan")
+    if within:
+        r = min(within, key=lambda row: row.seconds)
+    else:
+        r, order = _nearest(rows, measure)
+        needed = r.increments * (getattr(r, measure) / limit) ** (1 / order) if order > 0 else needed
+    end = (r.seconds, getattr(r, measure), r.relative_gap, order, needed)
+    return Fastest(r.mu, family, measure, limit, r.method, r.knob, r.value, r.increments, *end)
+
+
+def _nearest(rows: list[Row], measure: str) -> tuple[Row, float]:
+    """The run of least error, and the order in the increments that leads there from the next coarser one."""
+    stepped = [r for r in rows if r.knob == Knob.INCREMENTS.value] or rows
+    best = min(stepped, key=lambda row: getattr(row, measure))
+    coarser = [r for r in stepped if r.method == best.method and r.increments < best.increments]
+    if not coarser:
+        return best, float("nan")
+    last = max(coarser, key=lambda row: row.increments)
+    ratio = getattr(last, measure) / getattr(best, measure)
+    return best, float(np.log(ratio) / np.log(best.increments / last.increments))
 
 
 @dataclass(frozen=True)
@@ -126,7 +152,7 @@ def summary(found: list[Fastest]) -> str:
     """The table of the fastest."""
     lines = []
     for f in found:
-        what = "none measured" if np.isnan(f.error) else f"{f.method} ({f.knob} {f.value:g}), {f.seconds:.3g} s"
-        gap = "" if np.isnan(f.error) else f", error {f.error:.1e}, gap {f.relative_gap:.1e}"
-        lines.append(f"mu {f.mu:g}  {f.measure} <= {f.limit:g}  {f.family:8s} {what}{gap}")
+        short = "" if f.error <= f.limit else f"  not reached: order {f.order:.2g}, about {f.needed:.2g} increments"
+        what = f"{f.method} ({f.knob} {f.value:g}), {f.seconds:.3g} s, error {f.error:.1e}, gap {f.relative_gap:.1e}"
+        lines.append(f"mu {f.mu:g}  {f.measure} <= {f.limit:g}  {f.family:8s} {what}{short}")
     return "\n".join(lines)

@@ -5,14 +5,15 @@ r"""Time against error: every method over its own accuracy knob, then over mesh 
 The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tell the errors apart:
 
 * ``curve_error``, ``force_error``, ``work_error``, ... are against the ``reference``: Newton to 1e-10 on the same
-  mesh with very many increments. They hold what the increments and what the algebra leave out.
-* ``algebraic_error`` is that of the force-stroke curve against Newton to 1e-10 on the *same* increments: what the
-  penalty or the tolerance leaves out. (For ``paper as written`` it holds its configuration as well.)
+  mesh with very many increments, start-up included. They hold what the increments and what the algebra leave out.
+* ``algebraic_error`` is that of the force-stroke curve against Newton to 1e-10 on the *same* increments with the same
+  integration: what the penalty or the tolerance leaves out. (For ``paper as written`` it holds its configuration too.)
 
 Rows of the knob ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
-``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``repeats``
-runs in one process of one thread; ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer,
-``solve_s`` inside the solvers (split in proportion to wall time). ``--resume`` keeps the rows the table already has.
+``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``runs`` runs
+in one process of one thread (three where they take less than 20 s together, else one), as accepted increments tell it:
+``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside the solvers (split in
+proportion to wall time), ``other_s`` the rest with failed attempts. ``--resume`` keeps the rows the table already has.
 """
 
 from __future__ import annotations
@@ -32,20 +33,19 @@ from bipot.errors import BipotError
 from bipot.march import system_of
 from studies.methods import Method, Setting, configured
 from studies.runs import Run, curve_error, record, traction_errors
-from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, jobs, key
-from studies.speed_tables import Row, extrapolations, fastest, summary
+from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, jobs, key
+from studies.speed_tables import SOLVED, Row, extrapolations, fastest, summary
 from studies.tables import read_rows, write_csv, write_hdf5
 
 NAME = "speed_vs_error"
 COMMAND = f"python -m studies.{NAME} --out {{out}}"
 TIGHT = Setting(tolerance=1e-10)
-LARGE = 20
 
 
 @cache
-def reference(path: Course, increments: int, tolerance: float) -> Run:
-    """Newton on the path; memory of the last few is all that is needed, and they are small."""
-    scene, control = configured(Method.NEWTON, path.scene(), Setting(tolerance=tolerance))
+def reference(path: Course, increments: int, method: Method = Method.NEWTON) -> Run:
+    """Newton on the path to a tight tolerance."""
+    scene, control = configured(method, path.scene(), TIGHT)
     return record(scene, path.schedule(increments), control)
 
 
@@ -58,16 +58,18 @@ class Timed:
     assembly: float
     compile: float
     solve: float
-    repeats: int
+    runs: int
 
 
 @cache
-def timed(job: Job, repeats: int) -> Timed:
-    """Run a job ``repeats`` times."""
+def timed(job: Job, plan: Plan) -> Timed:
+    """Run a job as often as the plan allows."""
     path = Course.of(job)
     scene, control = configured(job.method, path.scene(), job.setting)
     runs, spent = [], []
-    for _ in range(repeats):
+    for number in range(plan.repeats):
+        if number and plan.repeats * spent[0][0] > plan.row:
+            break
         wall, cpu = time.perf_counter(), time.process_time()
         run = record(scene, path.schedule(job.increments), control)
         # One thread: its share of the processor turns wall time into what a quiet machine would show.
@@ -78,19 +80,14 @@ def timed(job: Job, repeats: int) -> Timed:
         runs.append(run)
         spent.append([share * part for part in parts])
     seconds, responses, stated, solved = (median(column) for column in zip(*spent, strict=True))
-    return Timed(runs[0], seconds, responses, stated, solved, repeats)
-
-
-def repeats(job: Job, plan: Plan) -> int:
-    """Large meshes run once: their errors are asked for, not their times."""
-    return 1 if job.elements >= LARGE else plan.repeats
+    return Timed(runs[0], seconds, responses, stated, solved, len(runs))
 
 
 def measured(job: Job, plan: Plan) -> Row:
     """A row of the table."""
     path = Course.of(job)
     meshed = job.knob is Knob.ELEMENTS
-    t = timed(job, repeats(job, plan))
+    t = timed(job, plan)
     run, last = t.run, len(t.run.snapshots) - 1
     early = run.at(EARLY / path.reduction)
     common: dict[str, Any] = {
@@ -111,8 +108,8 @@ def measured(job: Job, plan: Plan) -> Row:
         "compile_s": t.compile,
         "solve_s": t.solve,
         "other_s": t.seconds - t.assembly - t.compile - t.solve,
-        "repeats": t.repeats,
-        "outcome": f"failed: {run.failure}" if run.failure else "solved",
+        "runs": t.runs,
+        "outcome": f"failed: {run.failure}" if run.failure else SOLVED,
     }
     errors: dict[str, Any] = dict.fromkeys((f for f in Row.__dataclass_fields__ if f.endswith("_error")), float("nan"))
     if not run.failure:
@@ -123,8 +120,8 @@ def measured(job: Job, plan: Plan) -> Row:
 def step_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
     """Errors against very many increments, and against the same ones."""
     path = Course.of(job)
-    exact = reference(path, plan.reference, TIGHT.tolerance)
-    same = reference(path, job.increments, TIGHT.tolerance)
+    exact = reference(path, plan.reference)
+    same = reference(path, job.increments, job.method.exactly)
     last = len(run.snapshots) - 1
     end, there = run.snapshots[-1], exact.snapshots[-1]
     pressure, _ = traction_errors(system_of(path.scene()), end, there)
@@ -141,7 +138,7 @@ def mesh_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
     """Errors against the finest mesh of the quadrature at the same increments; fields are not compared."""
     finest = max(dict(plan.meshes)[job.quadrature])
     best = job._replace(value=finest, elements=finest)
-    path, exact = Course.of(best), timed(best, repeats(best, plan)).run
+    path, exact = Course.of(best), timed(best, plan).run
     return scalar_errors(run, exact, path) | {"curve_error": curve_error(run, exact, len(run.snapshots) - 1)}
 
 
@@ -161,6 +158,22 @@ def scalar_errors(run: Run, exact: Run, path: Course) -> dict[str, float]:
     }
 
 
+class Expected:
+    """Seconds gone, and those left if the jobs still to do cost what :func:`cost` thinks."""
+
+    def __init__(self, todo: list[Job]) -> None:
+        self.began, self.spent, self.left = time.perf_counter(), 0.0, sum(map(cost, todo))
+
+    def done(self, job: Job) -> None:
+        """A job is over."""
+        self.spent, self.left = self.spent + cost(job), self.left - cost(job)
+
+    def __str__(self) -> str:
+        """In words."""
+        gone = time.perf_counter() - self.began
+        return f"{gone:.0f} s gone" + (f", about {gone * self.left / self.spent:.0f} s left" if self.spent else "")
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run all jobs in this process, rewriting the tables after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
@@ -173,14 +186,19 @@ def main(argv: list[str] | None = None) -> int:
     todo = list(jobs(plan))
     kept = read_rows(asked.out / f"{NAME}.csv", Row) if asked.resume else []
     known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
+    clock = Expected([job for job in todo if key(job) not in known])
     try:
         for job in todo:
-            rows.append(known.pop(key(job), None) or measured(job, plan))
+            if key(job) in known:
+                rows.append(known.pop(key(job)))
+            else:
+                rows.append(measured(job, plan))
+                clock.done(job)
             # What is kept but not reached yet stays in the table, so that a second interruption loses nothing.
             write_csv(asked.out / f"{NAME}.csv", [*rows, *known.values()])
             row = rows[-1]
             said = f"{job.mu:g} {row.method} {row.knob} {row.value:g}: {row.curve_error:.1e}, {row.seconds:.2f} s"
-            print(f"{len(rows)}/{len(todo)}: {said}", file=sys.stderr)
+            print(f"{len(rows)}/{len(todo)}, {clock}: {said}", file=sys.stderr)
         write_csv(asked.out / "fastest.csv", fastest(rows))
         write_csv(asked.out / "extrapolation.csv", extrapolations(rows))
         write_hdf5(asked.out / f"{NAME}.h5", rows, {})
