@@ -3,7 +3,7 @@ r"""Landings located: an increment in which an open candidate closes is cut to t
 A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the tools'
 travel of the increment and it carries force at the end. Its gap g(tau) at the end of an increment solved from the
 same start to tau is known only while it stays open, so the root is approached from the open side: by the velocity that
-led to the start, then by the secant of the last two open trials, halving towards the closed side where they overshoot.
+led to the start, then by the secant of the last two open trials, cut back where they overshoot.
 The increment then ends at the event with the candidate still open by less than the tolerance, and the next one, which
 it spends closed, starts there. A candidate is located once in a scheduled increment, so cuts cannot pile up.
 """
@@ -24,6 +24,9 @@ from bipot.response import State
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
+NEAR = 0.9
+"""Where to look for the event between an open start and a first trial that is closed."""
+
 CARRIES = 1e-8
 """A candidate is closed when its normal force exceeds this fraction of the increment's largest contact force."""
 
@@ -40,7 +43,7 @@ class Locate:
     """
 
     tolerance: float = 1e-3
-    solves: int = 8
+    solves: int = 12
     margin: float = 0.02
 
     def __post_init__(self) -> None:
@@ -109,13 +112,13 @@ def locate(
         return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
 
     landed, passes, end = landings(solved), 0, tau - how.margin * length
-    low, high = state.tau + how.margin * length, end
+    low, high = state.tau + how.margin * length, tau
     last, gap, rate = state.tau, start_gap, _expected_rate(system, state, tau)
     for _ in range(how.solves if landed.size else 0):
         middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
         if middle >= high:
-            # The last margin is tried once; an end that is known to be closed is not.
-            middle = end if high == end else (low + high) / 2
+            # A secant that overshoots comes near; one that keeps overshooting is halved.
+            middle = low + (high - low) * (0.5 if last > state.tau else NEAR)
         attempt = solve(middle)
         passes += attempt.passes
         if attempt.solved is None:
@@ -127,10 +130,10 @@ def locate(
             now = attempt.solved.rows.motion(attempt.solved.response.x)[:, 0]
             rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
             first = int(landed[np.argmin(now[landed])])
-            if now[first] <= none:
+            if now[first] <= none and middle <= end:
                 node = int(system.candidates.node[first])
                 return Landing(middle, attempt, attempt.solved, first, node, float(now[first])), passes
-        if high - low <= how.tolerance * length / 4:
+        if low >= end or high - low <= how.tolerance * length / 4:
             break
     return None, passes
 

@@ -50,7 +50,7 @@ class Plan:
     elements: int = 10
 
 
-FAST = Plan(increments=(10,), reference=12, elements=8)
+FAST = Plan(increments=(12,), reference=16, elements=8)
 
 
 @dataclass(frozen=True)

@@ -51,16 +51,16 @@ def begun(mu, integration, hardening):
 def test_the_trapezoidal_balance_closes_with_order_two(mu, integration, hardening):
     scene, start = begun(mu, integration, hardening)
     defects, taken = [], []
-    for parts in (16, 32, 64):
+    for parts in (8, 16, 32):
         accepted = list(march(scene, Schedule(parts), Control(**FORMS, integration=integration), start))
         energies = accepted[-1].energies
         assert energies == summed(scene, accepted, Rule.TRAPEZOIDAL)
         defects.append(energies.imbalance / energies.work)
         taken.append(len(accepted))
-    assert taken == [12, 24, 48]
+    assert taken == [6, 12, 24]
     orders = np.log2(np.abs(defects[:-1]) / np.abs(defects[1:]))
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
-    assert abs(defects[-1]) < 2e-5
+    assert abs(defects[-1]) < 5e-5
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.3])
