@@ -12,13 +12,14 @@ Friction rows exist only where the tangent is free and the tool has friction.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.fem.assembly import Space
-from bipot.programs.data import ContactRows
+from bipot.programs.data import ContactRows, rows_of
 from bipot.scene import Scene
 
 Floats = NDArray[np.float64]
@@ -47,24 +48,34 @@ class Candidates:
 
     def rows(self, nodes: Floats, tau: float, tau_end: float) -> ContactRows:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts at ``nodes`` (a, 2)."""
-        tools = self.scene.tools
-        normal = np.array([tool.normal for tool in tools])[self.tool]
+        tools, (normal_rows, tangent_rows) = self.scene.tools, self._operators
         travel = np.array([tool.moved(tau, tau_end) for tool in tools])[self.tool]
-        tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
         mu = self.mu
-        closed = self.start_gap(nodes, tau) <= _closed_tolerance(self.scene)
-        tied = np.array([tool.welded for tool in tools])[self.tool] & closed
-        frictional = np.flatnonzero(self.tangent_free & (mu > 0) & (tied | np.isfinite(mu)))
-        slip = -np.einsum("cd,cd->c", tangent, travel)[frictional]
+        welded = np.array([tool.welded for tool in tools])[self.tool]
+        tied = welded & (self.start_gap(nodes, tau) <= _closed_tolerance(self.scene)) if welded.any() else welded
+        rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
+        slip = -np.vecdot(self._axes[1], travel)[rubs]
         return ContactRows(
-            self._operator(self.node, normal),
+            normal_rows,
             self.start_gap(nodes, tau_end),
-            self._operator(self.node[frictional], tangent[frictional]),
+            tangent_rows if rubs.all() else rows_of(tangent_rows, rubs),
             slip[:, None],
-            frictional,
+            np.flatnonzero(rubs),
             np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),
             tied,
         )
+
+    @cached_property
+    def _axes(self) -> tuple[Floats, Floats]:
+        """Normal and tangent (c, 2): those of the tools, which do not turn."""
+        normal = np.array([tool.normal for tool in self.scene.tools])[self.tool]
+        return normal, np.column_stack([normal[:, 1], -normal[:, 0]])
+
+    @cached_property
+    def _operators(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate."""
+        normal, tangent = self._axes
+        return self._operator(self.node, normal), self._operator(self.node, tangent)
 
     def _operator(self, node: Ints, direction: Floats) -> sp.csr_matrix:
         """Rows ``direction . dU_node`` on the free unknowns (held ones do not move)."""

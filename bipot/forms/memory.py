@@ -69,6 +69,7 @@ class Memory:
     """What Newton keeps between passes: setup, frames of the last rows, the last factor, the increment's merits."""
 
     setup: Setup
+    rows: ContactRows | None = None
     key: bytes = b""
     frames: Frames | None = None
     linearised: Linearised | None = None
@@ -80,10 +81,13 @@ class Memory:
         """Forget what belongs to another increment or to other contacts; the frames of ``rows``."""
         if self.state is not state:
             self.state, self.merits, self.linearised, self.iterate = state, [], None, None
+        if self.frames is not None and self.rows is rows:
+            return self.frames
         key = _key(rows)
         if self.frames is None or key != self.key:
             self.key, self.frames, self.linearised = key, Frames.of(rows, self.setup.pattern), None
             self.iterate = None
+        self.rows = rows
         return self.frames
 
 

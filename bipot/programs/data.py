@@ -14,6 +14,7 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -204,15 +205,22 @@ class ContactRows:
         """d - 1."""
         return self.slip.shape[1]
 
+    @cached_property
+    def rubs(self) -> Bools:
+        """Which candidates have friction rows (c,)."""
+        out = np.zeros(self.count, dtype=bool)
+        out[self.frictional] = True
+        return out
+
     def take(self, chosen: Bools) -> ContactRows:
         """The rows of the chosen candidates (c,) only."""
         if chosen.all():
             return self
         kept = chosen[self.frictional]
         return ContactRows(
-            _rows_of(self.G_n, chosen),
+            rows_of(self.G_n, chosen),
             self.gap[chosen],
-            _rows_of(self.G_t, np.repeat(kept, self.tangents)),
+            rows_of(self.G_t, np.repeat(kept, self.tangents)),
             self.slip[kept],
             (np.cumsum(chosen) - 1)[self.frictional[kept]],
             self.mu[chosen],
@@ -258,7 +266,7 @@ class ContactRows:
         return np.where(self.tied[self.frictional], 0.0, self.mu[self.frictional]) * length
 
 
-def _rows_of(G: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
+def rows_of(G: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
     """G[chosen] (m,), without what a general index costs."""
     lengths = np.diff(G.indptr)
     kept = np.repeat(chosen, lengths)

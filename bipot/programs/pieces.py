@@ -62,13 +62,11 @@ class Pieces:
             weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
             closed = np.where(weak, held, closed)
         closed = closed | rows.tied
-        frictional = np.zeros(rows.count, dtype=bool)
-        frictional[rows.frictional] = True
-        mu = np.where(frictional & ~rows.tied, rows.mu, 0.0)
+        mu = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0)
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
         length = norm(y)
         radius = mu * np.maximum(r[:, 0], 0.0)
-        slides = ~(rows.tied & frictional) & (~closed | (length > radius) | (mu == 0))
+        slides = ~(rows.tied & rows.rubs) & (~closed | (length > radius) | (mu == 0))
         safe = np.where(length > 0, length, 1.0)
         return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, mu * r[:, 0] / safe, 0.0), mu, scale)
 
