@@ -27,6 +27,9 @@ COURSE = (
     Column("cuts", "times the increment was halved", lambda _, a: a.cuts),
     Column("form", "the form that solved it", lambda _, a: a.form.value),
     Column("reason", "why it fell back or was cut", lambda _, a: a.reason),
+    Column("route", "how friction was coupled in the accepted pass", lambda _, a: a.solved.coupled.route.value),
+    Column("contraction", "of the coupling, a pass; nan if too few", lambda _, a: a.solved.coupled.contraction),
+    Column("coupling_steps", "passes that left friction to the fixed point", lambda _, a: a.solved.coupled.steps),
 )
 
 

@@ -1,8 +1,8 @@
 r"""One increment: the one loop over tangent, threshold and configuration.
 
-A pass linearises the body at the last iterate, solves the form's convex program at the frozen threshold s, moves s
-towards mu r_n, and evaluates the body at the answer. The increment is accepted when its certificate, recomputed from
-the fields, is within the bounds.
+A pass linearises the body at the last iterate, solves the form's convex program with friction's threshold or shift
+frozen, moves that towards where the answer sends it, and evaluates the body at the answer. The increment is accepted
+when its certificate, recomputed from the fields, is within the bounds.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bipot.errors import NotConverged
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.forms import Answer, Form, Pass, Workspace
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
-from bipot.programs.fixed_point import Threshold
+from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.response import Body, Response, State
 
 Floats = NDArray[np.float64]
@@ -42,13 +42,14 @@ class Limits:
     """When an increment is accepted, and when it is given up.
 
     It is given up after ``passes``, or when ``patience`` passes have not brought the worst measure (over its bound)
-    below ``progress`` times the least so far.
+    below ``progress`` times the least so far. ``coupling`` says when friction's fixed point is helped.
     """
 
     bounds: Bounds = Bounds()
     passes: int = 40
     patience: int = 8
     progress: float = 0.7
+    coupling: Safeguard = Safeguard()
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,7 @@ class Solved:
     """An increment that met its bounds: response, rows and forces of all candidates, certificate, cost.
 
     ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
+    ``coupled`` tells how friction was coupled to the normal forces.
     """
 
     response: Response
@@ -67,6 +69,7 @@ class Solved:
     iterations: int
     almost: int
     timing: Timing
+    coupled: Coupled
 
 
 @dataclass(frozen=True)
@@ -106,21 +109,24 @@ def solve_increment(
         response = body.respond(state, x)
     near = _near(rows, x, units)
     taken = rows.take(near)
-    threshold = Threshold.start(rows.threshold(state.forces))
+    coupling = Coupling.start(image(rows, state.forces, x), limits.coupling, form.shifts)
     r, force = state.forces, np.zeros(body.space.size)
     watch = _Watch(limits, form.exact)
     iterations, almost, timing = 0, 0, Timing()
     for number in range(1, limits.passes + 1):
+        shift = coupling.shift
+        active = near[rows.frictional]
         given = Pass(
             body,
             response,
             taken,
-            threshold.value[near[rows.frictional]],
+            (coupling.value if shift is None else rows.threshold(r))[active],
             start_gap[near],
             state.forces[near],
             r[near],
             force,
             units,
+            None if shift is None else shift[active],
         )
         answer = form.solve(given, workspace)
         iterations, timing = iterations + answer.iterations, timing + answer.timing
@@ -130,15 +136,17 @@ def solve_increment(
         with workspace.assembly:
             response = answer.response or body.respond(state, answer.x)
         certificate = certify_response(system, response, rows, r, tau, largest)
+        coupling = coupling.update(image(rows, r, answer.x), answer.coupled)
         observe(Trial(number, answer, certificate))
         if watch.accepts(certificate, answer.posed):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
-            return Solved(response, rows, r, certificate, answer.posed, number, iterations, almost, timing)
+            return Solved(
+                response, rows, r, certificate, answer.posed, number, iterations, almost, timing, coupling.report
+            )
         entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
         if entering.any():
             near = near | entering
             taken = rows.take(near)
-        threshold = threshold.update(rows.threshold(r))
     raise watch.failure(f"{limits.passes} passes left")
 
 

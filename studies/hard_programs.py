@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,12 +13,14 @@ from numpy.typing import NDArray
 from bipot.errors import UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.forms import FormName
+from bipot.laws.coulomb import bipotential_gap, natural_map
 from bipot.march import system_of
 from bipot.programs.clarabel import Accuracy, solve
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.dissipation import ROOT, DissipationProgram
-from bipot.programs.fixed_point import Threshold
+from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
+from bipot.programs.polish import polish
 from bipot.programs.terms import ContactTerms
 from bipot.response import rest
 from bipot.scene import upsetting
@@ -28,6 +31,7 @@ Floats = NDArray[np.float64]
 ACCURACY = Accuracy(1e-10)
 FARKAS = 1e-6
 SETTLED = 1e-8
+RULE = Safeguard()
 
 
 @dataclass(frozen=True)
@@ -132,38 +136,47 @@ DISCRETE = (
         np.array([-4.0, 1, -4, -4]),
         1.0,
     ),
+    (
+        "threshold cycles",
+        np.array([[10.0, 4, 14, 2], [4, 20, -4, -7], [14, -4, 32, 12], [2, -7, 12, 11]]),
+        np.array([-2.0, -3, -3, -1]),
+        1.0,
+    ),
 )
+"""Name, W, q, mu. The first two are published; the third is a search's. Each has one solution."""
+
+
+@dataclass(frozen=True)
+class Small:
+    """A pass on a small problem: forces and motions (c, 2), their distance from the law, how they were coupled."""
+
+    r: Floats
+    u: Floats
+    distance: float
+    coupled: Coupled
 
 
 def coupled(W: Floats, q: Floats, mu: float, passes: int = 200) -> tuple[Outcome, int, float]:
-    """The increment's own coupling code on u = W r + q: frozen thresholds, damped where they oscillate."""
-    for number, (change, r, u) in enumerate(passes_of(W, q, mu), start=1):
-        if change <= SETTLED:
-            gap = np.abs(mu * r[:, 0] * np.abs(u[:, 1]) + np.sum(r * u, axis=1)).sum() / np.abs(r * u).sum()
+    """The increment's own coupling code on u = W r + q, until Coulomb's law holds."""
+    for number, small in enumerate(islice(passes_of(W, q, mu), passes), start=1):
+        if small.distance <= SETTLED:
+            gap = np.abs(bipotential_gap(small.u, small.r, mu)).sum() / np.abs(small.r * small.u).sum()
             return Outcome.CERTIFIED, number, float(gap)
-        if number == passes:
-            break
     return Outcome.FAILED, passes, np.inf
 
 
-def coupled_forces(W: Floats, q: Floats, mu: float) -> Floats:
-    """Forces (c, 2) where the threshold has settled."""
-    return next(r for change, r, _ in passes_of(W, q, mu) if change <= SETTLED)
-
-
-def passes_of(W: Floats, q: Floats, mu: float) -> Iterator[tuple[float, Floats, Floats]]:
-    """Pass after pass: relative change of the threshold, forces and motions (c, 2)."""
+def passes_of(W: Floats, q: Floats, mu: float, rule: Safeguard = RULE) -> Iterator[Small]:
+    """Pass after pass. The distance is that of the natural map, over the largest force."""
     K, c = np.asarray(np.linalg.inv(W), dtype=np.float64), len(q) // 2
     identity = sp.csr_matrix(np.eye(2 * c))
-    normal, tangent = identity[::2], identity[1::2]
-    zero = np.zeros(c)
-    rows = ContactRows(normal, zero, tangent, zero[:, None], np.arange(c), np.full(c, mu), np.zeros(c, bool))
-    threshold = Threshold.start(zero)
+    zero, rho = np.zeros(c), 2 * c / float(np.trace(W))
+    rows = ContactRows(identity[::2], zero, identity[1::2], zero[:, None], np.arange(c), zero + mu, zero > 0)
+    coupling = Coupling.start(image(rows, np.zeros((c, 2)), q), rule)
     while True:
-        program = TangentProgram.of(K, K @ q, rows, threshold.value)
+        program = TangentProgram(K, K @ q, ContactTerms(rows, coupling.value, coupling.shift))
         answer = solve(program.conic(), ACCURACY)
-        r = program.contact.contact_forces(answer)
-        target = rows.threshold(r)
-        change = float(np.abs(target - threshold.value).max() / target.max(initial=1e-300))
-        yield change, r, rows.motion(answer.block(Block.DISPLACEMENT))
-        threshold = threshold.update(target)
+        x, r = polish(program, answer.block(Block.DISPLACEMENT), program.contact.contact_forces(answer))
+        u = rows.motion(x)
+        coupling = coupling.update(image(rows, r, x))
+        distance = float(np.abs(natural_map(r, u, mu, rho)).max() / np.abs(r).max(initial=1e-300))
+        yield Small(r, u, distance, coupling.report)

@@ -44,6 +44,7 @@ class Compared:
     spent: dict[Optimiser, list[tuple[float, int, float, bool]]] = field(default_factory=dict)
     name: ClassVar[FormName] = FormName.PENALTY
     exact: ClassVar[bool] = False
+    shifts: ClassVar[bool] = False
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """The form's own answer."""

@@ -75,7 +75,7 @@ class Probe:
     """A form that remembers the last pass it was given, for the condition of its tangent."""
 
     def __init__(self, form: Form) -> None:
-        self.form, self.name, self.exact = form, form.name, form.exact
+        self.form, self.name, self.exact, self.shifts = form, form.name, form.exact, form.shifts
         self.given: Pass | None = None
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:

@@ -30,6 +30,7 @@ PARAMETERS = {"mu": 0.3, "elements": 2, "hardening": None, "form": "tangent"}
 UNITS = {"length": "mm", "force": "N"}
 HEADER = (
     "increment,reduction,work_J,elastic_J,plastic_J,friction_J,passes,cuts,form,reason,"
+    "route,contraction,coupling_steps,"
     "equilibrium,yield_violation,penetration,cone_violation,bipotential_gap_J,relative_gap,seconds"
 )
 

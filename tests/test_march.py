@@ -224,6 +224,7 @@ class FailsAlways:
 
     name = FormName.TANGENT
     exact = True
+    shifts = False
 
     def solve(self, given, workspace):
         raise NotConverged("nothing doing")
@@ -234,6 +235,7 @@ class FailsAbove:
 
     name = FormName.TANGENT
     exact = True
+    shifts = False
 
     def __init__(self, limit):
         self.limit = limit

@@ -9,7 +9,6 @@ from bipot.programs.clarabel import Accuracy, solve
 from bipot.programs.condensation import condense
 from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import Block, Cone, ContactRows, Term, Units
-from bipot.programs.fixed_point import Threshold
 from bipot.programs.polish import couple, polish
 from bipot.programs.statement import solve_stated
 from tests.scenes import posed
@@ -221,17 +220,6 @@ def test_scaling_a_program_scales_its_answer():
     scaled_y, scaled_s = direct(given.dissipation.scaled(units))
     assert relative(scaled_y * units.length, y) < 1e-6
     assert relative(scaled_s * units.force, s) < 1e-6
-
-
-def test_threshold_is_damped_only_when_it_oscillates():
-    steady = Threshold.start(np.array([1.0])).update(np.array([2.0])).update(np.array([2.5]))
-    assert steady.damping == 1.0
-    assert steady.value == pytest.approx(2.5)
-    swinging = Threshold.start(np.array([1.0])).update(np.array([2.0])).update(np.array([1.0]))
-    assert swinging.damping == 0.5
-    assert swinging.value == pytest.approx(1.5)
-    welded = Threshold.start(np.array([np.inf, 1.0])).update(np.array([np.inf, 2.0]))
-    np.testing.assert_array_equal(welded.value, [np.inf, 2.0])
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,8 @@ class Pass:
     """What a form is given for one pass.
 
     Body and response at the iterate, contact rows of c candidates, their frozen threshold s (f,), gap at the start
-    of the increment (c,), contact forces (c, d) at that start and after the last pass, load F (n,), units.
+    of the increment (c,), contact forces (c, d) at that start and after the last pass, load F (n,), units; De Saxce's
+    shift (f,) where that is frozen in the place of the threshold.
     """
 
     body: Body
@@ -60,6 +61,7 @@ class Pass:
     last_forces: Floats
     force: Floats
     units: Units
+    shift: Floats | None = None
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,7 @@ class Answer:
 
     ``posed`` is how far (x, r) is from the contact law the form *poses*, over the largest force; exact forms leave
     it to the certificate. ``response`` is the body's response to x, when the form has evaluated it already.
+    ``coupled`` marks an answer that obeys Coulomb's law on its model: what was frozen to get there no longer counts.
     """
 
     x: Floats
@@ -77,6 +80,7 @@ class Answer:
     timing: Timing
     posed: float = 0.0
     response: Response | None = None
+    coupled: bool = False
 
 
 @dataclass
@@ -120,6 +124,9 @@ class Form(Protocol):
 
     Otherwise equilibrium, yield and ``Answer.posed`` decide, and the certificate only reports.
     """
+
+    shifts: ClassVar[bool]
+    """Whether a pass may freeze De Saxce's shift instead of the threshold."""
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """Next displacement and forces; raises ProgramError and its kin."""

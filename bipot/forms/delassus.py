@@ -27,6 +27,7 @@ class Delassus:
     limits: Limits = Limits(tol=1e-12)
     name: ClassVar[FormName] = FormName.DELASSUS
     exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = False
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass, started from the forces of the last.
@@ -46,7 +47,7 @@ class Delassus:
         x = condensed.recover(reduced.displacement(r)) * given.units.length
         outcome = Outcome.SOLVED if found.converged else Outcome.ALMOST
         timing = Timing(built - began, workspace.assembly.outside() - built)
-        return Answer(x, r * given.units.force, outcome, found.iterations, timing)
+        return Answer(x, r * given.units.force, outcome, found.iterations, timing, coupled=True)
 
     def _find(self, reduced: Reduced, given: Pass) -> CoulombSolution:
         start = np.ravel(given.last_forces) / given.units.force

@@ -57,6 +57,7 @@ class Newton:
     search: Search = Search()
     name: ClassVar[FormName] = FormName.NEWTON
     exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = False
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass: one step with a line search; a factorisation unless the last one still serves.
@@ -81,7 +82,7 @@ class Newton:
         trial = self._search(law, here, linearised, memory.merits, dx, r, workspace.assembly)
         memory.iterate = trial
         timing = Timing(built - began, workspace.assembly.outside() - built)
-        return Answer(trial.response.x, trial.r, Outcome.SOLVED, 1, timing, response=trial.response)
+        return Answer(trial.response.x, trial.r, Outcome.SOLVED, 1, timing, response=trial.response, coupled=True)
 
     def _linearised(
         self, given: Pass, memory: Memory, frames: Frames, here: Iterate, assembly: Stopwatch

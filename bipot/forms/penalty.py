@@ -67,6 +67,7 @@ class Penalty:
     kind: TangentKind = TangentKind.CONSISTENT
     name: ClassVar[FormName] = FormName.PENALTY
     exact: ClassVar[bool] = False
+    shifts: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t)
@@ -101,6 +102,7 @@ class Uzawa:
     kind: TangentKind = TangentKind.CONSISTENT
     name: ClassVar[FormName] = FormName.UZAWA
     exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t)

@@ -1,40 +1,229 @@
-r"""The threshold's fixed point s <- mu r_n(s), damped when it oscillates.
+r"""The coupling of friction with contact: what a program freezes, and how that moves from pass to pass.
 
-Undamped it contracts by about 0.1 to 0.2 a pass in upsetting, but it can cycle although the solution is unique. A
-component oscillates when its last two steps have opposite signs and the later is not clearly the smaller.
+Coulomb's law is not the optimum of one convex program, but the fixed point of two sequences of them:
+
+    threshold   s <- mu r_n(s)               (Tresca's law in each program),
+    shift       sigma <- mu |du_t|(sigma)    (De Saxce's shift of the gap: the associated law in each program).
+
+Either contracts by 0.1 to 0.3 a pass in upsetting, and either can cycle although the solution is unique. So a
+:class:`Coupling` starts plain; a residual |G(x) - x| that does not fall is answered by damping where it swings, by
+Anderson mixing of the last steps (begun anew whenever the residual grows) where it does not or where damping is not
+enough, and by the other sequence once nothing has helped for some passes.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.coulomb.acceleration import Anderson, Memory
+from bipot.errors import require
+from bipot.programs.data import ContactRows
+
 Floats = NDArray[np.float64]
 
-SHRINK = 0.7
-LEAST = 0.1
+SETTLED = 1e-10
+"""Relative residual below which the rest is the programs' own accuracy: nothing is concluded from it."""
+
+LAGS, STRAIGHT = 0.4, 0.9
+"""A damped residual that falls by no more than LAGS lags: by steps in one direction (cosine above STRAIGHT) it is
+the damping that holds it back, which is dropped; otherwise Anderson takes over."""
+
+LAST = 3
+"""Ratios of residuals that the reported contraction is the geometric mean of."""
+
+
+class Frozen(Enum):
+    """What a program takes as given."""
+
+    THRESHOLD = "threshold"
+    SHIFT = "shift"
+
+    @property
+    def other(self) -> Frozen:
+        """The second route."""
+        return Frozen.SHIFT if self is Frozen.THRESHOLD else Frozen.THRESHOLD
+
+
+class Route(Enum):
+    """How a pass came by friction: exact (nothing frozen), or by threshold or shift, moved in one of three ways."""
+
+    EXACT = "exact"
+    PLAIN = "plain"
+    DAMPED = "damped"
+    ANDERSON = "anderson"
+    DE_SAXCE = "de_saxce"
+    DE_SAXCE_DAMPED = "de_saxce_damped"
+    DE_SAXCE_ANDERSON = "de_saxce_anderson"
+
+
+class Mixing(Enum):
+    """What lies between x and G(x) in a step; the values number the routes of each sequence."""
+
+    PLAIN = 0
+    DAMPED = 1
+    ANDERSON = 2
+
+
+ROUTES = {
+    Frozen.THRESHOLD: (Route.PLAIN, Route.DAMPED, Route.ANDERSON),
+    Frozen.SHIFT: (Route.DE_SAXCE, Route.DE_SAXCE_DAMPED, Route.DE_SAXCE_ANDERSON),
+}
 
 
 @dataclass(frozen=True)
-class Threshold:
-    """Current threshold s (f,), its last step (f,), and the damping factor in (0, 1] of the next."""
+class Safeguard:
+    """When the coupling leaves the plain step.
 
+    A residual above ``falls`` times the last one does not fall; ``patience`` passes without falling below ``falls``
+    times the least so far change the sequence (twice as many the next time). Anderson mixes ``depth`` steps, damping
+    halves the step down to ``least``. ``falls = inf`` is the plain fixed point, with no safeguard.
+
+    Raises:
+        SceneError: a value out of its range.
+    """
+
+    first: Frozen = Frozen.THRESHOLD
+    falls: float = 0.7
+    patience: int = 4
+    depth: int = 3
+    least: float = 0.1
+
+    def __post_init__(self) -> None:
+        require(self.falls > 0, "safeguard.falls", self.falls, "> 0")
+        require(self.patience >= 1, "safeguard.patience", self.patience, ">= 1")
+        require(self.depth >= 1, "safeguard.depth", self.depth, ">= 1")
+        require(0 < self.least <= 1, "safeguard.least", self.least, "in (0, 1]")
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """How friction was coupled: the route of the last pass, the contraction seen, the steps taken.
+
+    ``contraction`` is the geometric mean of the last ratios of successive residuals, NaN before there are two.
+    """
+
+    route: Route = Route.PLAIN
+    contraction: float = float("nan")
+    steps: int = 0
+
+
+Image = Callable[[Frozen], Floats]
+"""Where a pass sends the friction rows (f,) in either sequence: G(x)."""
+
+
+def image(rows: ContactRows, r: Floats, x: Floats) -> Image:
+    """That of forces r (c, d) and displacement x (n,): mu r_n, inf where tied, or mu |du_t|."""
+    return lambda frozen: rows.threshold(r) if frozen is Frozen.THRESHOLD else rows.shift(x)
+
+
+@dataclass(frozen=True, eq=False)
+class Coupling:
+    """The value (f,) that the next program takes as given, and what the safeguard remembers.
+
+    ``residual`` is |G(x) - x| of the last pass over the larger of |G(x)| and |x|, ``best`` the least of this sequence,
+    ``waited`` the passes since. Without ``second`` the sequence stays the first.
+    """
+
+    rule: Safeguard
+    frozen: Frozen
     value: Floats
-    step: Floats
-    damping: float = 1.0
+    second: bool
+    mixing: Mixing = Mixing.PLAIN
+    weight: float = 1.0
+    memory: Memory = Memory()
+    ratios: tuple[float, ...] = ()
+    residual: float = np.inf
+    best: float = np.inf
+    waited: int = 0
+    switches: int = 0
+    report: Coupled = Coupled()
 
     @staticmethod
-    def start(value: Floats) -> Threshold:
-        """From the forces of the last accepted state."""
-        return Threshold(value, np.zeros_like(value))
+    def start(image: Image, rule: Safeguard = Safeguard(), second: bool = True) -> Coupling:
+        """From what is known before the first pass; ``second`` says whether the programs take both sequences."""
+        frozen = rule.first if second else Frozen.THRESHOLD
+        return Coupling(rule, frozen, image(frozen), second)
 
-    def update(self, target: Floats) -> Threshold:
-        """Move towards ``target`` = mu r_n of the last pass; welded points stay at inf."""
-        finite = np.isfinite(self.value)
-        step = np.where(finite, target - np.where(finite, self.value, 0.0), 0.0)
-        damping = self.damping
-        if step @ self.step < 0 and np.linalg.norm(step) > SHRINK * np.linalg.norm(self.step):
-            damping = max(damping / 2, LEAST)
-        return Threshold(np.where(finite, self.value + damping * step, self.value), step, damping)
+    @property
+    def shift(self) -> Floats | None:
+        """The frozen shift (f,), None while it is the threshold that is frozen."""
+        return self.value if self.frozen is Frozen.SHIFT else None
+
+    def update(self, image: Image, exact: bool = False) -> Coupling:
+        """After a pass; ``exact`` if in the end it froze nothing: the fixed point then begins anew from its image."""
+        if exact:
+            return self._anew(image, self.frozen, Coupled(Route.EXACT, self.report.contraction, self.report.steps))
+        target = image(self.frozen)
+        step, residual = self._residual(target)
+        ratios = self.ratios
+        if SETTLED < self.residual < np.inf:
+            ratios = (*ratios, residual / self.residual)[-LAST:]
+        report = Coupled(ROUTES[self.frozen][self.mixing.value], _mean(ratios), self.report.steps + 1)
+        better = residual <= max(self.rule.falls * self.best, SETTLED)
+        waited = 0 if better else self.waited + 1
+        if self.second and waited >= self.rule.patience << self.switches:
+            return replace(self._anew(image, self.frozen.other, report), switches=self.switches + 1)
+        mixing, weight = self._choose(step, residual)
+        memory, value = self._move(target, mixing, weight)
+        best = min(residual, self.best) if better else self.best
+        return replace(
+            self,
+            value=value,
+            mixing=mixing,
+            weight=weight,
+            memory=memory,
+            ratios=ratios,
+            residual=residual,
+            best=best,
+            waited=waited,
+            report=report,
+        )
+
+    def _anew(self, image: Image, frozen: Frozen, report: Coupled) -> Coupling:
+        return Coupling(self.rule, frozen, image(frozen), self.second, switches=self.switches, report=report)
+
+    def _residual(self, target: Floats) -> tuple[Floats, float]:
+        """G(x) - x, zero where x is inf, and its relative length."""
+        x, target = _finite(self.value), _finite(target)
+        size = max(float(np.linalg.norm(x)), float(np.linalg.norm(target)))
+        step = target - x
+        return step, float(np.linalg.norm(step)) / size if size > 0 else 0.0
+
+    def _choose(self, step: Floats, residual: float) -> tuple[Mixing, float]:
+        """The mixing of the next step and its damping (module docstring)."""
+        turn = _cosine(step, self.memory.steps[-1]) if self.memory.steps else 0.0
+        if residual <= max(self.rule.falls * self.residual, SETTLED):
+            lags = self.mixing is Mixing.DAMPED and residual > max(LAGS * self.residual, SETTLED)
+            if lags and turn > STRAIGHT:
+                return Mixing.PLAIN, 1.0
+            return (Mixing.ANDERSON if lags else self.mixing), self.weight
+        weight = max(self.weight / 2, self.rule.least) if turn < 0 else self.weight
+        damped = turn < 0 and self.mixing is not Mixing.ANDERSON
+        return (Mixing.DAMPED if damped else Mixing.ANDERSON), weight
+
+    def _move(self, target: Floats, mixing: Mixing, weight: float) -> tuple[Memory, Floats]:
+        """The memory with this step in it, and the next value: never negative, inf where it was."""
+        x, target = _finite(self.value), _finite(target)
+        memory, mixed = Anderson(self.rule.depth, weight, growth=1.0).advance(self.memory, x, target)
+        moved = mixed if mixing is Mixing.ANDERSON else x + weight * (target - x)
+        return memory, np.where(np.isfinite(self.value), np.maximum(moved, 0.0), self.value)
+
+
+def _cosine(a: Floats, b: Floats) -> float:
+    """That between two steps, 0 if one vanishes."""
+    size = float(np.linalg.norm(a) * np.linalg.norm(b))
+    return float(a @ b) / size if size > 0 else 0.0
+
+
+def _finite(value: Floats) -> Floats:
+    return np.where(np.isfinite(value), value, 0.0)
+
+
+def _mean(ratios: tuple[float, ...]) -> float:
+    """Geometric mean, NaN of none."""
+    return float(np.exp(np.mean(np.log(np.maximum(ratios, np.finfo(float).tiny))))) if ratios else float("nan")

@@ -1,0 +1,258 @@
+"""The coupling of friction: its safeguard on maps, on small discrete problems, and inside increments."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import islice
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from bipot.certificate import Bounds
+from bipot.coulomb import CoulombProblem, enumerate_modes
+from bipot.errors import SceneError
+from bipot.forms import Backend, Dissipation, Tangent
+from bipot.increment import Limits
+from bipot.laws.coulomb import bipotential_gap
+from bipot.march import Accepted, Control, march
+from bipot.programs.condensation import condense
+from bipot.programs.conic import TangentProgram
+from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
+from bipot.programs.polish import NaturalMap, couple, polish
+from bipot.programs.terms import ContactTerms
+from bipot.scene import upsetting
+from studies.hard_programs import DISCRETE, SETTLED, Small, coupled, passes_of
+from studies.hard_scenes import Outcome
+from tests.scenes import path, posed
+from tests.test_programs import direct, relative, stated
+
+PLAIN = Safeguard(falls=np.inf)
+SHIFT = Safeguard(first=Frozen.SHIFT)
+LOOSE, TIGHT = Bounds(), Bounds(equilibrium=1e-7)
+UNCOUPLED = Tangent(backend=Backend.CLARABEL, coupled=False)
+
+
+def iterate(M: np.ndarray, rule: Safeguard, passes: int) -> tuple[int | None, Coupled]:
+    """Passes of x <- M x + b until x is its fixed point (of positive entries) to 1e-9, None if it is not in time."""
+    fixed = np.arange(1.0, len(M) + 1)
+    coupling = Coupling.start(lambda _: np.zeros(len(M)), rule, second=False)
+    for number in range(passes):
+        if np.abs(coupling.value - fixed).max() <= 1e-9:
+            return number, coupling.report
+        x = coupling.value
+        coupling = coupling.update(lambda _, x=x: M @ (x - fixed) + fixed)
+    return None, coupling.report
+
+
+def turn(degrees: float) -> np.ndarray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, -s], [s, c]])
+
+
+@pytest.mark.parametrize("factor", [0.1, 0.2, 0.5, -0.5])
+def test_a_contraction_is_left_plain_and_its_factor_seen(factor: float) -> None:
+    M = np.diag([factor, factor / 2])
+    passes, seen = iterate(M, Safeguard(), 50)
+    assert (passes, seen.route) == (iterate(M, PLAIN, 50)[0], Route.PLAIN)
+    assert seen.contraction == pytest.approx(abs(factor), rel=0.05)
+    assert seen.steps == passes
+
+
+@pytest.mark.parametrize(
+    "M",
+    [np.array([[0.95]]), np.diag([0.9, 0.5, 0.1]), turn(60), turn(90) * 1.2, turn(120), np.diag([-2.0, 0.3])],
+    ids=["slow", "slow modes", "6-cycle", "spiral out", "3-cycle", "swings out"],
+)
+def test_where_the_plain_iteration_crawls_or_cycles_the_safeguard_converges(M: np.ndarray) -> None:
+    assert iterate(M, PLAIN, 60)[0] is None
+    passes, _ = iterate(M, Safeguard(), 60)
+    assert passes is not None
+    assert passes <= 15
+
+
+def test_a_swing_is_damped_and_damping_that_holds_back_is_dropped() -> None:
+    swinging = Coupling.start(lambda _: np.array([1.0]))
+    for target in (2.0, 1.0):
+        swinging = swinging.update(lambda _, target=target: np.array([target]))
+    assert swinging.value == pytest.approx(1.5)
+    assert swinging.update(lambda _: np.array([1.5])).report.route is Route.DAMPED
+    lagging = swinging
+    for _ in range(2):
+        lagging = lagging.update(lambda _: np.array([1.1]))
+    assert lagging.update(lambda _: np.array([1.1])).report.route is Route.PLAIN
+
+
+def test_anderson_begins_anew_where_the_residual_grows() -> None:
+    """A map that changes under the iteration: the memory of the old one is dropped, not mixed in."""
+    coupling = Coupling.start(lambda _: np.array([0.0, 0.0]), second=False)
+    for _ in range(4):
+        x = coupling.value
+        coupling = coupling.update(lambda _, x=x: 0.9 * x + 0.1)
+    assert coupling.mixing is Mixing.ANDERSON
+    assert len(coupling.memory.points) > 1
+    jumped = coupling.update(lambda _: np.array([50.0, 1.0]))
+    assert len(jumped.memory.points) == 1
+
+
+def test_the_sequence_changes_when_nothing_helps_and_waits_twice_as_long_to_change_back() -> None:
+    rng = np.random.default_rng(0)
+    coupling, changes = Coupling.start(lambda _: np.ones(3), Safeguard(patience=4)), list[int]()
+    for number in range(1, 40):
+        before = coupling.frozen
+        coupling = coupling.update(lambda _: rng.uniform(1, 2, 3))
+        changes += [number] if coupling.frozen is not before else []
+    assert changes[0] >= 5
+    assert changes[1] - changes[0] >= 9
+    alone = Coupling.start(lambda _: np.ones(3), SHIFT, second=False)
+    for _ in range(20):
+        alone = alone.update(lambda _: rng.uniform(1, 2, 3))
+    assert alone.shift is None
+
+
+def test_welded_points_stay_and_no_threshold_becomes_negative() -> None:
+    coupling = Coupling.start(lambda _: np.array([np.inf, 1.0]))
+    np.testing.assert_array_equal(coupling.update(lambda _: np.array([np.inf, 2.0])).value, [np.inf, 2.0])
+    assert (coupling.update(lambda _: np.array([np.inf, -1.0])).value >= 0).all()
+
+
+def test_an_exact_pass_starts_the_fixed_point_anew() -> None:
+    coupling = Coupling.start(lambda _: np.ones(2)).update(lambda _: np.array([2.0, 3.0]))
+    anew = coupling.update(lambda _: np.array([5.0, 7.0]), exact=True)
+    np.testing.assert_array_equal(anew.value, [5.0, 7.0])
+    assert (anew.report.route, anew.report.steps, anew.memory.points) == (Route.EXACT, 1, ())
+
+
+@pytest.mark.parametrize(
+    ("field", "value"), [("falls", 0.0), ("patience", 0), ("depth", 0), ("least", 0.0), ("least", 1.5)]
+)
+def test_bad_safeguards_are_refused(field: str, value: float) -> None:
+    with pytest.raises(SceneError, match=f"safeguard.{field}"):
+        Safeguard(**{field: value})
+
+
+@pytest.mark.parametrize(
+    ("index", "expected"),
+    [
+        (0, np.array([4, -4, 11, 11]) / 137),
+        (1, np.array([204, 204, 188, 188]) / 139),
+        (2, np.array([20, 20, 11, 11]) / 228),
+    ],
+)
+@pytest.mark.parametrize("rule", [Safeguard(), SHIFT], ids=["threshold", "shift"])
+def test_cycling_fixed_points_converge_through_the_coupling_code(
+    index: int, expected: np.ndarray, rule: Safeguard
+) -> None:
+    """BENCHMARKS 5 and one more: the only solution, from either sequence, in a tenth of the passes allowed."""
+    _, W, q, mu = DISCRETE[index]
+    assert coupled(W, q, mu)[0] is Outcome.CERTIFIED
+    small = next(small for small in islice(passes_of(W, q, mu, rule), 20) if small.distance <= SETTLED)
+    np.testing.assert_allclose(small.r.ravel(), expected, atol=1e-8)
+    (only,) = enumerate_modes(CoulombProblem(W=sp.csr_array(W), q=q, mu=np.full(2, mu), dim=2))
+    np.testing.assert_allclose(only.r, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(("index", "frozen"), [(1, Frozen.SHIFT), (2, Frozen.THRESHOLD)])
+def test_the_plain_sequences_do_cycle_there(index: int, frozen: Frozen) -> None:
+    _, W, q, mu = DISCRETE[index]
+    last: list[Small] = list(islice(passes_of(W, q, mu, Safeguard(first=frozen, falls=np.inf)), 61))[-3:]
+    np.testing.assert_allclose(last[0].r, last[2].r, atol=1e-8)
+    assert np.abs(last[0].r - last[1].r).max() > 0.1 * np.abs(last[0].r).max()
+    assert min(small.distance for small in last) > 1e-2
+    assert last[-1].coupled.contraction == pytest.approx(1.0)
+
+
+@cache
+def exact() -> tuple[TangentProgram, np.ndarray, np.ndarray]:
+    """The condensed program of one pass, its displacement and forces under Coulomb's law."""
+    program = condense(posed(0.3).tangent).program
+    found = couple(program, *direct(program))
+    assert found is not None
+    return program, *found
+
+
+def frozen_at(program: TangentProgram, x: np.ndarray, factor: float) -> TangentProgram:
+    rows = program.contact.rows
+    return replace(program, contact=ContactTerms(rows, program.contact.threshold, factor * rows.shift(x)))
+
+
+@pytest.mark.parametrize("route", [direct, stated])
+def test_the_shifted_program_returns_the_law_where_its_shift_is_that_of_the_solution(route) -> None:
+    program, x, r = exact()
+    shifted = frozen_at(program, x, 1.0)
+    other_x, other_r = polish(shifted, *route(shifted))
+    assert relative(other_x, x) < 1e-10
+    assert relative(other_r, r) < 1e-10
+
+
+def test_both_routes_of_a_shifted_program_agree_and_without_shift_it_is_the_associated_law() -> None:
+    """r . (g + du_n, du_t) = 0 there: sliding opens the contact, and friction dissipates nothing."""
+    program, x, _ = exact()
+    associated = frozen_at(program, x, 0.0)
+    answers = [polish(associated, *route(associated)) for route in (direct, stated)]
+    assert relative(answers[0][0], answers[1][0]) < 1e-7
+    assert relative(answers[0][1], answers[1][1]) < 1e-7
+    x, r = answers[0]
+    motion = program.contact.rows.motion(x)
+    assert np.abs(np.sum(r * motion, axis=1)).max() < 1e-12
+    assert bipotential_gap(motion, r, 0.3).max() > 1e-4
+
+
+def test_the_shifted_map_has_the_derivatives_it_says() -> None:
+    program, x, _ = exact()
+    natural = NaturalMap.of(program, None, program.contact.rows.shift(x))
+    rng = np.random.default_rng(1)
+    motion, force, along, h = *rng.normal(size=(3, len(natural.offset))), 1e-7
+    _, by_motion, by_r = natural.evaluate(motion, force)
+    ahead, behind = (natural.evaluate(motion + t * along, force)[0] for t in (h, -h))
+    np.testing.assert_allclose((ahead - behind) / (2 * h), by_motion @ along, atol=1e-6 * np.abs(by_motion).max())
+    ahead, behind = (natural.evaluate(motion, force + t * along)[0] for t in (h, -h))
+    np.testing.assert_allclose((ahead - behind) / (2 * h), by_r @ along, atol=1e-6)
+
+
+def run(mu: float, form: Tangent | Dissipation, rule: Safeguard, bounds: Bounds = LOOSE) -> list[Accepted]:
+    scene = upsetting(mu=mu, reduction=0.05, elements=3)
+    return list(march(scene, path(0.05, 3), Control(form, (), Limits(bounds, coupling=rule))))
+
+
+@pytest.mark.parametrize(("mu", "factor"), [(0.1, 0.1), (0.3, 0.2)])
+def test_the_contraction_of_the_design_is_seen(mu: float, factor: float) -> None:
+    seen = run(mu, UNCOUPLED, Safeguard())[-1].solved.coupled
+    assert seen.route is Route.PLAIN
+    assert seen.contraction == pytest.approx(factor, rel=0.35)
+    assert seen.steps >= 4
+
+
+def test_de_saxce_alone_gives_the_increments_of_the_threshold() -> None:
+    """Point by point to 1e-6, each accepted with less than that."""
+    by_threshold, by_shift = (run(0.3, UNCOUPLED, rule, TIGHT) for rule in (Safeguard(), SHIFT))
+    assert {a.solved.coupled.route for a in by_shift} == {Route.DE_SAXCE}
+    assert [a.state.tau for a in by_shift] == [a.state.tau for a in by_threshold]
+    for one, other in zip(by_threshold, by_shift, strict=True):
+        assert relative(other.solved.r, one.solved.r) < 1e-6
+        moved = one.state.nodes - one.start.nodes
+        assert np.abs(other.state.nodes - one.state.nodes).max() < 1e-6 * np.abs(moved).max()
+
+
+def test_de_saxce_alone_gives_the_force_of_the_threshold_with_plastic_strain_as_a_variable() -> None:
+    """The force only: interior points alone leave single nodes the equilibrium that an increment is accepted with."""
+    by_threshold, by_shift = (run(0.3, Dissipation(polished=False), rule) for rule in (Safeguard(), SHIFT))
+    assert {a.solved.coupled.route for a in by_shift} == {Route.DE_SAXCE}
+    forces = [[a.solved.r[:, 0].sum() for a in steps] for steps in (by_threshold, by_shift)]
+    np.testing.assert_allclose(*forces, rtol=1e-6)
+
+
+def test_a_large_coefficient_cycles_plain_and_not_with_the_safeguard() -> None:
+    scene = upsetting(mu=10.0, reduction=0.3, elements=2)
+    guarded, plain = (
+        march(scene, path(0.3, 8), Control(UNCOUPLED, (), Limits(coupling=rule))) for rule in (Safeguard(), PLAIN)
+    )
+    assert not any(a.cuts for a in guarded)
+    assert any(a.cuts for a in plain)
+
+
+def test_the_polish_with_exact_friction_leaves_nothing_to_the_fixed_point() -> None:
+    steps = run(0.3, Tangent(backend=Backend.CLARABEL), Safeguard())
+    assert {a.solved.coupled.route for a in steps} == {Route.EXACT}
+    assert np.isnan(steps[-1].solved.coupled.contraction)
