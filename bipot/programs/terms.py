@@ -139,16 +139,16 @@ def norm_rows(
     """
     count, width = offset.shape
     lengths = np.diff(G.indptr).reshape(count, width)
-    # Straight into the row-wise data: t_i before its block of rows, and d_i behind each row.
-    at, variable, value = G.indptr[:-1].reshape(count, width)[:, 0], bounds + np.arange(count), np.ones(count)
+    # Straight into the row-wise data, in its order: t_i before its block of rows, d_ij behind each row.
+    at, variable, value = G.indptr[:-1].reshape(count, width)[:, :1], bounds + np.arange(count)[:, None], 1.0
     if minus is not None:
-        at = np.concatenate([G.indptr[1:], at])
-        variable = np.concatenate([minus + np.arange(count * width), variable])
-        value = np.concatenate([-np.ones(count * width), value])
+        at = np.hstack([at, G.indptr[1:].reshape(count, width)])
+        variable = np.hstack([variable, minus + np.arange(count * width).reshape(count, width)])
+        value = np.tile(np.repeat([1.0, -1.0], [1, width]), count)
         lengths = lengths + 1
     indptr = np.concatenate([[0], np.cumsum(np.column_stack([np.ones(count, dtype=lengths.dtype), lengths]))])
     A = sp.csr_matrix(
-        (np.insert(G.data, at, value), np.insert(G.indices, at, variable), indptr),
+        (np.insert(G.data, at.ravel(), value), np.insert(G.indices, at.ravel(), variable.ravel()), indptr),
         shape=(count * (width + 1), columns),
     )
     b = np.zeros((count, width + 1))
