@@ -96,10 +96,10 @@ class Course:
         return float(self.force[np.argmin(np.abs(self.reduction - reduction))])
 
     def error(self, reference: Course, upto: float) -> float:
-        """Relative L2 distance up to a reduction, on the increments of both."""
-        where = np.union1d(self.reduction, reference.reduction)
-        where = where[where <= upto * SAME]
-        force, exact = (np.interp(where, c.reduction, c.force) for c in (self, reference))
+        """Relative L2 distance up to a reduction, at the ends of its own increments."""
+        kept = self.reduction <= upto * SAME
+        where, force = self.reduction[kept], self.force[kept]
+        exact = np.interp(where, reference.reduction, reference.force)
         return float(np.sqrt(np.trapezoid((force - exact) ** 2, where) / np.trapezoid(exact**2, where)))
 
     def row(self, reference: Course) -> Row:
