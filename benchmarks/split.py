@@ -64,11 +64,11 @@ class Stopwatch:
         self.seconds = dict.fromkeys(Part, 0.0)
         self.passes = 0.0
         self._part: Part | None = None
-        self._since = time.perf_counter()
+        self._since = time.process_time()
 
     def switch(self, part: Part | None) -> Part | None:
         """Charge the time since the last switch, and start charging ``part``; returns the part before."""
-        now, before = time.perf_counter(), self._part
+        now, before = time.process_time(), self._part
         if before is not None:
             self.seconds[before] += now - self._since
         self._part, self._since = part, now
