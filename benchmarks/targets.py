@@ -35,6 +35,7 @@ LIMITS = (
     Limit("passes an increment", "newton", 0.1, 10, 3.0),
     Limit("passes an increment", "newton", 0.1, 40, 4.0),
     Limit("growth over factorisation", "newton", 0.1, 80, 1.0),
+    Limit("dissipation overhead", "dissipation", 0.3, 10, 0.2),
     Limit("peak memory in GB", "newton", 0.1, 80, 1.0),
     Limit("memory growth in GB", "newton", 0.1, 80, 0.05),
 )

@@ -74,12 +74,16 @@ class Dissipation:
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
 
+    def program(self, given: Pass) -> DissipationProgram:
+        """The dimensionless program of a pass."""
+        model = given.body.plastic_model(given.response)
+        contact = ContactTerms(given.rows, given.threshold, given.shift)
+        return DissipationProgram(model, given.force, contact).scaled(given.units)
+
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One program with the configuration and the line of the yield stress frozen."""
         with workspace.assembly:
-            model = given.body.plastic_model(given.response)
-        contact = ContactTerms(given.rows, given.threshold, given.shift)
-        program = DissipationProgram(model, given.force, contact).scaled(given.units)
+            program = self.program(given)
         if self.backend is Backend.CVXPY:
             raw = _through_cvxpy(program.statement(), self.accuracy)
         else:

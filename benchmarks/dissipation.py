@@ -1,0 +1,125 @@
+r"""The dissipation program's cost by stage, and two choices in it measured against their alternatives.
+
+Names of the rows, medians over the passes of a run: ``dissipation build`` (material model, scaling and cone rows as
+arrays), ``dissipation transfer`` (new numbers sent to the Clarabel object of the last pass), ``dissipation solve``;
+``dissipation overhead`` is (build + transfer) / solve, in the column ``ratio``. The alternatives: ``dissipation
+transfer, new object`` sets Clarabel up anew each pass; ``dissipation solve, plastic variable`` solves the same program
+with e_p = dev e - d as the variable instead of d, which takes B out of the cones and puts it into P:
+
+    1/2 |dU|^2 of B_v' K w B_v + B' 2 G w B,   coupled to e_p by -2 G w B,   (t, e_p) in the second-order cone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from unittest.mock import patch
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from benchmarks.kappa import LEAST, Kappa
+from benchmarks.rows import Row
+from bipot.forms import Answer, Dissipation, FormName, Pass, Workspace
+from bipot.march import Control, Schedule, march, system_of
+from bipot.programs.clarabel import Solver, solve
+from bipot.programs.data import Block, ConicProgram, Rows, Term
+from bipot.programs.dissipation import DissipationProgram
+from bipot.programs.terms import norm_rows
+from bipot.scene import upsetting
+
+Floats = NDArray[np.float64]
+
+REDUCTION, INCREMENTS, SMALL = 0.05, 5, 0.001
+
+
+@dataclass(frozen=True)
+class Stages:
+    """Seconds of each pass (p,)."""
+
+    build: Floats
+    transfer: Floats
+    solve: Floats
+    anew: Floats
+    plastic: Floats
+
+    @property
+    def overhead(self) -> float:
+        """Median (build + transfer) / solve."""
+        return float(np.median((self.build + self.transfer) / self.solve))
+
+
+def recorded(mu: float, elements: int) -> list[Pass]:
+    """The passes of a short run of the seed paper's cylinder."""
+    scene, given, real = upsetting(mu=mu, reduction=REDUCTION, elements=elements), [], Dissipation.solve
+
+    def solve_and_keep(form: Dissipation, one: Pass, workspace: Workspace) -> Answer:
+        given.append(one)
+        return real(form, one, workspace)
+
+    with patch.object(Dissipation, "solve", solve_and_keep):
+        for _ in march(scene, Schedule(INCREMENTS, first=SMALL / REDUCTION), Control(form=Dissipation())):
+            pass
+    return given
+
+
+def stages(passes: list[Pass], between: Callable[[Pass], None] = lambda given: None) -> Stages:
+    """Time the stages pass by pass, as the form goes through them; the first pass sets Clarabel up in any case."""
+    form, solver, plastic = Dissipation(), Solver(), Solver()
+    table = []
+    for given in passes:
+        between(given)
+        began = time.perf_counter()
+        program = form.program(given)
+        conic = program.conic()
+        build = time.perf_counter() - began
+        ours, anew = solver.solve(conic, form.accuracy), solve(conic, form.accuracy)
+        other = plastic.solve(with_plastic_variable(program), form.accuracy)
+        table.append((build, ours.timing.build, ours.timing.solve, anew.timing.build, other.timing.solve))
+    return Stages(*np.array(table[1:]).T)
+
+
+def with_plastic_variable(program: DissipationProgram) -> ConicProgram:
+    """The same program in (dU, e_p, t, slip bounds); its ELASTIC_DEVIATOR block is e_p."""
+    m, ours = program.model, program.conic()
+    points, width = m.stress.shape
+    starts = [ours.blocks[block].start for block in Block]
+    size, n = len(ours.q), len(program.force)
+    stiffness = 2 * m.shear * np.repeat(m.weight, width)
+    D = sp.diags_array(stiffness)
+    coupling = -(D @ m.deviatoric)
+    displacement = ours.P[:n, :n] + m.deviatoric.T @ D @ m.deviatoric
+    rest = sp.diags_array(ours.P.diagonal()[starts[2] :])
+    P = sp.block_diag([sp.block_array([[displacement, coupling.T], [coupling, D]]), rest], format="csc")
+    load = (m.weight[:, None] * m.stress).ravel() + stiffness * m.deviator_0.ravel()
+    q = ours.q.copy()
+    q[:n] += m.deviatoric.T @ load
+    q[starts[1] : starts[2]] = -load
+    none = sp.csr_matrix((points * width, n))
+    cone = norm_rows(Term.YIELD, none, np.zeros((points, width)), size, starts[2], minus=starts[1])
+    rows: list[Rows] = [cone if r.term is Term.YIELD else r for r in ours.rows]
+    return ConicProgram(sp.csc_matrix(P), q, tuple(rows), ours.blocks)
+
+
+def measured(mu: float, elements: int) -> list[Row]:
+    """The rows of a run."""
+    passes = recorded(mu, elements)
+    system, kappa = system_of(upsetting(mu=mu, elements=elements)), Kappa()
+
+    def sample(given: Pass) -> None:
+        for _ in range(-(-LEAST // len(passes))):
+            kappa.sample(system, given.response)
+
+    found, name, unit = stages(passes, sample), FormName.DISSIPATION.value, kappa.median
+    named = {
+        "dissipation build": found.build,
+        "dissipation transfer": found.transfer,
+        "dissipation solve": found.solve,
+        "dissipation transfer, new object": found.anew,
+        "dissipation solve, plastic variable": found.plastic,
+    }
+    medians = {label: float(np.median(seconds)) for label, seconds in named.items()}
+    rows = [Row(label, name, mu, elements, unit, s, s / unit) for label, s in medians.items()]
+    return [*rows, Row("dissipation overhead", name, mu, elements, unit, 0.0, found.overhead)]

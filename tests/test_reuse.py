@@ -1,0 +1,127 @@
+"""Clarabel updated instead of set up anew, condensation from one factorisation, and what the dissipation form costs."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+from benchmarks.dissipation import recorded, stages, with_plastic_variable
+from bipot.errors import ProgramError
+from bipot.forms import Backend, Dissipation, Tangent, Workspace
+from bipot.programs.clarabel import Accuracy, Solver, clarabel, solve
+from bipot.programs.condensation import condense
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Block, ContactRows
+from tests.scenes import posed
+
+TIGHT = Accuracy(1e-11)
+
+
+def relative(a, b):
+    return np.abs(a - b).max() / np.abs(b).max()
+
+
+@pytest.fixture(scope="module")
+def passes():
+    """Passes of a short run on 4 x 4 elements."""
+    return recorded(0.3, 4)
+
+
+@pytest.mark.parametrize("form", [Tangent, Dissipation])
+def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
+    """Polished, as the toolkit uses them: to 1e-7 in displacement and force, on programs sent one after another."""
+    workspace = Workspace()
+    reused = set()
+    for given in passes[1::3]:
+        fast = form(backend=Backend.CLARABEL).solve(given, workspace)
+        slow = form(backend=Backend.CVXPY).solve(given, Workspace())
+        assert relative(fast.x, slow.x) < 1e-7
+        assert relative(fast.r, slow.r) < 1e-7
+        reused.add(id(workspace.solvers[form.name]._last))
+    assert len(reused) == 1
+
+
+def test_a_pattern_is_set_up_once_and_a_new_one_anew():
+    program = posed(0.3).dissipation
+    solver = Solver()
+    solver.solve(program.conic(), TIGHT)
+    first = solver._last
+    solver.solve(program.conic(), TIGHT)
+    assert solver._last is first
+    solver.solve(program.conic(), Accuracy(1e-9))
+    assert solver._last is not first
+    tangent = posed(0.3).tangent.conic()
+    answer = solver.solve(tangent, TIGHT)
+    np.testing.assert_array_equal(answer.x, solve(tangent, TIGHT).x)
+
+
+@pytest.mark.parametrize("status", ["AlmostSolved", "NumericalError"])
+def test_what_an_update_does_not_solve_is_set_up_afresh(status):
+    """The equilibration of the last program may not suit the next."""
+    program = posed(0.3).tangent.conic()
+    solver = Solver()
+    expected = solver.solve(program, TIGHT)
+    claim = SimpleNamespace(status=getattr(clarabel.SolverStatus, status), x=expected.x * 0, z=np.zeros(200))
+    claim.iterations = 1
+    object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lambda: claim))
+    np.testing.assert_array_equal(solver.solve(program, TIGHT).x, expected.x)
+
+
+def test_plastic_strain_as_the_variable_is_the_same_program():
+    program = posed(0.3).dissipation
+    ours, other = solve(program.conic(), TIGHT), solve(with_plastic_variable(program), TIGHT)
+    assert relative(program.contact.contact_forces(other), program.contact.contact_forces(ours)) < 1e-7
+    plastic = other.block(Block.ELASTIC_DEVIATOR)
+    assert relative(plastic, program.plastic_strain(ours).ravel()) < 1e-5
+
+
+def test_building_and_sending_a_dissipation_program_take_less_than_a_fifth_of_its_solution():
+    """On the seed paper's mesh; a median of ratios within passes, so that a busy machine slows both parts of each."""
+    found = stages(recorded(0.3, 10)[:8])
+    assert found.overhead < 0.2
+    assert np.median(found.transfer) < np.median(found.anew)
+
+
+def test_condensation_is_the_schur_complement():
+    program = posed(0.3).tangent
+    condensed = condense(program)
+    K, kept = program.K.toarray(), condensed.kept
+    inner = np.setdiff1d(np.arange(len(K)), kept)
+    back = np.linalg.solve(K[np.ix_(inner, inner)], np.column_stack([K[np.ix_(inner, kept)], program.f[inner]]))
+    cross = K[np.ix_(kept, inner)]
+    assert relative(condensed.program.K, K[np.ix_(kept, kept)] - cross @ back[:, :-1]) < 1e-12
+    assert relative(condensed.program.f, program.f[kept] - cross @ back[:, -1]) < 1e-12
+    u = np.random.default_rng(0).normal(size=len(kept))
+    x = condensed.recover(u)
+    np.testing.assert_array_equal(x[kept], u)
+    assert relative(x[inner], back[:, -1] - back[:, :-1] @ u) < 1e-10
+
+
+def chain(stiffness, kept):
+    """Springs in a row, free at both ends, with a contact on the unknown ``kept``."""
+    n = len(stiffness) + 1
+    K = np.zeros((n, n))
+    for i, k in enumerate(stiffness):
+        K[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    G = sp.csr_matrix((np.ones(1), ([0], [kept])), shape=(1, n))
+    none = sp.csr_matrix((0, n))
+    rows = ContactRows(G, np.ones(1), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(1), np.zeros(1, bool))
+    return TangentProgram.of(sp.csc_matrix(K), np.arange(float(n)), rows, np.zeros(0))
+
+
+def test_condensation_of_a_body_that_only_its_contacts_hold():
+    """S = 0 (perfect flow has it so): exact, though the whole matrix is singular."""
+    condensed = condense(chain([2.0, 1.0, 4.0], kept=3))
+    assert condensed.program.K == pytest.approx(0.0, abs=1e-14)
+    assert condensed.program.f == pytest.approx(6.0)
+    # from the end inwards: forces 0, 0 + 1, 0 + 1 + 2 in the springs
+    np.testing.assert_allclose(condensed.recover(np.array([0.5])), [0.5 + 0.75 + 1.0, 2.25, 1.25, 0.5], atol=1e-14)
+
+
+def test_condensation_refuses_a_part_that_nothing_holds():
+    program = chain([2.0, 1.0, 4.0], kept=3)
+    K = program.K.toarray()
+    K[0], K[:, 0] = 0.0, 0.0
+    with pytest.raises(ProgramError, match="moves without resistance"):
+        condense(TangentProgram(sp.csc_matrix(K), program.f, program.contact))
