@@ -15,6 +15,8 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
+from studies import energy as study
+from studies.tables import read_csv
 from tests.test_landing import GAP, TRAVEL
 from tests.test_landing import scene as block_under_a_gap
 
@@ -61,6 +63,16 @@ def test_the_trapezoidal_balance_closes_with_order_two(mu, integration, hardenin
     orders = np.log2(np.abs(defects[:-1]) / np.abs(defects[1:]))
     np.testing.assert_allclose(orders, 2.0, atol=0.05)
     assert abs(defects[-1]) < 5e-5
+
+
+def test_the_study_writes_both_closures(tmp_path):
+    assert study.main(["--fast", "--out", str(tmp_path)]) == 0
+    rows = read_csv(tmp_path / "energy.csv", "")
+    assert len(rows) == 8
+    paper = [row for row in rows if row["configuration"] == Configuration.PAPER.value]
+    assert max(abs(row["end"]) for row in paper) < 1e-8
+    orders = [row["order"] for row in rows if np.isfinite(row["order"])]
+    np.testing.assert_allclose(orders, [2, 2], atol=0.05)
 
 
 @pytest.mark.parametrize("mu", [0.0, 0.1, 0.3])
