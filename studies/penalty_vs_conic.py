@@ -32,6 +32,7 @@ from bipot.forms import Backend, Form, FormName, Penalty, Tangent, Uzawa, contac
 from bipot.increment import Limits, System
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
+from studies.expected import Expected
 from studies.runs import Run, record, stick_creep, traction_errors
 from studies.tables import text, write_csv, write_hdf5
 from studies.upsetting import FIRST
@@ -245,12 +246,15 @@ def main(argv: list[str] | None = None) -> int:
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     done: list[Done] = []
+    clock = Expected(len(cases(plan)))
     try:
         for one in completed(plan, 0 if asked.fast else asked.workers):
             done.append(one)
             case = one.case
             write_csv(asked.out / f"{NAME}.csv", rows(done, plan))
-            print(f"{len(done)}/{len(cases(plan))}: {case.form.value} {case.factor:g}, mu {case.mu:g}", file=sys.stderr)
+            clock.done()
+            said = f"{case.form.value} {case.factor:g}, mu {case.mu:g}"
+            print(f"{len(done)}/{len(cases(plan))}, {clock}: {said}", file=sys.stderr)
         write_hdf5(asked.out / f"{NAME}.h5", rows(done, plan), curves(done))
     except BipotError as error:
         print(f"error: {error}", file=sys.stderr)

@@ -117,13 +117,13 @@ def jobs(plan: Plan) -> Iterator[Job]:
                 yield Job(mu, Method.NEWTON, Knob.ELEMENTS, side, side, quadrature, n, setting)
 
 
-WEIGHTS = {Method.TANGENT: 2, Method.FROZEN: 6, Method.DISSIPATION: 15, Method.PENALTY: 6, Method.UZAWA: 6}
+WEIGHTS = {Method.TANGENT: 2, Method.FROZEN: 9, Method.DISSIPATION: 20, Method.PENALTY: 9, Method.UZAWA: 9}
 """Rough cost of an increment, that of Newton and of the paper's single solve being one."""
 
 
 def cost(job: Job) -> float:
     """Rough cost of a job, to say how far a study is."""
-    return WEIGHTS.get(job.method, 1) * (10 + job.increments) * (job.elements / 5) ** 2.2
+    return WEIGHTS.get(job.method, 1) * (10 + job.increments) * (job.elements / 5) ** 1.6
 
 
 def key(job: Job) -> tuple[float, str, str, float, int, str, int]:

@@ -31,6 +31,7 @@ import numpy as np
 
 from bipot.errors import BipotError
 from bipot.march import system_of
+from studies.expected import Expected
 from studies.methods import Method, Setting, configured
 from studies.runs import Run, curve_error, record, traction_errors
 from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, jobs, key
@@ -158,22 +159,6 @@ def scalar_errors(run: Run, exact: Run, path: Course) -> dict[str, float]:
     }
 
 
-class Expected:
-    """Seconds gone, and those left if the jobs still to do cost what :func:`cost` thinks."""
-
-    def __init__(self, todo: list[Job]) -> None:
-        self.began, self.spent, self.left = time.perf_counter(), 0.0, sum(map(cost, todo))
-
-    def done(self, job: Job) -> None:
-        """A job is over."""
-        self.spent, self.left = self.spent + cost(job), self.left - cost(job)
-
-    def __str__(self) -> str:
-        """In words."""
-        gone = time.perf_counter() - self.began
-        return f"{gone:.0f} s gone" + (f", about {gone * self.left / self.spent:.0f} s left" if self.spent else "")
-
-
 def main(argv: list[str] | None = None) -> int:
     """Run all jobs in this process, rewriting the tables after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
@@ -186,14 +171,14 @@ def main(argv: list[str] | None = None) -> int:
     todo = list(jobs(plan))
     kept = read_rows(asked.out / f"{NAME}.csv", Row) if asked.resume else []
     known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
-    clock = Expected([job for job in todo if key(job) not in known])
+    clock = Expected(sum(cost(job) for job in todo if key(job) not in known))
     try:
         for job in todo:
             if key(job) in known:
                 rows.append(known.pop(key(job)))
             else:
                 rows.append(measured(job, plan))
-                clock.done(job)
+                clock.done(cost(job))
             # What is kept but not reached yet stays in the table, so that a second interruption loses nothing.
             write_csv(asked.out / f"{NAME}.csv", [*rows, *known.values()])
             row = rows[-1]

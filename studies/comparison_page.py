@@ -1,0 +1,212 @@
+r"""The tables of ``docs/comparison.md``, from the results files alone.
+
+    python -m studies.comparison_page [--results docs/results] [--write docs/comparison.md]
+
+Prints every table; with ``--write`` puts them into the page, each between its ``<!-- table: NAME -->`` and the next
+``<!-- end -->``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import re
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from bipot.errors import ResultsError
+from studies import penalty_round_off, penalty_vs_conic, speed_vs_error
+from studies.speed_jobs import Knob
+from studies.speed_tables import MEASURES
+from studies.tables import Value, read_csv
+
+Line = dict[str, Value]
+
+RESULTS, PAGE = Path("docs/results"), Path("docs/comparison.md")
+BLOCK = "<!-- table: {name} -->\n{table}\n<!-- end -->"
+FIELDS = {
+    "pressure error": "normal_traction_error",
+    "shear error": "tangential_traction_error",
+    "penetration [mm]": "penetration_mm",
+    "creep [mm]": "stick_creep_mm",
+    "relative gap": "relative_gap",
+    "condition": "condition",
+}
+COLUMNS = {"curve error": "curve_error", "algebraic error": "algebraic_error", "passes": "passes", "s": "seconds"}
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Markdown."""
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
+
+
+def brief(value: Value, digits: int = 2) -> str:
+    """A number in a few digits, a dash for nan."""
+    if isinstance(value, str):
+        return value
+    return "–" if math.isnan(value) else f"{value:.{digits}g}"
+
+
+def of_optimisers(results: Path) -> str:
+    """Agreement and cost of the optimisers."""
+    lines = _read(results, "optimisers", "optimisers")
+    names = ("largest_difference", "mean_iterations", "seconds_per_pass", "passes", "almost")
+    head = ["optimiser", "largest difference from newton", "mean iterations", "s a pass", "passes", "almost solved"]
+    return table(head, [[str(line["optimiser"]), *(brief(line[n], 3) for n in names)] for line in lines])
+
+
+def of_penalty_errors(results: Path) -> str:
+    """Force error and observed order over K."""
+    lines = _penalties(results)
+    paths = list(dict.fromkeys((line["mu"], line["reduction"]) for line in lines))
+    found = {(line["mu"], line["reduction"], line["K_over_E_h"]): line for line in lines}
+    rows = []
+    for K in dict.fromkeys(line["K_over_E_h"] for line in lines):
+        cells = [found[mu, reduction, K] for mu, reduction in paths]
+        rows.append([brief(K, 0), *(f"{brief(c['force_error'])} ({brief(c['order'], 3)})" for c in cells)])
+    return table(["K h/E", *(f"mu = {mu:g}, {100 * float(r):g} %" for mu, r in paths)], rows)
+
+
+def of_penalty_fields(results: Path) -> str:
+    """What else the penalty leaves, at mu = 0.3 and 20 %."""
+    lines = [line for line in _penalties(results) if (line["mu"], line["reduction"]) == (0.3, 0.2)]
+    rows = [[brief(line["K_over_E_h"], 0), *(brief(line[name]) for name in FIELDS.values())] for line in lines]
+    return table(["K h/E", *FIELDS], rows)
+
+
+def of_exact_forms(results: Path) -> str:
+    """Force of Uzawa against the conic run, and passes of both."""
+    lines = _read(results, penalty_vs_conic.NAME, penalty_vs_conic.NAME)
+    conic = {(line["mu"], line["reduction"]): line for line in lines if line["form"] == "tangent"}
+    rows = []
+    for line in lines:
+        if line["form"] == "uzawa":
+            other = conic[line["mu"], line["reduction"]]
+            cells = [brief(v, 3) for v in (line["force_error"], line["passes"], other["passes"])]
+            rows.append([f"{line['mu']:g}", f"{100 * float(line['reduction']):g} %", *cells, str(other["outcome"])])
+    return table(["mu", "reduction", "force error of uzawa", "passes", "passes, conic", "conic run"], rows)
+
+
+def of_round_off(results: Path) -> str:
+    """Relative difference in force, or where the run stopped, over penalty and tolerance."""
+    lines = _read(results, penalty_round_off.NAME, penalty_round_off.NAME)
+    found = {(line["K_over_E_h"], line["tolerance"]): line for line in lines}
+    asked = list(dict.fromkeys(line["tolerance"] for line in lines))
+    rows = []
+    for K in dict.fromkeys(line["K_over_E_h"] for line in lines):
+        cells = [found[K, t] for t in asked]
+        stopped = [c["outcome"] != "solved" for c in cells]
+        shown = ["stops" if s else brief(c["difference"]) for c, s in zip(cells, stopped, strict=True)]
+        rows.append([brief(K, 0), *shown])
+    return table(["K h/E", *(f"to {t:g}" for t in asked)], rows)
+
+
+def of_fastest(results: Path, measure: str) -> str:
+    """The fastest of each family within the limits on one measure."""
+    rows = []
+    for line in _read(results, "fastest", speed_vs_error.NAME):
+        if line["measure"] == measure:
+            short = float(line["error"]) > float(line["limit"])
+            run = f"{line['method']} ({line['knob']} {brief(line['value'], 6)}, {line['increments']:g} increments)"
+            note = f"not reached; order {brief(line['order'])}, needs about {brief(line['needed'])} increments"
+            cells = [f"{line['mu']:g}", f"{line['limit']:g}", str(line["family"]), run]
+            cells += [brief(line["seconds"], 3), brief(line["error"]), brief(line["relative_gap"])]
+            rows.append([*cells, note if short else ""])
+    return table(["mu", "limit", "family", "run", "s", "error", "certificate's relative gap", ""], rows)
+
+
+def of_runs(results: Path) -> str:
+    """Every run on the one mesh: knob, errors, cost."""
+    lines = _read(results, speed_vs_error.NAME, speed_vs_error.NAME)
+    knobs = [k.value for k in (Knob.INCREMENTS, Knob.PENALTY, Knob.TOLERANCE)]
+    mus = list(dict.fromkeys(line["mu"] for line in lines))
+    found = {(line["mu"], line["method"], line["knob"], line["value"]): line for line in lines}
+    rows = []
+    for method, knob, value in dict.fromkeys((r["method"], r["knob"], r["value"]) for r in lines if r["knob"] in knobs):
+        cells = [found[mu, method, knob, value] for mu in mus]
+        shown = [brief(c[name], 3 if name in ("seconds", "passes") else 2) for c in cells for name in COLUMNS.values()]
+        rows.append([str(method), f"{knob} {value:g}", *(_whole(s) for s in shown)])
+    return table(["method", "knob", *(f"{name} ({mu:g})" for mu in mus for name in COLUMNS)], rows)
+
+
+def of_meshes(results: Path) -> str:
+    """Force at 20 % over the mesh, with order and limit where there is one."""
+    lines = _read(results, "extrapolation", speed_vs_error.NAME)
+    kept = [line for line in lines if line["quantity"] == "force_20_N"]
+    cells = [
+        [f"{r['mu']:g}", str(r["quadrature"]), str(r["values"]), brief(r["order"], 3), brief(r["limit"], 7)]
+        for r in kept
+    ]
+    return table(["mu", "quadrature", "elements a side: force [N]", "order", "limit [N]"], cells)
+
+
+def of_scatter(results: Path) -> str:
+    """Force at 45 % for mu = 0.3 over the increments."""
+    lines = _read(results, speed_vs_error.NAME, speed_vs_error.NAME)
+    kept = [line for line in lines if line["knob"] == Knob.SCATTER.value]
+    return table(["increments", "F at 45 % [N]"], [[brief(r["value"], 6), brief(r["force_end_N"], 7)] for r in kept])
+
+
+def _penalties(results: Path) -> list[Line]:
+    lines = _read(results, penalty_vs_conic.NAME, penalty_vs_conic.NAME)
+    return [line for line in lines if line["form"] == "penalty"]
+
+
+def _read(results: Path, name: str, study: str) -> list[Line]:
+    return read_csv(results / f"{name}.csv", f"python -m studies.{study} --out {results}")
+
+
+def _whole(shown: str) -> str:
+    """Counts without an exponent."""
+    return f"{float(shown):.0f}" if "e+" in shown else shown
+
+
+TABLES: dict[str, Callable[[Path], str]] = {
+    "optimisers": of_optimisers,
+    "penalty_errors": of_penalty_errors,
+    "penalty_fields": of_penalty_fields,
+    "exact_forms": of_exact_forms,
+    "round_off": of_round_off,
+    **{f"fastest_{measure}": lambda results, measure=measure: of_fastest(results, measure) for measure in MEASURES},
+    "runs": of_runs,
+    "meshes": of_meshes,
+    "scatter": of_scatter,
+}
+
+
+def written(page: str, results: Path) -> str:
+    """The page with its tables made anew.
+
+    Raises:
+        ResultsError: a results file or a table's place in the page is missing.
+    """
+    for name, make in TABLES.items():
+        place = re.compile(re.escape(f"<!-- table: {name} -->") + ".*?" + re.escape("<!-- end -->"), re.DOTALL)
+        if not place.search(page):
+            raise ResultsError(f"the page has no place for the table {name}: <!-- table: {name} --> ... <!-- end -->")
+        block = BLOCK.format(name=name, table=make(results))
+        page = place.sub(lambda found, block=block: block, page)
+    return page
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Print the tables or write the page."""
+    parser = argparse.ArgumentParser(prog="studies.comparison_page", description="Tables of the comparison page.")
+    parser.add_argument("--results", type=Path, default=RESULTS)
+    parser.add_argument("--write", type=Path, help="page whose tables are replaced")
+    asked = parser.parse_args(argv)
+    try:
+        if asked.write is None:
+            print("\n\n".join(BLOCK.format(name=name, table=make(asked.results)) for name, make in TABLES.items()))
+        else:
+            page = written(asked.write.read_text(encoding="utf-8"), asked.results)
+            asked.write.write_text(page, encoding="utf-8")
+    except ResultsError as error:
+        print(f"error: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
