@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 from unittest.mock import patch
 
 import numpy as np
@@ -24,20 +25,21 @@ from benchmarks.kappa import LEAST, Kappa
 from benchmarks.rows import Row
 from bipot.forms import Answer, Dissipation, FormName, Pass, Workspace
 from bipot.march import Control, Schedule, march, system_of
-from bipot.programs.clarabel import Solver, solve
+from bipot.programs.clarabel import Transferred, transfer
 from bipot.programs.data import Block, ConicProgram, Rows, Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows
 from bipot.scene import upsetting
 
 Floats = NDArray[np.float64]
+T = TypeVar("T")
 
 REDUCTION, INCREMENTS, SMALL = 0.05, 5, 0.001
 
 
 @dataclass(frozen=True)
 class Stages:
-    """Seconds of each pass (p,)."""
+    """Processor seconds of each pass (p,)."""
 
     build: Floats
     transfer: Floats
@@ -67,18 +69,32 @@ def recorded(mu: float, elements: int) -> list[Pass]:
 
 def stages(passes: list[Pass], between: Callable[[Pass], None] = lambda given: None) -> Stages:
     """Time the stages pass by pass, as the form goes through them; the first pass sets Clarabel up in any case."""
-    form, solver, plastic = Dissipation(), Solver(), Solver()
+    form = Dissipation()
+    ours: Transferred | None = None
+    other: Transferred | None = None
     table = []
     for given in passes:
         between(given)
-        began = time.perf_counter()
-        program = form.program(given)
-        conic = program.conic()
-        build = time.perf_counter() - began
-        ours, anew = solver.solve(conic, form.accuracy), solve(conic, form.accuracy)
-        other = plastic.solve(with_plastic_variable(program), form.accuracy)
-        table.append((build, ours.timing.build, ours.timing.solve, anew.timing.build, other.timing.solve))
+        build, program = _timed(lambda given=given: _with_data(form.program(given)))
+        conic, alternative = program[1], with_plastic_variable(program[0])
+        sent, ours = _timed(lambda conic=conic, last=ours: transfer(conic, form.accuracy, last))
+        solved, _ = _timed(ours.clarabel.solve)
+        anew, _ = _timed(lambda conic=conic: transfer(conic, form.accuracy))
+        other = transfer(alternative, form.accuracy, other)
+        plastic, _ = _timed(other.clarabel.solve)
+        table.append((build, sent, solved, anew, plastic))
     return Stages(*np.array(table[1:]).T)
+
+
+def _with_data(program: DissipationProgram) -> tuple[DissipationProgram, ConicProgram]:
+    return program, program.conic()
+
+
+def _timed(call: Callable[[], T]) -> tuple[float, T]:
+    """Processor seconds and result."""
+    began = time.process_time()
+    result = call()
+    return time.process_time() - began, result
 
 
 def with_plastic_variable(program: DissipationProgram) -> ConicProgram:

@@ -88,6 +88,14 @@ class Transferred:
         self.clarabel.update(P=P_data.tolist(), q=q.tolist(), A=A_data.tolist(), b=b.tolist())
 
 
+def transfer(program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None) -> Transferred:
+    """Clarabel with the numbers of ``program``: ``last`` where that serves, else set up anew."""
+    if last is not None and last.serves(program, accuracy):
+        last.send(program)
+        return last
+    return Transferred.of(program, accuracy)
+
+
 class Solver:
     """Solves one program after another, each at no more cost than its pattern's novelty asks for."""
 
@@ -102,18 +110,18 @@ class Solver:
             ProgramError: no answer within the limits.
         """
         started = time.perf_counter()
-        last = self._last
-        if last is not None and last.serves(program, accuracy):
-            last.send(program)
+        ready = transfer(program, accuracy, self._last)
+        if ready is self._last:
             try:
-                answer = _answer(last, program, started)
+                answer = _answer(ready, program, started)
             except ProgramError:
                 pass
             else:
                 if answer.outcome is Outcome.SOLVED:
                     return answer
-        self._last = Transferred.of(program, accuracy)
-        return _answer(self._last, program, started)
+            ready = Transferred.of(program, accuracy)
+        self._last = ready
+        return _answer(ready, program, started)
 
 
 def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
