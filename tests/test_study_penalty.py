@@ -15,7 +15,6 @@ from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
 from studies import optimisers, penalty_round_off, penalty_vs_conic, speed_vs_error
 from studies.runs import Run, curve_error, record, stick_creep, traction_errors
 from studies.speed_jobs import FAST, jobs
-from studies.speed_tables import fastest
 from studies.tables import read_csv
 
 ASKED = (
@@ -29,17 +28,32 @@ TIMED = (
 
 
 @pytest.fixture(scope="module")
-def penalty(tmp_path_factory):
-    out = tmp_path_factory.mktemp("penalty_vs_conic")
-    assert penalty_vs_conic.main(["--fast", "--out", str(out)]) == 0
+def seconds():
+    """Processor seconds of each study in fast mode."""
+    return {}
+
+
+def ran(study, tmp_path_factory, seconds):
+    """Results of a study in fast mode."""
+    out, began = tmp_path_factory.mktemp(study.NAME), time.process_time()
+    assert study.main(["--fast", "--out", str(out)]) == 0
+    seconds[study.NAME] = time.process_time() - began
     return out
 
 
 @pytest.fixture(scope="module")
-def speed(tmp_path_factory):
-    out = tmp_path_factory.mktemp("speed_vs_error")
-    assert speed_vs_error.main(["--fast", "--out", str(out)]) == 0
-    return out
+def penalty(tmp_path_factory, seconds):
+    return ran(penalty_vs_conic, tmp_path_factory, seconds)
+
+
+@pytest.fixture(scope="module")
+def speed(tmp_path_factory, seconds):
+    return ran(speed_vs_error, tmp_path_factory, seconds)
+
+
+def test_both_comparisons_take_less_than_a_minute(penalty, speed, seconds):
+    assert len(seconds) == 2
+    assert sum(seconds.values()) < 60
 
 
 def test_penalty_vs_conic_writes_what_it_says(penalty):
@@ -205,7 +219,3 @@ def test_a_second_is_counted_once(form, monkeypatch):
     assembly = sum(t.assembly for t in timings)
     assert assembly >= NAP * (len(calls) - before)
     assert assembly + sum(t.build + t.solve for t in timings) <= sum(accepted.seconds for accepted in run)
-
-
-def test_the_fastest_of_nothing_is_said_so():
-    assert fastest([]) == []
