@@ -8,7 +8,8 @@ increments, passes, left_out, worst, rms): the histories' force against that of 
 whole march of the seed paper's cylinder; ``pass`` and ``increment``, their means once yield has spread; ``split
 PART``, the parts of an increment over its passes; ``passes an increment``, ``growth over factorisation`` (a pass
 against one ``splu``, each over its own at the least size) and memory in GB (:mod:`benchmarks.memory`), in the column
-``ratio``. Ends with what :mod:`benchmarks.targets` allows, and with exit code 1 where that is exceeded.
+``ratio``; the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
+:mod:`benchmarks.targets` allows, and with exit code 1 where that is exceeded.
 kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run.
 """
 
@@ -23,6 +24,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.dissipation import measured as dissipation
 from benchmarks.kappa import Kappa, interleaved
 from benchmarks.memory import measured as memory_of
 from benchmarks.rows import Error, Row, write
@@ -38,7 +40,7 @@ Floats = NDArray[np.float64]
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
-LARGE, MEMORY_INCREMENTS = 80, 6
+LARGE, MEMORY_INCREMENTS, HIGH_FRICTION = 80, 6, 0.3
 
 
 @dataclass(frozen=True)
@@ -199,6 +201,7 @@ def main(argv: list[str] | None = None) -> int:
             keep([row, *error.rows()])
             write(arguments.out / "bench_errors.csv", Error, errors)
             print(f"{'':22} {error.increments} increments ({error.left_out} left out), {error.passes} passes")
+    keep(dissipation(HIGH_FRICTION, 3 if arguments.fast else 10))
     if LARGE in sizes:
         keep(memory(LARGE))
     found = verdicts(rows)
