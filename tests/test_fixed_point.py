@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,8 +24,10 @@ from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route,
 from bipot.programs.polish import NaturalMap, couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene import upsetting
+from studies import coupling as study
 from studies.hard_programs import DISCRETE, SETTLED, Small, coupled, passes_of
 from studies.hard_scenes import Outcome
+from studies.tables import read_csv
 from tests.scenes import path, posed
 from tests.test_programs import direct, relative, stated
 
@@ -243,16 +246,21 @@ def test_de_saxce_alone_gives_the_force_of_the_threshold_with_plastic_strain_as_
     np.testing.assert_allclose(*forces, rtol=1e-6)
 
 
-def test_a_large_coefficient_cycles_plain_and_not_with_the_safeguard() -> None:
-    scene = upsetting(mu=10.0, reduction=0.3, elements=2)
-    guarded, plain = (
-        march(scene, path(0.3, 8), Control(UNCOUPLED, (), Limits(coupling=rule))) for rule in (Safeguard(), PLAIN)
-    )
-    assert not any(a.cuts for a in guarded)
-    assert any(a.cuts for a in plain)
-
-
 def test_the_polish_with_exact_friction_leaves_nothing_to_the_fixed_point() -> None:
     steps = run(0.3, Tangent(backend=Backend.CLARABEL), Safeguard())
     assert {a.solved.coupled.route for a in steps} == {Route.EXACT}
     assert np.isnan(steps[-1].solved.coupled.contraction)
+
+
+def test_the_study_shows_what_the_safeguard_adds(tmp_path: Path) -> None:
+    assert study.main(["--fast", "--out", str(tmp_path)]) == 0
+    rows = read_csv(tmp_path / "coupling.csv", "")
+    guarded = [row for row in rows if row["steps"] == "safeguarded"]
+    assert len(guarded) == len(rows) / 2
+    assert {row["outcome"] for row in guarded} == {"certified"}
+    cycling = {(row["case"], row["sequence"]) for row in rows if row["outcome"] != "certified"}
+    assert {
+        ("threshold cycles", "threshold"),
+        ("De Saxce cycles", "shift"),
+        ("upsetting mu 10", "threshold"),
+    } <= cycling
