@@ -62,7 +62,7 @@ def test_condensed_full_cvxpy_and_direct_clarabel_agree(mu):
 
 def test_interior_points_stall_at_the_axis_node_and_polishing_is_what_cures_it():
     """No force and no gap there, so no strict complementarity: raw routes differ far above their tolerance."""
-    program = posed(0.3).tangent
+    program = posed(0.3, after=3).tangent
     raw = [x for x, _ in routes(program)]
     polished = [polish(dense(program), x, r)[0] for x, r in routes(program)]
     spread = [max(relative(x, answers[0]) for x in answers[1:]) for answers in (raw, polished)]

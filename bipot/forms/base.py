@@ -93,7 +93,7 @@ class Workspace:
     compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
-    splits: dict[bytes, Split] = field(default_factory=dict)
+    last_split: Split | None = None
     assembly: Stopwatch = field(default_factory=Stopwatch)
     solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
 
@@ -107,10 +107,10 @@ class Workspace:
     def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
         """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""
         kept = touched(rows, len(K.indptr) - 1)
-        key = kept.tobytes()
-        if key not in self.splits:
-            self.splits[key] = Split.of(K, kept)
-        return self.splits[key]
+        # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
+        if self.last_split is None or not np.array_equal(self.last_split.kept, kept):
+            self.last_split = Split.of(K, kept)
+        return self.last_split
 
 
 class Form(Protocol):
