@@ -138,7 +138,7 @@ def solve_increment(
         certificate = certify_response(system, response, rows, r, tau, largest)
         coupling = coupling.update(image(rows, r, answer.x), answer.coupled)
         observe(Trial(number, answer, certificate))
-        if watch.accepts(certificate, answer.posed):
+        if watch.accepts(certificate, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
             return Solved(
                 response, rows, r, certificate, answer.posed, number, iterations, almost, timing, coupling.report
@@ -157,9 +157,11 @@ class _Watch:
         self.limits, self.exact = limits, exact
         self.least, self.waited = np.inf, 0
         self.last: dict[str, float] = {}
+        self.coupled = Coupled()
 
-    def accepts(self, certificate: Certificate, posed: float) -> bool:
+    def accepts(self, certificate: Certificate, posed: float, coupled: Coupled) -> bool:
         """Whether the bounds are met; raises NotConverged when patience has run out."""
+        self.coupled = coupled
         ratios = certificate.ratios(self.limits.bounds)
         if not self.exact:
             ratios = {k: ratios[k] for k in ("equilibrium", "yield_violation")}
@@ -177,9 +179,10 @@ class _Watch:
         return False
 
     def failure(self, what: str) -> NotConverged:
-        """The exception that names what is above its bound, in multiples of it."""
+        """The exception that names what is above its bound, in multiples of it, and how friction was coupled."""
         above = ", ".join(f"{name} {ratio:.2g} times" for name, ratio in self.last.items())
-        return NotConverged(f"{what} {above} its bound", self.last)
+        seen = f", contraction {self.coupled.contraction:.2g}" if self.coupled.contraction > 0 else ""
+        return NotConverged(f"{what} {above} its bound (coupling {self.coupled.route.value}{seen})", self.last)
 
 
 def certify_response(

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, enumerate_modes
-from bipot.errors import SceneError
+from bipot.errors import IncrementFailed, SceneError
 from bipot.forms import Backend, Dissipation, Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
@@ -244,6 +244,13 @@ def test_de_saxce_alone_gives_the_force_of_the_threshold_with_plastic_strain_as_
     assert {a.solved.coupled.route for a in by_shift} == {Route.DE_SAXCE}
     forces = [[a.solved.r[:, 0].sum() for a in steps] for steps in (by_threshold, by_shift)]
     np.testing.assert_allclose(*forces, rtol=1e-6)
+
+
+def test_a_failing_increment_says_how_friction_was_coupled() -> None:
+    scene = upsetting(mu=0.3, reduction=0.05, elements=2)
+    control = Control(UNCOUPLED, (), Limits(passes=4), cuts=0)
+    with pytest.raises(IncrementFailed, match=r"coupling plain, contraction 0\.\d"):
+        list(march(scene, path(0.05, 1), control))
 
 
 def test_the_polish_with_exact_friction_leaves_nothing_to_the_fixed_point() -> None:
