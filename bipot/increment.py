@@ -19,6 +19,7 @@ from bipot.contact import Candidates
 from bipot.errors import NotConverged
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.forms import Answer, Form, Pass, Workspace
+from bipot.laws.tensors import norm
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.response import Body, Response, State
@@ -191,7 +192,7 @@ def certify_response(
     """The certificate of a response and contact forces r (c, d) on the rows of all candidates."""
     body, material = system.body, system.body.scene.material
     kin, returned, elastic = response.kinematics, response.returned, material.elasticity
-    sigma_e = response.rotated + (kin.strain - returned.plastic_strain) @ elastic.stiffness(MANDEL_2D)
+    sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
     contact = ContactFields(
         r, rows.motion(response.x), rows.mu, rows.tied, max(largest, float(np.abs(r).max(initial=0.0)))
     )
@@ -205,14 +206,14 @@ def certify_response(
         elastic,
         material.hardening,
     )
-    residual = np.linalg.norm(body.space.spread(response.internal - rows.forces(r)), axis=1)
-    sigma_y = float(material.hardening.yield_stress(0.0))
+    residual = norm(body.space.spread(response.internal - rows.forces(r)))
+    sigma_y, volume = float(material.hardening.yield_stress(0.0)), float(kin.volume.sum())
     balance = Balance(
         residual,
-        max(body.space.force_scale(response.element_forces), _force_floor(body, float(kin.volume.sum()))),
+        max(body.space.force_scale(response.element_forces), _force_floor(body, volume)),
         body.scene.mesh.size,
         float(np.sum(tool_forces(system, r) * tool_travel(system, response.state.tau, tau))),
-        1e-3 * sigma_y**2 / (2 * elastic.young) * float(kin.volume.sum()),
+        1e-3 * sigma_y**2 / (2 * elastic.young) * volume,
     )
     return certify(contact, fields, balance)
 

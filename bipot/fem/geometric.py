@@ -27,6 +27,8 @@ SYMMETRIC = np.zeros((MANDEL_2D, GRADIENT))
 SYMMETRIC[0, 0] = SYMMETRIC[1, 3] = SYMMETRIC[2, 4] = 1.0
 SYMMETRIC[3, 1:3] = 1 / SQRT2
 SYMMETRIC.flags.writeable = False
+COPIED = np.array([0, 3, 3, 1, 2])
+"""The Mandel component that each entry of t is a copy of."""
 
 
 def _rotations() -> Floats:
@@ -52,8 +54,19 @@ def _moving() -> Floats:
     return out
 
 
-ROTATIONS, MOVING = _rotations(), _moving()
-ROTATIONS.flags.writeable = MOVING.flags.writeable = False
+def _transported() -> NDArray[np.intp]:
+    """Where the entries (25,) of the 5 x 5 transport are among the products L_ik R_lj, the hoop's entry and zero."""
+    out = np.full((GRADIENT, GRADIENT), 17)
+    i, j, k, m = np.indices((2, 2, 2, 2))
+    out[2 * i + j, 2 * k + m] = 4 * (2 * i + k) + 2 * m + j
+    out[4, 4] = 16
+    return out.ravel()
+
+
+UNIT = np.array([1.0, 0.0, 0.0, 1.0])
+ROTATIONS, MOVING, TRANSPORTED = _rotations(), _moving(), _transported()
+for _table in (UNIT, COPIED, ROTATIONS, MOVING, TRANSPORTED):
+    _table.flags.writeable = False
 
 
 def gradient_operator(B: Floats) -> Floats:
@@ -102,7 +115,9 @@ def element_tangent(kin: Kinematics, rotated: Floats, stress: Floats, C: Floats,
     """
     D = gradient_operator(kin.B)
     e, _, _, n = D.shape
-    Z = SYMMETRIC.T @ (C @ strain_by_gradient(kin, rotated, shear))
+    # SYMMETRIC' times it: rows are only copied, the shear one twice.
+    Z = (C @ strain_by_gradient(kin, rotated, shear)).take(COPIED, axis=-2)
+    Z[..., 1:3, :] /= SQRT2
     Z += moving_gradient(stress)
     Z *= kin.volume[..., None, None]
     return D.reshape(e, -1, n).transpose(0, 2, 1) @ (Z @ D).reshape(e, -1, n)
@@ -118,9 +133,9 @@ def moving_gradient(stress: Floats) -> Floats:
 
 def _transport(middle: Floats, hoop: Floats) -> Floats:
     """d g_middle / d g_end (..., 5, 5): (I - G/2) dg (I + G/2), and 1 - h^2/4 for the hoop strain."""
-    left, right = np.eye(2) - middle / 2, np.eye(2) + middle / 2
-    out = np.zeros((*hoop.shape, GRADIENT, GRADIENT))
-    product = left[..., :, None, :, None] * right.swapaxes(-1, -2)[..., None, :, None, :]
-    out[..., :4, :4] = product.reshape(*hoop.shape, 4, 4)
-    out[..., 4, 4] = 1 - hoop**2 / 4
-    return out
+    half = middle.reshape(*hoop.shape, 4) / 2
+    entries = np.empty((*hoop.shape, 18))
+    products = entries[..., :16].reshape(*hoop.shape, 4, 4)
+    np.multiply((UNIT - half)[..., :, None], (UNIT + half)[..., None, :], out=products)
+    entries[..., 16], entries[..., 17] = 1 - hoop**2 / 4, 0.0
+    return entries.take(TRANSPORTED, axis=-1).reshape(*hoop.shape, GRADIENT, GRADIENT)

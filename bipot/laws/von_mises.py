@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -27,6 +28,15 @@ from bipot.laws.tensors import (
 
 _MAX_ITERATIONS = 200
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+
+
+@cache
+def _isotropic(volumetric: float, deviatoric: float, size: int) -> FloatArray:
+    """volumetric 1 ⊗ 1 + deviatoric I_dev, (s, s): asked for in every pass, so kept."""
+    unit = identity(size)
+    tensor = volumetric * np.outer(unit, unit) + deviatoric * deviatoric_projector(size)
+    tensor.flags.writeable = False
+    return tensor
 
 
 @dataclass(frozen=True)
@@ -55,14 +65,12 @@ class Elasticity:
         return self.young / (2.0 * (1.0 + self.poisson))
 
     def stiffness(self, size: int) -> FloatArray:
-        """C^e = K 1 ⊗ 1 + 2 G I_dev of (6), shape (s, s)."""
-        unit = identity(size)
-        return self.bulk * np.outer(unit, unit) + 2.0 * self.shear * deviatoric_projector(size)
+        """C^e = K 1 ⊗ 1 + 2 G I_dev of (6), shape (s, s), read-only."""
+        return _isotropic(self.bulk, 2.0 * self.shear, size)
 
     def compliance(self, size: int) -> FloatArray:
-        """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s)."""
-        unit = identity(size)
-        return np.outer(unit, unit) / (9.0 * self.bulk) + deviatoric_projector(size) / (2.0 * self.shear)
+        """Inverse of :meth:`stiffness`, 1 ⊗ 1 / (9 K) + I_dev / (2 G), shape (s, s), read-only."""
+        return _isotropic(1.0 / (9.0 * self.bulk), 1.0 / (2.0 * self.shear), size)
 
 
 @dataclass(frozen=True)
@@ -162,14 +170,12 @@ def consistent_tangent(
     K 1 ⊗ 1 + 2 G β I_dev - 2 G (β - H/(3 G + H)) N ⊗ N with β = q/q_tr and H at p + dp (``peeq`` is p, at the
     start of the increment); C^e where elastic. Positive semidefinite, since H >= 0.
     """
-    trial = np.asarray(trial_stress, float)
+    trial, end = np.asarray(trial_stress, float), peeq + returned.dpeeq
     size = trial.shape[-1]
-    G, q = elasticity.shear, equivalent_stress(trial)
-    H = hardening.slope(peeq + returned.dpeeq)
-    beta = np.ones(q.shape)
-    np.divide(equivalent_stress(returned.stress), q, out=beta, where=returned.plastic)
-    unit = identity(size)
-    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + elasticity.bulk * np.outer(unit, unit)
+    G, H = elasticity.shear, hardening.slope(end)
+    q = np.where(returned.plastic, equivalent_stress(trial), 1.0)
+    beta = np.where(returned.plastic, hardening.yield_stress(end) / q, 1.0)
+    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + _isotropic(elasticity.bulk, 0.0, size)
     return _less_along(C, 2.0 * G * (beta - H / (3.0 * G + H)), returned.direction)
 
 

@@ -9,6 +9,7 @@ Per contact, with a scale > 0 that balances force against motion and y_t = r_t -
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,7 @@ class Pieces:
         out[:, 1:] = np.where(self.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
         return out
 
-    @property
+    @cached_property
     def by_motion(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to motion."""
         out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
@@ -95,7 +96,7 @@ class Pieces:
         out[:, 1:, 1:] = self.scale[:, None, None] * self._projector()
         return out
 
-    @property
+    @cached_property
     def by_force(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to r."""
         out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
