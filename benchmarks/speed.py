@@ -10,7 +10,8 @@ PART``, the parts of an increment over its passes; ``passes an increment``, ``gr
 against one ``splu``, each over its own at the least size) and memory in GB (:mod:`benchmarks.memory`), in the column
 ``ratio``; the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
 :mod:`benchmarks.targets` allows, and with exit code 1 where that is exceeded.
-kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run.
+kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run. All times
+are processor seconds of one thread, which other work on the machine disturbs least.
 """
 
 from __future__ import annotations
@@ -110,8 +111,10 @@ def whole(history: History, form: Form, against: Floats) -> tuple[Row, Error]:
     """Time and error of a whole history."""
     kappa, scene = Kappa(), history.scene()
     count = len(history.schedule.times())
-    steps = list(interleaved(system_of(scene), march(scene, history.schedule, control(form)), kappa, count))
-    seconds = sum(a.seconds for a in steps)
+    with stopwatch(type(form)) as watch:
+        running = watch.while_running(march(scene, history.schedule, control(form)))
+        steps = list(interleaved(system_of(scene), running, kappa, count))
+    seconds = sum(watch.seconds.values())
     force = curve(scene, history.reduction, steps)
     error, left_out = errors(force, against)
     name = form.name.value
@@ -144,7 +147,7 @@ def passes(form: Form, mu: float, elements: int, measured: int) -> tuple[list[Ro
                 continue
             seen.append(step)
     count, name, unit = sum(a.passes for a in seen), form.name.value, kappa.median
-    pace = {"pass": watch.passes / count, "increment": sum(a.seconds for a in seen) / len(seen)}
+    pace = {"pass": watch.passes / count, "increment": sum(watch.seconds.values()) / len(seen)}
     rows = [Row(part, name, mu, elements, unit, s, s / unit) for part, s in pace.items()]
     rows += [
         Row(f"split {part.value}", name, mu, elements, unit, s / count, s / count / unit)
