@@ -68,7 +68,7 @@ def histories(fast: bool) -> list[History]:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
         History(0.1, 0.45, Schedule(9, first=SMALL / 0.45, settling=1, growth=2.4)),
-        History(0.3, 0.44, Schedule(24, first=SMALL / 0.44, settling=3, growth=2)),
+        History(0.3, 0.44, Schedule(24, first=SMALL / 0.44, settling=2, growth=2)),
     ]
 
 

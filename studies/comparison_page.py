@@ -25,6 +25,8 @@ Line = dict[str, Value]
 
 RESULTS, PAGE = Path("docs/results"), Path("docs/comparison.md")
 BLOCK = "<!-- table: {name} -->\n{table}\n<!-- end -->"
+SMALL = 1e-2
+"""Below it numbers are shown with an exponent."""
 FIELDS = {
     "pressure error": "normal_traction_error",
     "shear error": "tangential_traction_error",
@@ -34,6 +36,7 @@ FIELDS = {
     "condition": "condition",
 }
 COLUMNS = {"curve error": "curve_error", "algebraic error": "algebraic_error", "passes": "passes", "s": "seconds"}
+DIGITS = {"passes": 6, "seconds": 3}
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -45,7 +48,9 @@ def brief(value: Value, digits: int = 2) -> str:
     """A number in a few digits, a dash for nan."""
     if isinstance(value, str):
         return value
-    return "–" if math.isnan(value) else f"{value:.{digits}g}"
+    if math.isnan(value):
+        return "–"
+    return f"{value:.{max(digits - 1, 0)}e}" if 0 < abs(value) < SMALL else f"{value:.{digits}g}"
 
 
 def of_optimisers(results: Path) -> str:
@@ -64,14 +69,14 @@ def of_penalty_errors(results: Path) -> str:
     rows = []
     for K in dict.fromkeys(line["K_over_E_h"] for line in lines):
         cells = [found[mu, reduction, K] for mu, reduction in paths]
-        rows.append([brief(K, 0), *(f"{brief(c['force_error'])} ({brief(c['order'], 3)})" for c in cells)])
+        rows.append([f"{K:g}", *(f"{brief(c['force_error'])} ({brief(c['order'], 3)})" for c in cells)])
     return table(["K h/E", *(f"mu = {mu:g}, {100 * float(r):g} %" for mu, r in paths)], rows)
 
 
 def of_penalty_fields(results: Path) -> str:
     """What else the penalty leaves, at mu = 0.3 and 20 %."""
     lines = [line for line in _penalties(results) if (line["mu"], line["reduction"]) == (0.3, 0.2)]
-    rows = [[brief(line["K_over_E_h"], 0), *(brief(line[name]) for name in FIELDS.values())] for line in lines]
+    rows = [[f"{line['K_over_E_h']:g}", *(brief(line[name]) for name in FIELDS.values())] for line in lines]
     return table(["K h/E", *FIELDS], rows)
 
 
@@ -98,7 +103,7 @@ def of_round_off(results: Path) -> str:
         cells = [found[K, t] for t in asked]
         stopped = [c["outcome"] != "solved" for c in cells]
         shown = ["stops" if s else brief(c["difference"]) for c, s in zip(cells, stopped, strict=True)]
-        rows.append([brief(K, 0), *shown])
+        rows.append([f"{K:g}", *shown])
     return table(["K h/E", *(f"to {t:g}" for t in asked)], rows)
 
 
@@ -108,7 +113,8 @@ def of_fastest(results: Path, measure: str) -> str:
     for line in _read(results, "fastest", speed_vs_error.NAME):
         if line["measure"] == measure:
             short = float(line["error"]) > float(line["limit"])
-            run = f"{line['method']} ({line['knob']} {brief(line['value'], 6)}, {line['increments']:g} increments)"
+            knob = "" if line["knob"] == Knob.INCREMENTS.value else f", {line['knob']} {line['value']:g}"
+            run = f"{line['method']}, {line['increments']:g} increments{knob}"
             note = f"not reached; order {brief(line['order'])}, needs about {brief(line['needed'])} increments"
             cells = [f"{line['mu']:g}", f"{line['limit']:g}", str(line["family"]), run]
             cells += [brief(line["seconds"], 3), brief(line["error"]), brief(line["relative_gap"])]
@@ -125,8 +131,8 @@ def of_runs(results: Path) -> str:
     rows = []
     for method, knob, value in dict.fromkeys((r["method"], r["knob"], r["value"]) for r in lines if r["knob"] in knobs):
         cells = [found[mu, method, knob, value] for mu in mus]
-        shown = [brief(c[name], 3 if name in ("seconds", "passes") else 2) for c in cells for name in COLUMNS.values()]
-        rows.append([str(method), f"{knob} {value:g}", *(_whole(s) for s in shown)])
+        shown = [brief(c[name], DIGITS.get(name, 2)) for c in cells for name in COLUMNS.values()]
+        rows.append([str(method), f"{knob} {value:g}", *shown])
     return table(["method", "knob", *(f"{name} ({mu:g})" for mu in mus for name in COLUMNS)], rows)
 
 
@@ -155,11 +161,6 @@ def _penalties(results: Path) -> list[Line]:
 
 def _read(results: Path, name: str, study: str) -> list[Line]:
     return read_csv(results / f"{name}.csv", f"python -m studies.{study} --out {results}")
-
-
-def _whole(shown: str) -> str:
-    """Counts without an exponent."""
-    return f"{float(shown):.0f}" if "e+" in shown else shown
 
 
 TABLES: dict[str, Callable[[Path], str]] = {

@@ -7,7 +7,7 @@ answer, and keeps it only if equilibrium and the exact law are then met better.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -34,13 +34,15 @@ class Tangent:
     """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
 
     With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
-    when exact); otherwise the threshold moves by the fixed point alone.
+    when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
+    moves: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
     backend: Backend = Backend.CLARABEL
     accuracy: Accuracy = Accuracy(1e-9)
     coupled: bool = True
+    halvings: int = 3
     name: ClassVar[FormName] = FormName.TANGENT
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
@@ -57,7 +59,8 @@ class Tangent:
         u, r = coupled or polish(small, raw.u, raw.r)
         x = condensed.recover(u) * given.units.length
         exact = coupled is not None
-        return Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
+        answer = Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
+        return _shortened(given, answer, self.halvings, workspace) if self.coupled else answer
 
 
 @dataclass(frozen=True)
@@ -91,6 +94,31 @@ class Dissipation:
         x, r = raw.u * given.units.length, raw.r * given.units.force
         answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
         return _improved(given, answer, workspace) if self.polished else answer
+
+
+def _shortened(given: Pass, answer: Answer, halvings: int, workspace: Workspace) -> Answer:
+    """The answer with the body's response, or what is nearest to equilibrium and law on the way to it."""
+    start = given.response
+    least = _distance(given, start, given.last_forces)
+    best: tuple[float, Answer] | None = None
+    t, failure = 1.0, InvertedElement()
+    for _ in range(halvings + 1):
+        x, r = start.x + t * (answer.x - start.x), given.last_forces + t * (answer.r - given.last_forces)
+        try:
+            with workspace.assembly:
+                response = given.body.respond(start.state, x)
+        except InvertedElement as inverted:
+            failure = inverted
+        else:
+            distance = _distance(given, response, r)
+            if best is None or distance < best[0]:
+                best = distance, replace(answer, x=x, r=r, response=response, coupled=answer.coupled and t == 1.0)
+            if distance <= least:
+                break
+        t /= 2
+    if best is None:
+        raise failure
+    return best[1]
 
 
 def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
