@@ -108,7 +108,7 @@ def solve_increment(
     assembled = workspace.assembly.seconds
     with workspace.assembly:
         response = body.respond(state, x)
-    near = _near(rows, x, units)
+    near = _near(rows, x, units) if form.nearby else np.ones(rows.count, dtype=bool)
     taken = rows.take(near)
     coupling = Coupling.start(image(rows, state.forces, x), limits.coupling, form.shifts)
     r, force = state.forces, np.zeros(body.space.size)

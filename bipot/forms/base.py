@@ -128,6 +128,9 @@ class Form(Protocol):
     shifts: ClassVar[bool]
     """Whether a pass may freeze De Saxce's shift instead of the threshold."""
 
+    nearby: ClassVar[bool]
+    """Whether contact rows cost it: then only candidates near their tool get any."""
+
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """Next displacement and forces; raises ProgramError and its kin."""
         ...

@@ -46,6 +46,7 @@ class Tangent:
     name: ClassVar[FormName] = FormName.TANGENT
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
+    nearby: ClassVar[bool] = True
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
@@ -76,6 +77,7 @@ class Dissipation:
     name: ClassVar[FormName] = FormName.DISSIPATION
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
+    nearby: ClassVar[bool] = True
 
     def program(self, given: Pass) -> DissipationProgram:
         """The dimensionless program of a pass."""

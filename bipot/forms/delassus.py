@@ -28,6 +28,7 @@ class Delassus:
     name: ClassVar[FormName] = FormName.DELASSUS
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = True
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass, started from the forces of the last.

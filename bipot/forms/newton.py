@@ -58,6 +58,7 @@ class Newton:
     name: ClassVar[FormName] = FormName.NEWTON
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = False
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass: one step with a line search; a factorisation unless the last one still serves.

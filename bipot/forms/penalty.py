@@ -68,6 +68,7 @@ class Penalty:
     name: ClassVar[FormName] = FormName.PENALTY
     exact: ClassVar[bool] = False
     shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t)
@@ -103,6 +104,7 @@ class Uzawa:
     name: ClassVar[FormName] = FormName.UZAWA
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t)
