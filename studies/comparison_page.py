@@ -125,7 +125,7 @@ def of_fastest(results: Path, measure: str) -> str:
 def of_runs(results: Path) -> str:
     """Every run on the one mesh: knob, errors, cost."""
     lines = _read(results, speed_vs_error.NAME, speed_vs_error.NAME)
-    knobs = [k.value for k in (Knob.INCREMENTS, Knob.PENALTY, Knob.TOLERANCE)]
+    knobs = [k.value for k in (Knob.INCREMENTS, Knob.PENALTY, Knob.TOLERANCE, Knob.START)]
     mus = list(dict.fromkeys(line["mu"] for line in lines))
     found = {(line["mu"], line["method"], line["knob"], line["value"]): line for line in lines}
     rows = []

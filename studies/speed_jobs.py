@@ -26,6 +26,7 @@ class Knob(Enum):
     PENALTY = "K_over_E_h"
     TOLERANCE = "tolerance"
     ELEMENTS = "elements"
+    START = "start_up"
     SCATTER = "scatter"
 
 
@@ -33,8 +34,8 @@ class Knob(Enum):
 class Plan:
     """Meshes, increments, and the values of every knob.
 
-    Penalties are varied at ``penalised`` increments, tolerances at ``toleranced`` ones. A row is run ``repeats``
-    times if that takes less than ``row`` seconds, else once.
+    Penalties are varied at ``penalised`` increments, tolerances and start-ups at ``increments``. A row is run
+    ``repeats`` times if that takes less than ``row`` seconds, else once.
     """
 
     elements: int = 5
@@ -57,6 +58,7 @@ class Plan:
     increments: int = 80
     tolerances: tuple[float, ...] = (1e-3, 1e-5)
     loosened: tuple[Method, ...] = (Method.NEWTON, Method.TANGENT, Method.PENALTY, Method.UZAWA)
+    starts: tuple[int, ...] = (1, 2, 4)
     meshes: tuple[tuple[Quadrature, tuple[int, ...]], ...] = (
         (Quadrature.RADON7, (5, 10, 20, 40)),
         (Quadrature.GAUSS2, (5, 10, 20, 40)),
@@ -75,6 +77,7 @@ FAST = Plan(
     increments=3,
     tolerances=(1e-3,),
     loosened=(Method.NEWTON,),
+    starts=(2,),
     meshes=((Quadrature.GAUSS2, (1, 2)),),
     mesh_increments=3,
     scatter=(3, 4),
@@ -93,6 +96,19 @@ class Job(NamedTuple):
     increments: int
     setting: Setting
 
+    @property
+    def finer(self) -> int:
+        """What the steps of the start-up are divided by: more with more increments, unless the row varies it."""
+        return int(self.value) if self.knob is Knob.START else finer(self.increments)
+
+
+def finer(increments: int) -> int:
+    """Division of the start-up's steps that goes with a number of increments.
+
+    A start-up that all runs share, reference included, would hide its own error (rows of the knob ``start_up``).
+    """
+    return max(1, increments // COARSE)
+
 
 def jobs(plan: Plan) -> Iterator[Job]:
     """All rows, the cheap questions first."""
@@ -108,6 +124,9 @@ def jobs(plan: Plan) -> Iterator[Job]:
             for tolerance in plan.tolerances:
                 setting = Setting(tolerance=tolerance)
                 yield Job(mu, method, Knob.TOLERANCE, tolerance, plan.elements, radon, plan.increments, setting)
+        for division in plan.starts:
+            n = plan.increments
+            yield Job(mu, Method.NEWTON, Knob.START, division, plan.elements, radon, n, Setting())
     for n in plan.scatter:
         yield Job(0.3, Method.NEWTON, Knob.SCATTER, n, plan.elements, radon, n, Setting())
     for mu in REDUCTIONS:
@@ -150,12 +169,7 @@ class Course(NamedTuple):
         """The cylinder."""
         return upsetting(mu=self.mu, reduction=self.reduction, elements=self.elements, quadrature=self.quadrature)
 
-    def schedule(self, increments: int) -> Schedule:
-        """Start-up in steps of 0.1 % of the height, landing on 20 % where the path goes on.
-
-        More increments divide the start-up's steps likewise. A start-up that all runs share, reference included,
-        would hide its own error: 2e-5 of the curve at mu = 0.1, 6e-5 at mu = 0.3.
-        """
-        finer = max(1, increments // COARSE)
+    def schedule(self, increments: int, division: int) -> Schedule:
+        """Start-up in steps of 0.1 % of the height over ``division``, landing on 20 % where the path goes on."""
         landings = (EARLY / self.reduction,) if self.reduction > EARLY else ()
-        return Schedule(increments, FIRST / finer / self.reduction, SETTLING * finer, landings=landings)
+        return Schedule(increments, FIRST / division / self.reduction, SETTLING * division, landings=landings)

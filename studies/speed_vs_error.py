@@ -9,7 +9,8 @@ The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tel
 * ``algebraic_error`` is that of the force-stroke curve against Newton to 1e-10 on the *same* increments with the same
   integration: what the penalty or the tolerance leaves out. (For ``paper as written`` it holds its configuration too.)
 
-Rows of the knob ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
+Rows of the knob ``start_up`` divide the steps of the start-up (0.1 % of the height) by fewer than their increments
+ask for. Rows of ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
 ``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``runs`` runs
 in one process of one thread (three where they take less than 20 s together, else one), as accepted increments tell it:
 ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside the solvers (split in
@@ -34,7 +35,7 @@ from bipot.march import system_of
 from studies.expected import Expected
 from studies.methods import Method, Setting, configured
 from studies.runs import Run, curve_error, record, traction_errors
-from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, jobs, key
+from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, finer, jobs, key
 from studies.speed_tables import SOLVED, Row, extrapolations, fastest, summary
 from studies.tables import read_rows, write_csv, write_hdf5
 
@@ -44,10 +45,10 @@ TIGHT = Setting(tolerance=1e-10)
 
 
 @cache
-def reference(path: Course, increments: int, method: Method = Method.NEWTON) -> Run:
+def reference(path: Course, increments: int, division: int, method: Method = Method.NEWTON) -> Run:
     """Newton on the path to a tight tolerance."""
     scene, control = configured(method, path.scene(), TIGHT)
-    return record(scene, path.schedule(increments), control)
+    return record(scene, path.schedule(increments, division), control)
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ def timed(job: Job, plan: Plan) -> Timed:
         if number and plan.repeats * spent[0][0] > plan.row:
             break
         wall, cpu = time.perf_counter(), time.process_time()
-        run = record(scene, path.schedule(job.increments), control)
+        run = record(scene, path.schedule(job.increments, job.finer), control)
         # One thread: its share of the processor turns wall time into what a quiet machine would show.
         share = (time.process_time() - cpu) / (time.perf_counter() - wall)
         timings = [s.timing for s in run.snapshots]
@@ -121,8 +122,8 @@ def measured(job: Job, plan: Plan) -> Row:
 def step_errors(run: Run, job: Job, plan: Plan) -> dict[str, float]:
     """Errors against very many increments, and against the same ones."""
     path = Course.of(job)
-    exact = reference(path, plan.reference)
-    same = reference(path, job.increments, job.method.exactly)
+    exact = reference(path, plan.reference, finer(plan.reference))
+    same = reference(path, job.increments, job.finer, job.method.exactly)
     last = len(run.snapshots) - 1
     end, there = run.snapshots[-1], exact.snapshots[-1]
     pressure, _ = traction_errors(system_of(path.scene()), end, there)
