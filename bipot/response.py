@@ -134,7 +134,7 @@ class Body:
             returned = radial_return(trial, state.peeq, elastic, self.scene.material.hardening)
         else:
             returned = self._unreturned(state, rotated, kin.strain)
-        forces = element_force(kin.B, returned.stress, kin.volume)
+        forces = element_force(kin.shape, returned.stress, kin.volume)
         return Response(state, x, kin, rotated, trial, returned, forces, space_.vector(forces))
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:

@@ -12,11 +12,19 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.fem.elements import Quadrature, Tabulated, quad8
-from bipot.fem.kinematics import Geometry
+from bipot.fem.kinematics import MANDEL_2D, SQRT2, Geometry
 from bipot.mesh import Mesh
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
+
+
+ROW_FORCES = np.zeros((MANDEL_2D, 2, 3))
+ROW_FORCES[[0, 2], 0, [0, 2]] = ROW_FORCES[1, 1, 1] = 1.0
+ROW_FORCES[3, [0, 1], [1, 0]] = 1 / SQRT2
+ROW_FORCES = ROW_FORCES.reshape(MANDEL_2D, -1)
+ROW_FORCES.flags.writeable = False
+"""What multiplies N,1, N,2 and N/r in the forces along either axis, from a Mandel stress."""
 
 
 @dataclass(frozen=True)
@@ -109,8 +117,9 @@ def element_stiffness(B: Floats, tangent: Floats, volume: Floats) -> Floats:
     return B.reshape(e, -1, n).transpose(0, 2, 1) @ weighted.reshape(e, -1, n)
 
 
-def element_force(B: Floats, stress: Floats, volume: Floats) -> Floats:
-    """f_e = sum_q w B^T sigma (e, 2k)."""
-    weighted = stress * volume[..., None]
-    e, _, _, n = B.shape
-    return (weighted.reshape(e, 1, -1) @ B.reshape(e, -1, n))[:, 0]
+def element_force(shape: Floats, stress: Floats, volume: Floats) -> Floats:
+    """f_e = sum_q w B^T sigma (e, 2k), from the gradients (e, q, 3, k) that B is made of."""
+    e, q, rows, k = shape.shape
+    row_forces = ((stress * volume[..., None]) @ ROW_FORCES).reshape(e, q, 2, rows).transpose(0, 2, 1, 3)
+    forces = row_forces.reshape(e, 2, -1) @ shape.reshape(e, -1, k)
+    return forces.transpose(0, 2, 1).reshape(e, -1)

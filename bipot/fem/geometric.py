@@ -69,13 +69,13 @@ for _table in (UNIT, COPIED, ROTATIONS, MOVING, TRANSPORTED):
     _table.flags.writeable = False
 
 
-def gradient_operator(B: Floats) -> Floats:
-    """D (e, q, 5, 2k) from B (e, q, 4, 2k), whose entries it rearranges."""
-    e, q, _, n = B.shape
-    D = np.zeros((e, q, GRADIENT, n))
-    D[:, :, 0, 0::2] = D[:, :, 2, 1::2] = B[:, :, 0, 0::2]
-    D[:, :, 1, 0::2] = D[:, :, 3, 1::2] = B[:, :, 1, 1::2]
-    D[:, :, 4, 0::2] = B[:, :, 2, 0::2]
+def gradient_operator(shape: Floats) -> Floats:
+    """D (e, q, 5, 2k) from the gradients (e, q, 3, k)."""
+    e, q, _, k = shape.shape
+    D = np.zeros((e, q, GRADIENT, 2 * k))
+    D[:, :, 0, 0::2] = D[:, :, 2, 1::2] = shape[:, :, 0]
+    D[:, :, 1, 0::2] = D[:, :, 3, 1::2] = shape[:, :, 1]
+    D[:, :, 4, 0::2] = shape[:, :, 2]
     return D
 
 
@@ -113,7 +113,7 @@ def element_tangent(kin: Kinematics, rotated: Floats, stress: Floats, C: Floats,
 
     R sigma_n R' and returned stress (e, q, 4), C_alg (e, q, 4, 4), shear modulus.
     """
-    D = gradient_operator(kin.B)
+    D = gradient_operator(kin.shape)
     e, _, _, n = D.shape
     # SYMMETRIC' times it: rows are only copied, the shear one twice.
     Z = (C @ strain_by_gradient(kin, rotated, shear)).take(COPIED, axis=-2)

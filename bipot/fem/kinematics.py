@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,29 +42,30 @@ class Configuration(Enum):
 
 @dataclass(frozen=True)
 class Gradients:
-    """dN/dx (e, q, k, 2), its map dxi/dx (e, q, 2, 2), physical volume of each point (e, q), and for axisymmetry N/r
-    (e, q, k).
-    """
+    """Rows N,1, N,2 and N/r (e, q, 3, k), the last zero in plane strain, and physical volume of each point (e, q)."""
 
     shape: Floats
-    inverse: Floats
     volume: Floats
-    hoop: Floats | None
 
 
 @dataclass(frozen=True)
 class Kinematics:
-    """Strain increment (e, q, 4), rotation angle (e, q), and B, volume where equilibrium is asked.
+    """Strain increment (e, q, 4), rotation angle (e, q), and gradients (e, q, 3, k), volume where equilibrium is asked.
 
     ``middle`` (e, q, 2, 2) and ``hoop`` (e, q) are du/dx and du_1/r where the strain is taken.
     """
 
     strain: Floats
     angle: Floats
-    B: Floats
+    shape: Floats
     volume: Floats
     middle: Floats
     hoop: Floats
+
+    @cached_property
+    def B(self) -> Floats:
+        """B (e, q, 4, 2k) of (23), made when first asked for: Newton's passes live without it."""
+        return strain_operator(self.shape)
 
 
 def jacobians(nodes: Floats, elements: Ints, reference: Tabulated) -> Floats:
@@ -94,15 +96,19 @@ def gradients(nodes: Floats, elements: Ints, reference: Tabulated, geometry: Geo
     _refuse_inverted(determinant, "Jacobian determinant", x)
     inverse = np.empty(J.shape)
     inverse[..., 0, 0], inverse[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
-    inverse[..., 0, 1], inverse[..., 1, 0] = -J[..., 0, 1], -J[..., 1, 0]
+    inverse[..., 0, 1], inverse[..., 1, 0] = -J[..., 1, 0], -J[..., 0, 1]
     inverse /= determinant[..., None, None]
-    shape = reference.gradients @ inverse
+    (e, q), k = determinant.shape, x.shape[1]
+    shape = np.empty((e, q, 3, k))
+    np.matmul(inverse, reference.gradients.transpose(0, 2, 1), out=shape[:, :, :2])
     volume = determinant * reference.weights
     if geometry is Geometry.PLANE_STRAIN:
-        return Gradients(shape, inverse, volume, None)
+        shape[:, :, 2] = 0.0
+        return Gradients(shape, volume)
     radius = x[..., 0] @ reference.values.T
     _refuse_inverted(radius, "radius", x)
-    return Gradients(shape, inverse, 2 * np.pi * radius * volume, reference.values / radius[..., None])
+    np.divide(reference.values, radius[..., None], out=shape[:, :, 2])
+    return Gradients(shape, 2 * np.pi * radius * volume)
 
 
 def _refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
@@ -113,25 +119,20 @@ def _refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
     raise InvertedElement(f"element {worst} at {tuple(place.tolist())}: {name} {positive.min():.3g} is not positive")
 
 
-def strain_operator(grad: Gradients) -> Floats:
+def strain_operator(shape: Floats) -> Floats:
     """B (e, q, 4, 2k) of (23): Mandel strain from the element's displacements (u_1, u_2 of node 1, ...)."""
-    e, q, k, _ = grad.shape.shape
+    e, q, _, k = shape.shape
     B = np.zeros((e, q, MANDEL_2D, k, 2))
-    B[..., 0, :, 0] = grad.shape[..., 0]
-    B[..., 1, :, 1] = grad.shape[..., 1]
-    if grad.hoop is not None:
-        B[..., 2, :, 0] = grad.hoop
-    B[..., 3, :, 0] = grad.shape[..., 1] / SQRT2
-    B[..., 3, :, 1] = grad.shape[..., 0] / SQRT2
+    B[..., 0, :, 0], B[..., 1, :, 1], B[..., 2, :, 0] = shape[:, :, 0], shape[:, :, 1], shape[:, :, 2]
+    B[..., 3, :, 0], B[..., 3, :, 1] = shape[:, :, 1] / SQRT2, shape[:, :, 0] / SQRT2
     return B.reshape(e, q, MANDEL_2D, 2 * k)
 
 
-def _displacement_gradient(grad: Gradients, du: Floats, reference: Tabulated) -> tuple[Floats, Floats]:
+def _displacement_gradient(grad: Gradients, du: Floats) -> tuple[Floats, Floats]:
     """du/dx (e, q, 2, 2) and du_1/r (e, q), zero in plane strain, of element displacements du (e, k, 2)."""
-    G = _by_reference(du, reference) @ grad.inverse
-    if grad.hoop is None:
-        return G, np.zeros(G.shape[:2])
-    return G, (grad.hoop @ du[:, :, 0, None])[..., 0]
+    e, q, rows, k = grad.shape.shape
+    columns = (grad.shape.reshape(e, -1, k) @ du).reshape(e, q, rows, 2)
+    return columns[:, :, :2].swapaxes(-1, -2), columns[:, :, 2, 0]
 
 
 def _strain(G: Floats, hoop: Floats) -> Floats:
@@ -196,10 +197,10 @@ def increment(
     element_du = du.take(elements, axis=0)
     if configuration is Configuration.PAPER:
         start = gradients(nodes, elements, reference, geometry)
-        G, hoop = _displacement_gradient(start, element_du, reference)
-        return Kinematics(_strain(G, hoop), np.zeros(hoop.shape), strain_operator(start), start.volume, G, hoop)
+        G, hoop = _displacement_gradient(start, element_du)
+        return Kinematics(_strain(G, hoop), np.zeros(hoop.shape), start.shape, start.volume, G, hoop)
     end = gradients(nodes + du, elements, reference, geometry)
-    middle, hoop = _at_middle(*_displacement_gradient(end, element_du, reference), nodes[elements])
+    middle, hoop = _at_middle(*_displacement_gradient(end, element_du), nodes[elements])
     half = np.arctan((middle[..., 1, 0] - middle[..., 0, 1]) / 4)
     strain = rotate(_strain(middle, hoop), half)
-    return Kinematics(strain, 2 * half, strain_operator(end), end.volume, middle, hoop)
+    return Kinematics(strain, 2 * half, end.shape, end.volume, middle, hoop)
