@@ -15,13 +15,13 @@ import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import BipotError
-from bipot.forms import Answer, FormName, Optimiser, Pass, Penalty, Workspace, contact_penalty
+from bipot.forms import Answer, Optimiser, Pass, Penalty, Workspace, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Outcome
 from bipot.scene import upsetting
@@ -42,9 +42,10 @@ class Compared:
 
     form: Penalty
     spent: dict[Optimiser, list[tuple[float, int, float, bool]]] = field(default_factory=dict)
-    name: ClassVar[FormName] = FormName.PENALTY
-    exact: ClassVar[bool] = False
-    shifts: ClassVar[bool] = False
+
+    def __getattr__(self, name: str) -> Any:
+        """What the form declares of itself."""
+        return getattr(self.form, name)
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """The form's own answer."""

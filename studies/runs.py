@@ -75,8 +75,12 @@ class Probe:
     """A form that remembers the last pass it was given, for the condition of its tangent."""
 
     def __init__(self, form: Form) -> None:
-        self.form, self.name, self.exact, self.shifts = form, form.name, form.exact, form.shifts
+        self.form = form
         self.given: Pass | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        """What the form declares of itself."""
+        return getattr(self.form, name)
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """The form's own answer."""
