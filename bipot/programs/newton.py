@@ -27,6 +27,7 @@ from bipot.programs.pieces import Pieces
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
+SYMMETRIC = {"SymmetricMode": True}
 PIVOT = 1e-2
 """The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
 
@@ -51,8 +52,7 @@ class Pattern:
         column = np.repeat(np.arange(n), np.diff(indptr))
         # Any diagonally dominant matrix will do: only its ordering is kept.
         sample = sp.csc_matrix((np.where(indices == column, float(n), -0.5), indices, indptr), shape=(n, n))
-        options = {"SymmetricMode": True}
-        rank = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options).perm_c
+        rank = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=SYMMETRIC).perm_c
         row, column = rank[indices].astype(np.intp), rank[column].astype(np.intp)
         by_row = np.lexsort((column, row))
         place = np.empty(len(by_row), dtype=np.intp)
@@ -71,7 +71,7 @@ class Pattern:
         transpose = sp.csc_matrix((data, self.indices, self.indptr), shape=(n, n))
         try:
             return sla.splu(
-                transpose, permc_spec="NATURAL", diag_pivot_thresh=PIVOT, relax=4, options={"SymmetricMode": True}
+                transpose, permc_spec="NATURAL", diag_pivot_thresh=PIVOT, relax=4, panel_size=1, options=SYMMETRIC
             )
         except RuntimeError as singular:
             raise ProgramError("the Newton matrix is singular: the body can move without resistance") from singular
