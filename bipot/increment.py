@@ -144,10 +144,9 @@ def solve_increment(
             return Solved(
                 response, rows, r, certificate, answer.posed, number, iterations, almost, timing, coupling.report
             )
-        entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
-        if entering.any():
-            near = near | entering
-            taken = rows.take(near)
+        if not near.all():
+            entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
+            near, taken = (near | entering, rows.take(near | entering)) if entering.any() else (near, taken)
     raise watch.failure(f"{limits.passes} passes left")
 
 

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
-from bipot.fem.geometric import element_tangent
+from bipot.fem.geometric import Scratch, element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, identity, trace
@@ -166,13 +166,21 @@ class Body:
         direction = np.divide(e_p, length[..., None], out=np.zeros_like(e_p), where=length[..., None] > 0)
         return Returned(rotated + change, e_p, equivalent_strain(e_p), direction, plastic)
 
-    def tangent(self, response: Response) -> Floats:
-        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric."""
+    def scratch(self) -> Scratch:
+        """Memory for :meth:`tangent`."""
+        elements, unknowns = self.space.dofs.shape
+        return Scratch.of(elements, len(self.space.reference.weights), unknowns)
+
+    def tangent(self, response: Response, scratch: Scratch | None = None) -> Floats:
+        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric.
+
+        With ``scratch`` they are valid until it is used again.
+        """
         kin, returned, elastic = response.kinematics, response.returned, self.scene.material.elasticity
         C = consistent_tangent(response.trial, returned, response.state.peeq, elastic, self.scene.material.hardening)
         if self.scene.configuration is Configuration.PAPER:
             return element_stiffness(kin.B, C, kin.volume)
-        return element_tangent(kin, response.rotated, returned.stress, C, elastic.shear)
+        return element_tangent(kin, response.rotated, returned.stress, C, elastic.shear, scratch or self.scratch())
 
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""

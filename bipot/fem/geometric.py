@@ -13,6 +13,8 @@ The result is unsymmetric. In ``paper`` nothing moves with dU and K_e is that of
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -69,14 +71,29 @@ for _table in (UNIT, COPIED, ROTATIONS, MOVING, TRANSPORTED):
     _table.flags.writeable = False
 
 
-def gradient_operator(shape: Floats) -> Floats:
-    """D (e, q, 5, 2k) from the gradients (e, q, 3, k)."""
-    e, q, _, k = shape.shape
-    D = np.zeros((e, q, GRADIENT, 2 * k))
+@dataclass(frozen=True)
+class Scratch:
+    """Memory of :func:`element_tangent`, to be used again: D and Z D (e, q, 5, 2k), K_e (e, 2k, 2k).
+
+    These are the largest arrays of a Newton pass. Asked for anew each time, they cost more than what is done with them.
+    """
+
+    D: Floats
+    ZD: Floats
+    K: Floats
+
+    @staticmethod
+    def of(elements: int, points: int, unknowns: int) -> Scratch:
+        """For e elements of q points and 2k unknowns."""
+        size = (elements, points, GRADIENT, unknowns)
+        return Scratch(np.zeros(size), np.empty(size), np.empty((elements, unknowns, unknowns)))
+
+
+def gradient_operator(shape: Floats, D: Floats) -> None:
+    """Write D (e, q, 5, 2k) from the gradients (e, q, 3, k); what is not written stays zero."""
     D[:, :, 0, 0::2] = D[:, :, 2, 1::2] = shape[:, :, 0]
     D[:, :, 1, 0::2] = D[:, :, 3, 1::2] = shape[:, :, 1]
     D[:, :, 4, 0::2] = shape[:, :, 2]
-    return D
 
 
 def turn(tensor: Floats) -> Floats:
@@ -108,19 +125,22 @@ def strain_by_gradient(kin: Kinematics, rotated: Floats, shear: float) -> Floats
     return out @ _transport(kin.middle, kin.hoop)
 
 
-def element_tangent(kin: Kinematics, rotated: Floats, stress: Floats, C: Floats, shear: float) -> Floats:
-    """K_e = d f_e / d dU (e, 2k, 2k) of the ``midpoint`` configuration (module docstring).
+def element_tangent(
+    kin: Kinematics, rotated: Floats, stress: Floats, C: Floats, shear: float, scratch: Scratch
+) -> Floats:
+    """K_e = d f_e / d dU (e, 2k, 2k) of the ``midpoint`` configuration (module docstring), in ``scratch.K``.
 
     R sigma_n R' and returned stress (e, q, 4), C_alg (e, q, 4, 4), shear modulus.
     """
-    D = gradient_operator(kin.shape)
-    e, _, _, n = D.shape
+    gradient_operator(kin.shape, scratch.D)
     # SYMMETRIC' times it: rows are only copied, the shear one twice.
     Z = (C @ strain_by_gradient(kin, rotated, shear)).take(COPIED, axis=-2)
     Z[..., 1:3, :] /= SQRT2
     Z += moving_gradient(stress)
     Z *= kin.volume[..., None, None]
-    return D.reshape(e, -1, n).transpose(0, 2, 1) @ (Z @ D).reshape(e, -1, n)
+    np.matmul(Z, scratch.D, out=scratch.ZD)
+    e, n, _ = scratch.K.shape
+    return np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
 
 
 def moving_gradient(stress: Floats) -> Floats:

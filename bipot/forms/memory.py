@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.fem.assembly import Space
+from bipot.fem.geometric import Scratch
 from bipot.programs.data import ContactRows
 from bipot.programs.newton import Frames, Linearised, Pattern
 from bipot.programs.pieces import Pieces
@@ -23,7 +24,7 @@ BOUNDED = 0.3
 
 @dataclass(frozen=True)
 class Setup:
-    """What a run fixes: the space, the ordered pattern, the scatter of element matrices into its data, and a scale.
+    """What a run fixes: space, ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
     ``stiffness`` (n + 1,) is a hundredth of the diagonal of the run's first tangent: it balances forces against
     motions. The hundredth stands for the plastic moduli: with elastic ones a landing node slips to and fro.
@@ -33,6 +34,7 @@ class Setup:
     pattern: Pattern
     scatter: Ints
     stiffness: Floats
+    scratch: Scratch
 
     @staticmethod
     def of(body: Body, response: Response) -> Setup:
@@ -40,8 +42,9 @@ class Setup:
         space = body.space
         pattern = Pattern.of(space.indices, space.indptr)
         scatter = np.append(pattern.place, len(pattern.place))[space.scatter]
-        diagonal = space.matrix(body.tangent(response)).diagonal()
-        return Setup(space, pattern, scatter, np.append(SOFTENED * diagonal, 0.0))
+        scratch = body.scratch()
+        diagonal = space.matrix(body.tangent(response, scratch)).diagonal()
+        return Setup(space, pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
 
     def data(self, element: Floats) -> Floats:
         """Sum element matrices (e, 2k, 2k) into row-wise data (nnz + 1,), the last entry for held unknowns."""

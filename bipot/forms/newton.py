@@ -93,7 +93,7 @@ class Newton:
         falls = len(merits) > 1 and merits[-1] <= self.reuse.fall * merits[-2]
         if last is None or not falls or not last.pieces.same(here.pieces):
             with assembly:
-                element = given.body.tangent(given.response)
+                element = given.body.tangent(given.response, memory.setup.scratch)
             data = memory.setup.data(element)
             last = memory.linearised = Linearised.of(data, memory.setup.pattern, frames, here.pieces)
         return last
