@@ -155,7 +155,7 @@ def march(
         size, known = target - state.tau, frozenset[int]()
         while state.tau < target:
             began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
-            solve = partial(_attempt, system, state, control=control, workspace=workspace, largest=largest)
+            solve = partial(attempt_increment, system, state, control=control, workspace=workspace, largest=largest)
             while True:
                 # Landing on the target itself, not on a sum that round-off moves.
                 tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
@@ -199,10 +199,10 @@ def march(
             state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
 
 
-def _attempt(
+def attempt_increment(
     system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
 ) -> Attempt:
-    """Try the forms in turn on one increment."""
+    """Try the forms in turn on the increment from ``state`` to ``tau``; ``largest`` is as in solve_increment."""
     passes, failures = 0, []
     second = control.integration is Integration.BDF2 and not turns_back(system, state, tau)
     begun = system.body.carried_on(state, tau) if second else state

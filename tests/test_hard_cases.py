@@ -76,7 +76,7 @@ def test_limit_load_is_bracketed_and_its_mechanism_checked() -> None:
     assert hard_programs.force_controlled(1.1)[0] is Outcome.UNBOUNDED
     program, units = hard_programs.limit_program(1.1)
     still = np.zeros(len(program.force))
-    assert not hard_programs.collapses(program.scaled(units), still)
+    assert not hard_programs.Farkas.of(program.scaled(units).model, still, 0.0).holds
 
 
 def test_unloading_separates_and_leaves_stress() -> None:

@@ -11,7 +11,7 @@ FLOORS = (
     ("fem", "scene"),
     ("contact", "programs", "response", "certificate", "coulomb"),
     ("forms", "increment"),
-    ("energy", "landing", "march", "paper", "exchange"),
+    ("energy", "landing", "load", "march", "paper", "exchange"),
     ("columns", "export", "history", "traction", "plot"),
 )
 FLOOR = {name: k for k, names in enumerate(FLOORS) for name in names} | {"traction": 2}

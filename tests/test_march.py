@@ -225,6 +225,7 @@ class FailsAlways:
     name = FormName.TANGENT
     exact = True
     shifts = False
+    nearby = True
 
     def solve(self, given, workspace):
         raise NotConverged("nothing doing")
@@ -236,6 +237,7 @@ class FailsAbove:
     name = FormName.TANGENT
     exact = True
     shifts = False
+    nearby = True
 
     def __init__(self, limit):
         self.limit = limit
