@@ -64,8 +64,8 @@ def sought(factor: float, name: FormName) -> Ended:
         return Ended(farkas.outcome, passes, 0.0, said=f"{unbounded}; {farkas}")
     except BipotError as error:
         return Ended(Outcome.FAILED, passes, 0.0, said=str(error))
-    fell_back = found.attempt.form is not name
-    return Ended(Outcome.CERTIFIED, passes, found.solved.certificate.relative_gap, fell_back)
+    fallbacks_used = int(found.attempt.form is not name)
+    return Ended(Outcome.CERTIFIED, passes, found.solved.certificate.relative_gap, fallbacks_used)
 
 
 def mechanism(system: System, state: State, v: Floats, factor: float) -> Farkas:

@@ -1,5 +1,6 @@
 """Force control: a given load by every form against closed forms, collapse above the limit load, and refusals."""
 
+import csv
 from dataclasses import replace
 from functools import cache
 
@@ -16,6 +17,7 @@ from bipot.load import Seek, press, straight
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import rest
 from bipot.scene import upsetting
+from studies import hard_cases
 from studies.hard_forms import FORMS
 from studies.hard_loads import load_cases, loaded, mechanism
 from studies.hard_programs import LIMIT_LOAD, limit_scene
@@ -207,3 +209,12 @@ def test_bad_searches_are_refused(bad):
 
 def test_case_8_has_a_row_for_every_form():
     assert [(c.name[:5], c.form) for c in load_cases(FORMS)] == [(f"8 {k}", f) for k in (0.9, 1.1) for f in FORMS]
+
+
+def test_the_rows_of_case_8_are_written_and_only_penalty_fails(tmp_path):
+    assert hard_cases.main(["--only", "8 ", "--out", str(tmp_path)]) == 0
+    with (tmp_path / "hard_cases.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 10
+    assert {row["fallbacks"] for row in rows} == {"0"}
+    assert [(r["case"][:5], r["form"]) for r in rows if r["as_expected"] == "False"] == [("8 1.1", "penalty")]
