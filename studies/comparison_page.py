@@ -115,7 +115,8 @@ def of_fastest(results: Path, measure: str) -> str:
             short = float(line["error"]) > float(line["limit"])
             knob = "" if line["knob"] == Knob.INCREMENTS.value else f", {line['knob']} {line['value']:g}"
             run = f"{line['method']}, {line['increments']:g} increments{knob}"
-            note = f"not reached; order {brief(line['order'])}, needs about {brief(line['needed'])} increments"
+            needed = f"order {brief(line['order'])}, needs about {brief(line['needed'])} increments"
+            note = f"not reached; {'more increments were worse' if math.isnan(float(line['order'])) else needed}"
             cells = [f"{line['mu']:g}", f"{line['limit']:g}", str(line["family"]), run]
             cells += [brief(line["seconds"], 3), brief(line["error"]), brief(line["relative_gap"])]
             rows.append([*cells, note if short else ""])

@@ -50,7 +50,7 @@ class Plan:
         (Method.DISSIPATION, (10, 40)),
         (Method.UZAWA, (10, 40, 80)),
         (Method.PENALTY, (10, 40, 80)),
-        (Method.WRITTEN, (10, 40, 160, 640, 1280)),
+        (Method.WRITTEN, (10, 40, 160, 640, 1280, 5120, 20480)),
         (Method.UNRETURNED, (160, 640)),
     )
     penalised: int = 40

@@ -108,9 +108,15 @@ def _fastest(rows: list[Row], family: str, measure: str, limit: float) -> Fastes
 
 
 def _nearest(rows: list[Row], measure: str) -> tuple[Row, float]:
-    """The run of least error, and the order in the increments that leads there from the next coarser one."""
-    stepped = [r for r in rows if r.knob == Knob.INCREMENTS.value] or rows
+    """The run of least error, and the order in the increments that leads there from the next coarser one.
+
+    There is none, nan, where a finer run was worse.
+    """
+    known = [r for r in rows if np.isfinite(getattr(r, measure))]
+    stepped = [r for r in known if r.knob == Knob.INCREMENTS.value] or known
     best = min(stepped, key=lambda row: getattr(row, measure))
+    if any(r.method == best.method and r.increments > best.increments for r in stepped):
+        return best, float("nan")
     coarser = [r for r in stepped if r.method == best.method and r.increments < best.increments]
     if not coarser:
         return best, float("nan")
