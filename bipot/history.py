@@ -134,7 +134,7 @@ class History:
                 steps["peeq"][step],
                 steps["contact_force"][step],
                 _nodal(vtk, "PointData/velocity", step)[:, :2].copy(),
-                Flow(float(steps["flow_length"][step]), steps["flow_strain"][step], steps["flow_peeq"][step]),
+                Flow(steps["flow_travel"][step], steps["flow_strain"][step], steps["flow_peeq"][step]),
             )
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:

@@ -232,16 +232,11 @@ def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
     return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
 
 
-def turns_back(system: System, state: State, tau: float) -> bool:
-    """Whether the tools move against where they came from: what went on before does not go on."""
-    before, now = tool_travel(system, 2 * state.tau - tau, state.tau), tool_travel(system, state.tau, tau)
-    return bool(np.vdot(before, now) < 0)
-
-
 def _predicted(system: System, state: State, tau: float, workspace: Workspace) -> Floats:
     """Displacement (a, d) to start from: the last motion goes on, unless the tools turn back."""
     going_on = workspace.pace.predict(state, tau)
-    return np.zeros_like(going_on) if turns_back(system, state, tau) else going_on
+    before, now = tool_travel(system, 2 * state.tau - tau, state.tau), tool_travel(system, state.tau, tau)
+    return going_on if np.vdot(before, now) >= 0 else np.zeros_like(going_on)
 
 
 def _force_floor(body: Body, volume: float) -> float:

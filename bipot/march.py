@@ -19,7 +19,7 @@ from bipot.contact import candidates
 from bipot.energy import Energies
 from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
-from bipot.increment import Limits, Solved, System, Trial, solve_increment, turns_back
+from bipot.increment import Limits, Solved, System, Trial, solve_increment, tool_travel
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space, rest
@@ -95,6 +95,14 @@ class Control:
 
     def __post_init__(self) -> None:
         require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
+        second = self.integration is Integration.BDF2
+        # Flow carried on takes the stress off the yield surface until the return brings it back.
+        require(
+            not (second and self.update is StressUpdate.RATE),
+            "integration",
+            self.integration.value,
+            f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface",
+        )
 
     @property
     def forms(self) -> tuple[Form, ...]:
@@ -178,7 +186,8 @@ def march(
                 reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
-            accepted = system.body.advance(state, solved.response, tau, solved.r)
+            travel = tool_travel(system, state.tau, tau)
+            accepted = system.body.advance(state, solved.response, tau, travel, solved.r)
             energies = energies.after(system, state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1
@@ -204,8 +213,8 @@ def attempt_increment(
 ) -> Attempt:
     """Try the forms in turn on the increment from ``state`` to ``tau``; ``largest`` is as in solve_increment."""
     passes, failures = 0, []
-    second = control.integration is Integration.BDF2 and not turns_back(system, state, tau)
-    begun = system.body.carried_on(state, tau) if second else state
+    second = control.integration is Integration.BDF2
+    begun = system.body.carried_on(state, tool_travel(system, state.tau, tau)) if second else state
 
     def count(trial: Trial) -> None:
         nonlocal passes

@@ -102,11 +102,14 @@ class Body:
     space: Space
     update: StressUpdate = StressUpdate.RETURN
 
-    def carried_on(self, state: State, tau: float) -> State:
-        """The state from which BDF2 takes the increment to ``tau``: the last flow gone on (:mod:`bipot.laws.flow`)."""
+    def carried_on(self, state: State, travel: Floats) -> State:
+        """The state from which BDF2 takes an increment with the tools' ``travel`` (tools, d): the last flow gone on.
+
+        See :mod:`bipot.laws.flow`.
+        """
         if state.flow is None:
             return state
-        strain, peeq = state.flow.carried(tau - state.tau)
+        strain, peeq = state.flow.carried(travel)
         stress = state.stress - 2 * self.scene.material.elasticity.shear * strain
         return replace(state, stress=stress, plastic_strain=state.plastic_strain + strain, peeq=state.peeq + peeq)
 
@@ -207,10 +210,11 @@ class Body:
             self.scene.material.elasticity.shear,
         )
 
-    def advance(self, start: State, response: Response, tau: float, forces: Floats) -> State:
+    def advance(self, start: State, response: Response, tau: float, travel: Floats, forces: Floats) -> State:
         """The state after accepting the response: (30), stress and internals as returned.
 
-        ``start`` is the last accepted state; the response's own may have its flow carried on.
+        ``start`` is the last accepted state; the response's own may have its flow carried on. ``travel`` (tools, d) is
+        that of the tools.
         """
         plastic, before = response.state.plastic_strain, start.plastic_strain
         if self.scene.configuration is Configuration.MIDPOINT:
@@ -220,6 +224,6 @@ class Body:
         plastic = plastic + returned.plastic_strain
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
-        flow = Flow(length, flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
+        flow = Flow(travel, flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
         du = self.space.spread(response.x)
         return State(tau, start.nodes + du, returned.stress, plastic, peeq, forces, du / length, flow)

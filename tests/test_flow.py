@@ -6,11 +6,18 @@ import numpy as np
 import pytest
 
 from bipot import Control, Newton, Schedule, march, upsetting
+from bipot.errors import SceneError
 from bipot.increment import tool_forces
 from bipot.laws.flow import FARTHEST, Flow, Integration
 from bipot.march import system_of
+from bipot.response import StressUpdate
 
 NONE = np.zeros((1, 1))
+
+
+def travel(length):
+    """That of one tool moving down."""
+    return np.array([[0.0, -length]])
 
 
 def end_force(integration, increments, mu=0.05, reduction=0.3):
@@ -28,15 +35,36 @@ def test_a_smooth_flow_is_differenced_to_second_order(ratio):
     y, rate = (lambda t: t**2), (lambda t: 2 * t)
     now = 1.0
     before = np.array([[y(now) - y(now - last)]])
-    _, carried = Flow(last, before[..., None], before).carried(length)
+    _, carried = Flow(travel(last), before[..., None], before).carried(travel(length))
     fraction = carried[0, 0] / before[0, 0]
     own = (length - fraction * last) * rate(now + length)
     assert carried[0, 0] + own == pytest.approx(y(now + length) - y(now), rel=1e-12)
 
 
 def test_growing_increments_carry_on_no_more_than_is_stable():
-    _, carried = Flow(0.01, NONE[..., None], NONE + 1.0).carried(1.0)
+    _, carried = Flow(travel(0.01), NONE[..., None], NONE + 1.0).carried(travel(1.0))
     assert carried[0, 0] == FARTHEST
+
+
+@pytest.mark.parametrize("after", [1.0, 1.05, 0.9])
+def test_a_tool_that_stops_slows_down_or_turns_gives_the_force_of_backward_euler(after):
+    """The flow that goes on is measured by the tools' travel: pseudo-time means nothing to a rate-independent law."""
+    forces = {}
+    for integration in Integration:
+        scene = upsetting(mu=0.1, reduction=0.1, elements=2)
+        path = ((0.0, 0.0), (0.5, 1.0), (1.0, after))
+        scene = replace(scene, tools=tuple(replace(tool, path=path) for tool in scene.tools))
+        schedule = Schedule(16, first=0.001 / 0.1, landings=(0.5,))
+        steps = march(scene, schedule, Control(Newton(), integration=integration))
+        system = system_of(scene)
+        forces[integration] = np.array([-tool_forces(system, a.solved.r)[0, 1] for a in steps])
+    euler, bdf = forces.values()
+    assert np.abs(bdf - euler).max() < 2e-3 * euler.max()
+
+
+def test_flow_carried_on_without_a_return_is_refused():
+    with pytest.raises(SceneError, match="integration = 'BDF2'"):
+        Control(update=StressUpdate.RATE)
 
 
 def test_force_is_of_second_order_under_friction_and_of_first_with_backward_euler():

@@ -1,9 +1,9 @@
 r"""How plastic flow is integrated over an increment: backward Euler, or two-step backward differences (BDF2).
 
 A radial return takes the direction of the flow from the whole increment but the stress from its end, which is backward
-Euler: of first order wherever the direction turns, as friction makes it. BDF2 with increments dt_0 and then dt,
+Euler: of first order wherever the direction turns, as friction makes it. BDF2 with increments of length ratio rho,
 
-    de_p = a de_p0 + gamma n,    a = dt^2/(dt_0 (dt_0 + 2 dt)),    de_p0 the flow of the increment before,
+    de_p = a de_p0 + gamma n,    a = rho^2/(1 + 2 rho),    de_p0 the flow of the increment before,
 
 lets the last flow go on by the fraction a, at fixed strain, before the increment starts:
 
@@ -35,15 +35,20 @@ class Integration(Enum):
 
 @dataclass(frozen=True)
 class Flow:
-    """Plastic flow of an increment of pseudo-time ``length``: strain (e, q, s), turned with the body to its end, and
-    peeq (e, q), both zero at points that stayed elastic.
+    """Plastic flow of an increment in which the tools moved by ``travel`` (tools, d): strain (e, q, s), turned with the
+    body to its end, and peeq (e, q), both zero at points that stayed elastic.
     """
 
-    length: float
+    travel: Floats
     strain: Floats
     peeq: Floats
 
-    def carried(self, length: float) -> tuple[Floats, Floats]:
-        """(a de_p0, a dp_0) for a next increment of ``length``."""
-        a = min(length**2 / (self.length * (self.length + 2 * length)), FARTHEST)
+    def carried(self, travel: Floats) -> tuple[Floats, Floats]:
+        """(a de_p0, a dp_0) for a next increment with ``travel`` (tools, d).
+
+        The law knows no time: rho is how far the tools go on along their last travel, 0 where they stop or turn back.
+        """
+        before = float(np.vdot(self.travel, self.travel))
+        ratio = max(float(np.vdot(self.travel, travel)), 0.0) / before if before > 0 else 0.0
+        a = min(ratio**2 / (1 + 2 * ratio), FARTHEST)
         return a * self.strain, a * self.peeq
