@@ -1,8 +1,8 @@
 """Hard case 8: the punch is a free unknown under a given load, below and above the limit load.
 
 ``dissipation`` takes the punch into its program, whose dual infeasibility certificate is the collapse mechanism. The
-other forms know the punch's position only, so the load is sought by increments from rest (:mod:`bipot.load`); the
-mechanism is then the difference of the last two. The Farkas inequalities judge both.
+other forms know the punch's position only, so the load is sought by increments from rest
+(:mod:`bipot.force_control`); the mechanism is then the difference of the last two. The Farkas inequalities judge both.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import BipotError, UnboundedProgram
+from bipot.force_control import press
 from bipot.forms import FormName, Workspace
 from bipot.increment import System
-from bipot.load import press
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import State, rest
 from studies.hard_forms import FORMS

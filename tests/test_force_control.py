@@ -10,10 +10,10 @@ import pytest
 from bipot.certificate import Bounds
 from bipot.errors import NotConverged, SceneError, UnboundedProgram
 from bipot.fem.kinematics import Configuration
+from bipot.force_control import Seek, press, straight
 from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear
-from bipot.load import Seek, press, straight
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import rest
 from bipot.scene import upsetting
