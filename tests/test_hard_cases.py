@@ -194,7 +194,11 @@ def test_a_missed_target_is_named_and_a_met_one_is_not_missed() -> None:
     limit = LIMITS[0]
     for ratio, met in ((limit.most, True), (1.01 * limit.most, False)):
         row = Row(limit.name, limit.form, limit.mu, limit.elements, 1.0, ratio, ratio)
-        assert verdicts([row]) == [(limit, ratio, met)]
+        found = verdicts([row])
+        assert found[0] == (limit, ratio)
+        assert {ratio for _, ratio in found[1:]} == {None}
+        assert speed.report([row], whole=False) == int(not met)
+        assert speed.report([row], whole=True) == 1
 
 
 def test_memory_of_a_run_does_not_grow_with_its_increments() -> None:

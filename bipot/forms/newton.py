@@ -83,7 +83,9 @@ class Newton:
         trial = self._search(law, here, linearised, memory.merits, dx, r, workspace.assembly)
         memory.iterate = trial
         timing = Timing(built - began, workspace.assembly.outside() - built)
-        return Answer(trial.response.x, trial.r, Outcome.SOLVED, 1, timing, response=trial.response, coupled=True)
+        # An open contact's force is the round-off of its row.
+        r = np.where(trial.pieces.closed[:, None], trial.r, 0.0)
+        return Answer(trial.response.x, r, Outcome.SOLVED, 1, timing, response=trial.response, coupled=True)
 
     def _linearised(
         self, given: Pass, memory: Memory, frames: Frames, here: Iterate, assembly: Stopwatch
