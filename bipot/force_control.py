@@ -38,8 +38,9 @@ class Seek:
 
     ``tolerance`` is that of the force, relative. The first travel tried, doubled ``doublings`` times, ends the tools'
     straight path. The body collapses when the force has ``flat`` times in a row grown by no more than ``still`` of what
-    is missing. Where an attempt fails, the middle between it and the last end that was solved is tried, ``retries``
-    times. ``solves`` is the most increments solved in all.
+    is missing and of itself (what is missing alone is met by any stiffening body far below it). Where an attempt fails,
+    the middle between it and the last end that was solved is tried, ``retries`` times. ``solves`` is the most
+    increments solved in all.
 
     Raises:
         SceneError: a value out of its range.
@@ -149,7 +150,8 @@ class _Search(Generic[Attempt]):
             if self._reaches(here):
                 return below, here
             # Without force nothing presses yet: a gap that closes is no collapse.
-            still = here.force > 0 and here.force - below.force <= self.how.still * (self.force - here.force)
+            growth = self.how.still * min(self.force - here.force, here.force)
+            still = here.force > 0 and here.force - below.force <= growth
             flat = flat + 1 if still else 0
             if before is not None and flat >= self.how.flat:
                 raise self._collapse(before, here)

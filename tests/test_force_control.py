@@ -3,6 +3,7 @@
 import csv
 from dataclasses import replace
 from functools import cache
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from bipot.errors import NotConverged, SceneError, UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.force_control import Seek, press, straight
 from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
-from bipot.increment import Limits
+from bipot.increment import Limits, tool_travel
 from bipot.laws.hardening import Linear
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import rest
@@ -137,6 +138,19 @@ def test_a_gap_that_closes_is_no_collapse():
     assert found.tau * 2.25 == pytest.approx(0.5 + 0.5 * YIELD_TRAVEL, rel=1e-9)
 
 
+def test_a_body_that_stiffens_is_not_called_a_collapse():
+    """F = 10^6 tau^2 grows at first by far less than is missing."""
+    problem = Problem(small(mu=0.0))
+
+    def stiffening(tau):
+        r = np.zeros((len(problem.system.candidates.node), 2))
+        r[0, 0] = 1e6 * tau**2
+        return SimpleNamespace(solved=SimpleNamespace(r=r), passes=1, failures=[])
+
+    found = press(problem.system, problem.state, 1e5, stiffening)
+    assert found.tau == pytest.approx(np.sqrt(0.1), rel=1e-9)
+
+
 def test_a_path_too_short_is_not_called_a_collapse():
     scene = with_punch(small(mu=0.0), travel=(0.0, -0.5 * YIELD_TRAVEL))
     with pytest.raises(NotConverged, match="straight to tau = 1, where the force is 11780"):
@@ -189,7 +203,8 @@ def test_bad_loads_are_refused(force, tool, field):
 def test_a_force_below_the_present_one_and_a_path_at_its_end_are_refused():
     problem = Problem(small(mu=0.0))
     solved = problem.solve(1e-3).solved
-    problem.state = problem.system.body.advance(problem.state, solved.response, 1e-3, solved.r)
+    travel = tool_travel(problem.system, 0.0, 1e-3)
+    problem.state = problem.system.body.advance(problem.state, solved.response, 1e-3, travel, solved.r)
     with pytest.raises(SceneError, match="above the present"):
         problem.press(10.0)
     problem.state = replace(problem.state, tau=1.0)
