@@ -151,6 +151,9 @@ def march(
 ) -> Iterator[Accepted]:
     """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
 
+    ``number`` and ``energies`` count from the given ``start``, whatever run it is taken from: a resumed march numbers
+    its first increment 1 and its work, dissipation and stored energy start at zero.
+
     Raises:
         IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
     """
