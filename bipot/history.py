@@ -10,7 +10,7 @@ import csv
 import json
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TextIO
@@ -134,7 +134,7 @@ class History:
                 steps["peeq"][step],
                 steps["contact_force"][step],
                 _nodal(vtk, "PointData/velocity", step)[:, :2].copy(),
-                Flow(steps["flow_travel"][step], steps["flow_strain"][step], steps["flow_peeq"][step]),
+                _flow(steps, step),
             )
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:
@@ -206,6 +206,12 @@ def _array(group: Item, name: str) -> NDArray[Any]:
 def _nodal(vtk: Item, name: str, step: int) -> NDArray[Any]:
     points = int(vtk["NumberOfPoints"][0])
     return vtk[name][step * points : (step + 1) * points]
+
+
+def _flow(steps: Item, step: int) -> Flow | None:
+    """The flow of the increment, None in a file that does not hold it: the next increment then starts without."""
+    names = [f"flow_{field.name}" for field in fields(Flow)]
+    return Flow(*(steps[name][step] for name in names)) if all(name in steps for name in names) else None
 
 
 def _typed(texts: list[str]) -> NDArray[Any]:

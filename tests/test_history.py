@@ -2,12 +2,14 @@
 
 import csv
 import io
+import shutil
 import subprocess
 import sys
 from dataclasses import fields
 from itertools import islice
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
@@ -140,6 +142,20 @@ def test_an_interrupted_run_is_readable_and_resumes_to_the_same_end(tmp_path, ac
     # agree as well as two increments accepted within the same bounds do.
     for resumed, whole in zip(arrays(last.state), arrays(accepted[-1].state), strict=True):
         np.testing.assert_allclose(resumed, whole, atol=1e-6 * np.abs(whole).max())
+
+
+def test_a_run_without_the_flow_of_its_increments_is_read_and_resumes(tmp_path, folder, accepted):
+    shutil.copytree(folder, tmp_path / "old")
+    whole = load(tmp_path / "old").state(4)
+    with h5py.File(tmp_path / "old/run.h5", "r+") as file:
+        del file["bipot/steps/flow_travel"]
+    state = load(tmp_path / "old").state(4)
+    assert whole.flow is not None
+    assert state.flow is None
+    np.testing.assert_array_equal(state.stress, whole.stress)
+    first = next(march(SCENE, SCHEDULE, CONTROL, start=state))
+    assert first.number == 1
+    assert first.state.tau == accepted[5].state.tau
 
 
 def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):
