@@ -1,7 +1,7 @@
 r"""How far an increment is from the law: five numbers recomputed from the returned fields alone.
 
 Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion (g + du_n, du_t),
-stress sigma, plastic strain increment e_p as stored and carried on, and energies of the modelled body:
+stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
 * equilibrium: largest nodal residual over the largest nodal sum of |element forces| (the caller's floor under that
   scale keeps an unstressed body, whose forces are round-off, measurable);

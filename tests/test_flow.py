@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot import Control, Newton, Schedule, march, upsetting
+from bipot.columns import flow_gap
 from bipot.errors import SceneError
 from bipot.increment import tool_forces
 from bipot.laws.flow import FARTHEST, Flow, Integration
@@ -92,3 +93,17 @@ def test_an_unloading_body_carries_no_flow_on():
     assert top.state.flow.peeq.max() > 0
     assert not once.state.flow.strain.any()
     np.testing.assert_array_equal(twice.state.peeq, top.state.peeq)
+
+
+@pytest.mark.parametrize("integration", Integration)
+def test_what_the_stored_flow_misses_falls_with_the_increment_and_is_nothing_with_backward_euler(integration):
+    scene = upsetting(mu=0.05, reduction=0.2, elements=2)
+    worst = []
+    for increments in (10, 20):
+        schedule = Schedule(increments, first=0.001 / 0.2, landings=(0.5,))
+        steps = march(scene, schedule, Control(Newton(), integration=integration))
+        worst.append(max(flow_gap(system_of(scene), a) for a in steps if a.start.tau >= 0.5))
+    if integration is Integration.BACKWARD_EULER:
+        assert max(worst) < 1e-12
+    else:
+        assert 1e-8 < worst[1] < worst[0] / 2

@@ -36,6 +36,7 @@ HEADER = [
     "cone_violation",
     "bipotential_gap_J",
     "relative_gap",
+    "flow_gap",
     "seconds",
 ]
 SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05"]
