@@ -8,11 +8,15 @@ import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
 from bipot.errors import ProgramError
-from bipot.forms import Backend, Dissipation, Tangent, Workspace
+from bipot.forms import Backend, Dissipation, Newton, Tangent, Workspace
+from bipot.increment import Limits
+from bipot.laws.flow import Integration
+from bipot.march import Control, Schedule, attempt_increment, march, system_of
 from bipot.programs.clarabel import Accuracy, Solver, clarabel, solve
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows
+from bipot.scene import upsetting
 from tests.scenes import posed
 
 TIGHT = Accuracy(1e-11)
@@ -66,6 +70,23 @@ def test_what_an_update_does_not_solve_is_set_up_afresh(status):
     claim.iterations = 1
     object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lambda: claim))
     np.testing.assert_array_equal(solver.solve(program, TIGHT).x, expected.x)
+
+
+def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():
+    """What was given up with a large merit is no merit to fall below, nor its factor one to go on with."""
+    scene = upsetting(mu=0.3, elements=2, reduction=0.1)
+    system = system_of(scene)
+    state = next(march(scene, Schedule(20), Control(Newton(), ()))).state
+
+    def attempt(tau, passes, workspace):
+        control = Control(Newton(), (), Limits(passes=passes), integration=Integration.BACKWARD_EULER)
+        return attempt_increment(system, state, tau, control, workspace, 0.0)
+
+    used = Workspace()
+    assert attempt(1.0, 1, used).solved is None
+    again, first = attempt(0.1, 40, used), attempt(0.1, 40, Workspace())
+    assert again.passes == first.passes
+    np.testing.assert_array_equal(again.solved.r, first.solved.r)
 
 
 def test_plastic_strain_as_the_variable_is_the_same_program():

@@ -69,27 +69,24 @@ class Iterate(NamedTuple):
 
 @dataclass
 class Memory:
-    """What Newton keeps between passes: setup, frames of the last rows, the last factor, the increment's merits."""
+    """What Newton keeps between passes: setup, frames of the last rows, the last factor, the attempt's merits."""
 
     setup: Setup
     rows: ContactRows | None = None
     key: bytes = b""
     frames: Frames | None = None
     linearised: Linearised | None = None
-    state: State | None = None
     merits: list[float] = field(default_factory=list)
     iterate: Iterate | None = None
 
-    def begin(self, state: State, rows: ContactRows) -> Frames:
-        """Forget what belongs to another increment or to other contacts; the frames of ``rows``."""
-        if self.state is not state:
-            self.state, self.merits, self.linearised, self.iterate = state, [], None, None
+    def begin(self, rows: ContactRows) -> Frames:
+        """Forget what belongs to another attempt, which has other rows, be it from the same state; their frames."""
         if self.frames is not None and self.rows is rows:
             return self.frames
+        self.merits, self.linearised, self.iterate = [], None, None
         key = _key(rows)
         if self.frames is None or key != self.key:
-            self.key, self.frames, self.linearised = key, Frames.of(rows, self.setup.pattern), None
-            self.iterate = None
+            self.frames, self.key = Frames.of(rows, self.setup.pattern), key
         self.rows = rows
         return self.frames
 

@@ -71,7 +71,7 @@ class Newton:
         if workspace.newton is None or workspace.newton.setup.space is not given.body.space:
             workspace.newton = Memory(Setup.of(given.body, given.response))
         memory = workspace.newton
-        frames = memory.begin(given.response.state, given.rows)
+        frames = memory.begin(given.rows)
         law = Law(given, frames, memory.setup.scale(frames))
         here = memory.iterate
         if here is None or here.response is not given.response:
