@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import InvertedElement, ProgramError
+from bipot.errors import InvertedElement, ProgramError, require
 from bipot.forms.base import Answer, Backend, FormName, Pass, Workspace
 from bipot.laws.coulomb import natural_map
 from bipot.programs.clarabel import Accuracy, Solver
@@ -47,6 +47,9 @@ class Tangent:
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
     nearby: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        require(self.halvings >= 0, "tangent.halvings", self.halvings, ">= 0")
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
@@ -124,10 +127,11 @@ def _shortened(given: Pass, answer: Answer, halvings: int, workspace: Workspace)
 
 
 def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
-    """The answer after one Newton step of the tangent model at it, if that is nearer to equilibrium and law."""
+    """The answer with its response, after one Newton step of the tangent model if that is nearer to balance and law."""
+    with workspace.assembly:
+        response = given.body.respond(given.response.state, answer.x)
+    answer = replace(answer, response=response)
     try:
-        with workspace.assembly:
-            response = given.body.respond(given.response.state, answer.x)
         condensed = condensed_tangent(given, response, TangentKind.CONSISTENT, workspace)
         start = answer.x[condensed.kept] / given.units.length
         coupled = couple(condensed.program, start, answer.r / given.units.force)
@@ -140,7 +144,7 @@ def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
         return answer
     if _distance(given, after, r) >= _distance(given, response, answer.r):
         return answer
-    return Answer(x, r, answer.outcome, answer.iterations, answer.timing, coupled=True)
+    return replace(answer, x=x, r=r, response=after, coupled=True)
 
 
 def _distance(given: Pass, response: Response, r: Floats) -> float:
