@@ -1,5 +1,6 @@
 """Clarabel updated instead of set up anew, condensation from one factorisation, and what the dissipation form costs."""
 
+import time
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
-from bipot.errors import ProgramError
+from bipot.errors import ProgramError, SceneError
 from bipot.forms import Backend, Dissipation, Newton, Tangent, Workspace
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
@@ -15,7 +16,7 @@ from bipot.march import Control, Schedule, attempt_increment, march, system_of
 from bipot.programs.clarabel import Accuracy, Solver, clarabel, solve
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ContactRows
+from bipot.programs.data import Block, ContactRows, Timing
 from bipot.scene import upsetting
 from tests.scenes import posed
 
@@ -46,6 +47,18 @@ def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
     assert len(reused) == 1
 
 
+@pytest.mark.parametrize("form", [Tangent(backend=Backend.CLARABEL), Dissipation()], ids=lambda form: form.name.value)
+def test_answers_carry_the_response_they_were_judged_by(form, passes):
+    given = passes[2]
+    answer = form.solve(given, Workspace())
+    np.testing.assert_array_equal(answer.response.x, answer.x)
+
+
+def test_halvings_below_zero_are_refused():
+    with pytest.raises(SceneError, match=r"tangent\.halvings"):
+        Tangent(halvings=-1)
+
+
 def test_a_pattern_is_set_up_once_and_a_new_one_anew():
     program = posed(0.3).dissipation
     solver = Solver()
@@ -70,6 +83,21 @@ def test_what_an_update_does_not_solve_is_set_up_afresh(status):
     claim.iterations = 1
     object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lambda: claim))
     np.testing.assert_array_equal(solver.solve(program, TIGHT).x, expected.x)
+
+
+def test_a_solve_that_was_lost_is_booked_as_a_solve(monkeypatch):
+    """On a clock that only the lost solve moves."""
+    seconds = [0.0]
+    monkeypatch.setattr(time, "perf_counter", lambda: seconds[0])
+
+    def lost():
+        seconds[0] += 1.0
+        return SimpleNamespace(status=clarabel.SolverStatus.NumericalError)
+
+    program, solver = posed(0.3).tangent.conic(), Solver()
+    solver.solve(program, TIGHT)
+    object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lost))
+    assert solver.solve(program, TIGHT).timing == Timing(build=0.0, solve=1.0)
 
 
 def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():

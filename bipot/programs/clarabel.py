@@ -7,7 +7,7 @@ symbolic factorisation and equilibration stay, and every number is sent to its p
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import clarabel as _clarabel
@@ -109,9 +109,10 @@ class Solver:
             InfeasibleProgram, UnboundedProgram: with Clarabel's certificate.
             ProgramError: no answer within the limits.
         """
-        started = time.perf_counter()
+        started, lost = time.perf_counter(), Timing()
         ready = transfer(program, accuracy, self._last)
         if ready is self._last:
+            sent = time.perf_counter()
             try:
                 answer = _answer(ready, program, started)
             except ProgramError:
@@ -119,9 +120,12 @@ class Solver:
             else:
                 if answer.outcome is Outcome.SOLVED:
                     return answer
+            failed = time.perf_counter()
+            lost, started = Timing(build=sent - started, solve=failed - sent), failed
             ready = Transferred.of(program, accuracy)
         self._last = ready
-        return _answer(ready, program, started)
+        answer = _answer(ready, program, started)
+        return replace(answer, timing=lost + answer.timing)
 
 
 def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
