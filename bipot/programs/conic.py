@@ -97,14 +97,14 @@ class CompiledTangent:
 
     def assign(self, program: TangentProgram) -> Stated:
         """Give the parameters the numbers of ``program``, which must have the compiled structure."""
-        self.factor.value = _square_root(np.asarray(program.K))
+        self.factor.value = square_root(np.asarray(program.K))
         self.load.value = program.f
         self.data.assign(program.contact)
         return self.stated
 
 
-def _square_root(K: Floats) -> Floats:
-    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
+def square_root(K: Floats) -> Floats:
+    """L (n, n) with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
     values, vectors = np.linalg.eigh(K)
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import ProgramError
 from bipot.programs.clarabel import Accuracy
-from bipot.programs.conic import _square_root
+from bipot.programs.conic import square_root
 from bipot.programs.data import Outcome, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.programs.statement import ContactStatement, Stated, solve_stated
@@ -76,5 +76,5 @@ def statement(program: PenaltyProgram) -> Stated:
     contact = ContactStatement(
         ContactTerms(rows, terms.threshold), cost, v_n >= -np.maximum(terms.start_gap, 0.0), None, None, None
     )
-    energy = cp.sum_squares(_square_root(np.asarray(program.K)) @ dU) / 2 - program.f @ dU
+    energy = cp.sum_squares(square_root(np.asarray(program.K)) @ dU) / 2 - program.f @ dU
     return Stated(cp.Problem(cp.Minimize(energy + cost), contact.constraints), dU, contact)
