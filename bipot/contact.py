@@ -58,7 +58,7 @@ class Candidates:
         return ContactRows(
             normal_rows,
             self.start_gap(nodes, tau_end),
-            tangent_rows if rubs.all() else rows_of(tangent_rows, rubs),
+            rows_of(tangent_rows, rubs),
             slip[:, None],
             np.flatnonzero(rubs),
             np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),

@@ -267,7 +267,9 @@ class ContactRows:
 
 
 def rows_of(G: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
-    """G[chosen] (m,), without what a general index costs."""
+    """G[chosen] (m,), without what a general index costs, nor a copy where that is all of them."""
+    if chosen.all():
+        return G
     lengths = np.diff(G.indptr)
     kept = np.repeat(chosen, lengths)
     ends = np.concatenate([[0], np.cumsum(lengths[chosen])])

@@ -22,7 +22,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Bools, Cone, ConicSolution, ContactRows, Ints, Rows, Term, Units
+from bipot.programs.data import Bools, Cone, ConicSolution, ContactRows, Ints, Rows, Term, Units, rows_of
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +71,7 @@ class ContactTerms:
 
     def tangent_rows(self, chosen: Bools) -> tuple[sp.csr_matrix, Floats]:
         """(G_t, w_t) of the chosen friction rows (f,): ((m (d-1), n), (m, d-1))."""
-        return _chosen(self.rows.G_t, np.repeat(chosen, self.rows.tangents)), self.rows.slip[chosen]
+        return rows_of(self.rows.G_t, np.repeat(chosen, self.rows.tangents)), self.rows.slip[chosen]
 
     def shifted_rows(self) -> tuple[sp.csr_matrix, Floats, sp.csr_matrix, Floats]:
         """(G_n, g + shift) and (mu G_t, mu w_t) of the coned friction rows: ((m, n), (m,), (m (d-1), n), (m, d-1))."""
@@ -94,7 +94,7 @@ class ContactTerms:
         """Rows on ``columns`` variables; dU comes first and the slip bounds t start at column ``bounds``."""
         rows, alone = self.rows, self.unilateral
         sliding, slip = self.tangent_rows(self.sliding)
-        gap = Rows(Term.GAP, Cone.NONNEGATIVE, _pad(_chosen(rows.G_n, alone), columns), rows.gap[alone])
+        gap = Rows(Term.GAP, Cone.NONNEGATIVE, _pad(rows_of(rows.G_n, alone), columns), rows.gap[alone])
         own = (gap, norm_rows(Term.FRICTION, sliding, slip, columns, bounds), self._tie_rows(columns))
         return own if self.shift is None else (*own, _coulomb_rows(*self.shifted_rows(), columns))
 
@@ -164,11 +164,6 @@ def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, sl
     order = np.column_stack([np.arange(count), count + np.arange(count * tangents).reshape(count, tangents)]).ravel()
     b = np.column_stack([gap, slip]).ravel()
     return Rows(Term.COULOMB, Cone.SECOND_ORDER, _pad(sp.csr_matrix(stacked[order]), columns), b, width)
-
-
-def _chosen(G: sp.csr_matrix, rows: Bools) -> sp.csr_matrix:
-    """G[rows], without the cost of a copy where that is all of them."""
-    return G if rows.all() else G[rows]
 
 
 def _pad(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
