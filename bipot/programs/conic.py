@@ -104,7 +104,7 @@ class CompiledTangent:
 
 
 def square_root(K: Floats) -> Floats:
-    """L (n, n) with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
+    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
     values, vectors = np.linalg.eigh(K)
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
 
