@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
+from bipot.programs.ordering import SYMMETRIC, minimum_degree
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -66,7 +67,7 @@ def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None 
         ProgramError: the matrix is singular.
     """
     try:
-        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, relax=relax, options={"SymmetricMode": True})
+        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, relax=relax, options=SYMMETRIC)
     except RuntimeError as singular:
         raise ProgramError(SINGULAR) from singular
 
@@ -90,11 +91,11 @@ class Split:
     def of(K: sp.csc_matrix, kept: Ints) -> Split:
         """SuperLU's minimum degree, taken once, on the pattern of K with ``kept`` all connected, as S connects them."""
         n, count = len(K.indptr) - 1, len(kept)
-        # Any diagonally dominant matrix will do: only its ordering is kept.
         clique = sp.coo_matrix((np.ones(count**2), (np.repeat(kept, count), np.tile(kept, count))), shape=(n, n))
         pattern = sp.csc_matrix((np.ones(K.nnz), K.indices, K.indptr), shape=(n, n))
-        sample = sp.csc_matrix(pattern + clique + 3.0 * n * sp.eye_array(n))
-        order = np.argsort(factorise(sample).perm_c)
+        connected = sp.csc_matrix(pattern + clique + sp.eye_array(n))
+        indices, indptr = (np.asarray(a, dtype=np.int32) for a in (connected.indices, connected.indptr))
+        order = np.argsort(minimum_degree(indices, indptr))
         order = np.concatenate([order[~np.isin(order, kept)], kept])
         numbered = sp.csc_matrix((np.arange(K.nnz), K.indices, K.indptr), shape=(n, n))
         ordered = sp.csc_matrix(numbered[:, order][order])

@@ -22,12 +22,12 @@ from numpy.typing import NDArray
 
 from bipot.errors import ProgramError
 from bipot.programs.data import ContactRows
+from bipot.programs.ordering import SYMMETRIC, minimum_degree
 from bipot.programs.pieces import Pieces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-SYMMETRIC = {"SymmetricMode": True}
 PIVOT = 1e-2
 """The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
 
@@ -50,10 +50,8 @@ class Pattern:
         """Order the CSC pattern by minimum degree."""
         n = len(indptr) - 1
         column = np.repeat(np.arange(n), np.diff(indptr))
-        # Any diagonally dominant matrix will do: only its ordering is kept.
-        sample = sp.csc_matrix((np.where(indices == column, float(n), -0.5), indices, indptr), shape=(n, n))
-        rank = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=SYMMETRIC).perm_c
-        row, column = rank[indices].astype(np.intp), rank[column].astype(np.intp)
+        rank = minimum_degree(indices, indptr)
+        row, column = rank[indices], rank[column]
         by_row = np.lexsort((column, row))
         place = np.empty(len(by_row), dtype=np.intp)
         place[by_row] = np.arange(len(by_row))
