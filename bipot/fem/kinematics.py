@@ -68,11 +68,6 @@ class Kinematics:
         return strain_operator(self.shape)
 
 
-def jacobians(nodes: Floats, elements: Ints, reference: Tabulated) -> Floats:
-    """Determinant (e, q) of the map from the reference square."""
-    return _determinant(_by_reference(nodes[elements], reference))
-
-
 def _by_reference(x: Floats, reference: Tabulated) -> Floats:
     """dx/dxi (e, q, 2, 2) of element values (e, k, 2): one dense product, nine times faster than one a point."""
     (e, k, d), q = x.shape, len(reference.weights)
