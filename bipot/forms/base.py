@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -83,6 +83,14 @@ class Answer:
     coupled: bool = False
 
 
+class Measured(NamedTuple):
+    """How far a response with contact forces on ``rows`` was from equilibrium and law."""
+
+    response: Response
+    rows: ContactRows
+    distance: float
+
+
 @dataclass
 class Workspace:
     """Programs compiled during a run, by structure: the one mutable thing, owned by the march.
@@ -95,6 +103,7 @@ class Workspace:
     pace: Pace = field(default_factory=Pace)
     last_split: Split | None = None
     assembly: Stopwatch = field(default_factory=Stopwatch)
+    measured: Measured | None = None
     solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
 
     def stated(self, program: TangentProgram) -> Stated:

@@ -61,13 +61,15 @@ class Condensed:
 def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None = None) -> sla.SuperLU:
     """LU of a symmetric positive definite sparse matrix (symmetric mode; minimum degree, or NATURAL if ordered).
 
-    ``relax`` is the size up to which SuperLU merges the columns at the leaves; its default where it is None.
+    ``relax`` is the size up to which SuperLU merges the columns at the leaves; they are then taken one by one, by which
+    small meshes gain. Its defaults where it is None.
 
     Raises:
         ProgramError: the matrix is singular.
     """
     try:
-        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, relax=relax, options=SYMMETRIC)
+        panel = None if relax is None else 1
+        return sla.splu(K, permc_spec=order, diag_pivot_thresh=0.0, relax=relax, panel_size=panel, options=SYMMETRIC)
     except RuntimeError as singular:
         raise ProgramError(SINGULAR) from singular
 
@@ -156,7 +158,7 @@ def touched(rows: ContactRows, size: int) -> Ints:
 
 def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
     """Condense a sparse program on the unknowns its contact rows touch; ``split`` saves finding the order again."""
-    K = sp.csc_matrix(program.K)
+    K = program.K if isinstance(program.K, sp.csc_matrix) else sp.csc_matrix(program.K)
     if split is None:
         split = Split.of(K, touched(program.contact.rows, len(program.f)))
     kept, count = split.kept, len(split.kept)

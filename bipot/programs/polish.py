@@ -25,7 +25,7 @@ from bipot.programs.shifted import shifted_map
 Floats = NDArray[np.float64]
 
 ITERATIONS = 12
-EXACT = 1e-10
+EXACT, ROUND_OFF = 1e-10, 1e-14
 
 
 @dataclass(frozen=True)
@@ -119,6 +119,8 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
             break
         if error < least:
             best, least = current, error
+        if least <= ROUND_OFF:
+            break
         jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
         try:
             current = current - np.linalg.solve(jacobian, residual)
