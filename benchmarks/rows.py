@@ -47,3 +47,15 @@ def write(path: Path, kind: type, rows: Iterable[Any]) -> None:
         writer = csv.writer(file)
         writer.writerow([f.name for f in fields(kind)])
         writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in astuple(row)] for row in rows)
+
+
+def read(path: Path) -> list[Row]:
+    """The rows of a bench.csv."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return [
+            Row(r["name"], r["form"], float(r["mu"]), int(r["elements"]), *(float(r[k]) for k in TIMES))
+            for r in csv.DictReader(file)
+        ]
+
+
+TIMES = ("kappa_s", "seconds", "ratio")

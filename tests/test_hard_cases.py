@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks import memory, speed
+from benchmarks import memory, page, speed
 from benchmarks.rows import Row
 from benchmarks.targets import LIMITS, verdicts
 from bipot.certificate import Bounds
@@ -205,3 +205,10 @@ def test_memory_of_a_run_does_not_grow_with_its_increments() -> None:
     whole, grown = memory.measured(10, 8)
     assert 0.01 < whole < 1.0
     assert grown < 0.01
+
+
+def test_the_table_of_limits_on_the_page_is_that_of_the_results() -> None:
+    docs = Path(__file__).parents[1] / "docs"
+    text = (docs / "robustness.md").read_text(encoding="utf-8")
+    assert page.written(text, page.read(docs / "results" / "bench.csv")) == text
+    assert "not measured" not in text
