@@ -25,7 +25,7 @@ from bipot.programs.shifted import shifted_map
 Floats = NDArray[np.float64]
 
 ITERATIONS = 12
-EXACT, ROUND_OFF = 1e-10, 1e-14
+EXACT = 1e-10
 
 
 @dataclass(frozen=True)
@@ -114,13 +114,12 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
         value, by_motion, by_r = natural.evaluate(natural.G @ x + natural.offset, force)
         residual = np.concatenate([program.K @ x - program.f - natural.G.T @ force, value])
         error = float(np.abs(residual).max()) / scale
-        # Once it no longer falls from round-off, another step would only add noise.
+        # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
+        # an open contact of a body without force must carry exactly none.
         if least <= EXACT and error >= least:
             break
         if error < least:
             best, least = current, error
-        if least <= ROUND_OFF:
-            break
         jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
         try:
             current = current - np.linalg.solve(jacobian, residual)
