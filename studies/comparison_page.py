@@ -131,8 +131,8 @@ def of_runs(results: Path) -> str:
     found = {(line["mu"], line["method"], line["knob"], line["value"]): line for line in lines}
     rows = []
     for method, knob, value in dict.fromkeys((r["method"], r["knob"], r["value"]) for r in lines if r["knob"] in knobs):
-        cells = [found[mu, method, knob, value] for mu in mus]
-        shown = [brief(c[name], DIGITS.get(name, 2)) for c in cells for name in COLUMNS.values()]
+        cells = [found.get((mu, method, knob, value), {}) for mu in mus]
+        shown = [brief(c.get(name, math.nan), DIGITS.get(name, 2)) for c in cells for name in COLUMNS.values()]
         rows.append([str(method), f"{knob} {value:g}", *shown])
     return table(["method", "knob", *(f"{name} ({mu:g})" for mu in mus for name in COLUMNS)], rows)
 

@@ -34,7 +34,7 @@ class Knob(Enum):
 class Plan:
     """Meshes, increments, and the values of every knob.
 
-    Penalties are varied at ``penalised`` increments, tolerances and start-ups at ``increments``. A row is run
+    ``further`` are increments at one mu only. Penalties are varied at ``penalised`` increments, tolerances and start-ups at ``increments``. A row is run
     ``repeats`` times if that takes less than ``row`` seconds, else once.
     """
 
@@ -53,6 +53,7 @@ class Plan:
         (Method.WRITTEN, (10, 40, 160, 640, 1280, 5120, 20480)),
         (Method.UNRETURNED, (160, 640)),
     )
+    further: tuple[tuple[float, Method, int], ...] = ((0.1, Method.WRITTEN, 40960),)
     penalised: int = 40
     penalties: tuple[float, ...] = (1.0, 1e1, 1e2, 1e3, 1e4)
     increments: int = 80
@@ -72,6 +73,7 @@ FAST = Plan(
     reference=12,
     repeats=1,
     steps=((Method.NEWTON, (3,)), (Method.TANGENT, (3,)), (Method.UZAWA, (3,)), (Method.WRITTEN, (3,))),
+    further=(),
     penalised=3,
     penalties=(1.0, 1e2),
     increments=3,
@@ -115,7 +117,7 @@ def jobs(plan: Plan) -> Iterator[Job]:
     radon = Quadrature.RADON7
     for mu in REDUCTIONS:
         for method, values in plan.steps:
-            for n in values:
+            for n in (*values, *(n for at, what, n in plan.further if (at, what) == (mu, method))):
                 yield Job(mu, method, Knob.INCREMENTS, n, plan.elements, radon, n, Setting())
         for factor in plan.penalties:
             setting = Setting(factor)
