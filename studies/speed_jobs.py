@@ -34,8 +34,8 @@ class Knob(Enum):
 class Plan:
     """Meshes, increments, and the values of every knob.
 
-    ``further`` are increments at one mu only. Penalties are varied at ``penalised`` increments, tolerances and start-ups at ``increments``. A row is run
-    ``repeats`` times if that takes less than ``row`` seconds, else once.
+    ``further`` are increments at one mu only. Penalties are varied at ``penalised`` increments, tolerances and
+    start-ups at ``increments``. A row is run ``repeats`` times if that takes less than ``row`` seconds, else once.
     """
 
     elements: int = 5
