@@ -13,7 +13,8 @@ The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tel
 Rows of the knob ``start_up`` divide the steps of the start-up (0.1 % of the height) by fewer than their increments
 ask for. Rows of ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
 ``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``runs`` runs
-in one process of one thread (three where they take less than 20 s together, else one), as accepted increments tell it:
+in one process of one thread (three where they take less than 20 s together, else one; rows of more increments than the
+reference run once in a second process beside the others), as accepted increments tell it:
 ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside the solvers (split in
 proportion to wall time), ``other_s`` the rest with failed attempts. ``--resume`` keeps the rows the table already has.
 """
@@ -23,6 +24,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -163,6 +165,11 @@ def scalar_errors(run: Run, exact: Run, path: Course) -> dict[str, float]:
     }
 
 
+def aside(job: Job, plan: Plan) -> bool:
+    """Whether a row is so long that it runs in a process of its own beside the others, once."""
+    return job.increments > plan.reference
+
+
 def main(argv: list[str] | None = None) -> int:
     """Run all jobs in this process, rewriting the tables after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
@@ -172,16 +179,18 @@ def main(argv: list[str] | None = None) -> int:
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     rows: list[Row] = []
-    todo = list(jobs(plan))
+    todo = sorted(jobs(plan), key=lambda job: aside(job, plan))
     kept = read_rows(asked.out / f"{NAME}.csv", Row) if asked.resume else []
     known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
     clock = Expected(sum(cost(job) for job in todo if key(job) not in known))
+    pool = ProcessPoolExecutor(1)
     try:
+        longest = {job: pool.submit(measured, job, plan) for job in todo if aside(job, plan) and key(job) not in known}
         for job in todo:
             if key(job) in known:
                 rows.append(known.pop(key(job)))
             else:
-                rows.append(measured(job, plan))
+                rows.append(longest[job].result() if job in longest else measured(job, plan))
                 clock.done(cost(job))
             # What is kept but not reached yet stays in the table, so that a second interruption loses nothing.
             write_csv(asked.out / f"{NAME}.csv", [*rows, *known.values()])
@@ -194,6 +203,8 @@ def main(argv: list[str] | None = None) -> int:
     except BipotError as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    finally:
+        pool.shutdown(cancel_futures=True)
     print(summary(fastest(rows)))
     print(f"results in {asked.out.resolve()}")
     return 0
