@@ -171,7 +171,7 @@ def aside(job: Job, plan: Plan) -> bool:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run all jobs in this process, rewriting the tables after each."""
+    """Run all jobs, rewriting the tables after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
