@@ -41,7 +41,7 @@ class Plan:
     elements: int = 5
     reference: int = 1280
     repeats: int = 3
-    row: float = 20.0
+    row: float = 60.0
     steps: tuple[tuple[Method, tuple[int, ...]], ...] = (
         (Method.NEWTON, (10, 20, 40, 80, 160, 640)),
         (Method.EULER, (10, 40, 160, 640)),

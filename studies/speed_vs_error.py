@@ -13,7 +13,7 @@ The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tel
 Rows of the knob ``start_up`` divide the steps of the start-up (0.1 % of the height) by fewer than their increments
 ask for. Rows of ``elements`` compare with the finest mesh of their quadrature on the same increments to 20 %;
 ``scatter`` gives F at 45 % for mu = 0.3 over the increments. ``seconds`` is the median processor time of ``runs`` runs
-in one process of one thread (three where they take less than 20 s together, else one; rows of more increments than the
+in one process of one thread (three where they take less than 60 s together, else one; rows of more increments than the
 reference run once in a second process beside the others), as accepted increments tell it:
 ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside the solvers (split in
 proportion to wall time), ``other_s`` the rest with failed attempts. ``--resume`` keeps the rows the table already has.
