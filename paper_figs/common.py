@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from bipot.errors import ResultsError
 from bipot.history import History, load
 from paper_figs.closed_forms import Cylinder
+from studies.tables import Value, read_csv
 
 MU = (0.1, 0.3)
 COMMAND = "python -m studies.upsetting --mu 0.1 0.3 --out {results}"
@@ -102,3 +103,24 @@ def save(figure: Figure, out: Path, name: str) -> list[Path]:
     except OSError as error:
         raise SystemExit(f"{out}: cannot be written ({error})") from error
     return paths
+
+
+def from_table(
+    argv: Sequence[str] | None,
+    about: str | None,
+    name: str,
+    command: str,
+    draw: Callable[[list[dict[str, Value]]], Figure],
+) -> None:
+    """The command line of a figure drawn from ``name``.csv alone, ``fig_name``; ``command`` makes the table."""
+    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0])
+    parser.add_argument("--results", type=Path, default=Path(f"results/{name}"))
+    parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
+    asked = parser.parse_args(argv)
+    try:
+        rows = read_csv(asked.results / f"{name}.csv", command.format(out=asked.results))
+    except ResultsError as error:
+        raise SystemExit(str(error)) from error
+    with mpl.rc_context(STYLE):
+        for path in save(draw(rows), asked.out or asked.results / "figures", f"fig_{name}"):
+            print(path)

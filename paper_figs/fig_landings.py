@@ -5,22 +5,18 @@ python -m paper_figs.fig_landings [--results results/landings] [--out DIR]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from bipot.errors import ResultsError
 from bipot.laws.flow import Integration
-from paper_figs.common import BLUE, GREY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, from_table
 from studies.landings import COMMAND, NAME
-from studies.tables import Value, read_csv
+from studies.tables import Value
 
 Rows = list[dict[str, Value]]
 
@@ -62,17 +58,7 @@ def panel(ax: Axes, rows: Rows, name: str, factor: float) -> None:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        rows = read_csv(asked.results / f"{NAME}.csv", COMMAND.format(out=asked.results))
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        for path in save(draw(rows), asked.out or asked.results / "figures", f"fig_{NAME}"):
-            print(path)
+    from_table(argv, __doc__, NAME, COMMAND, draw)
 
 
 if __name__ == "__main__":

@@ -5,20 +5,16 @@ python -m paper_figs.fig_penalty_vs_conic [--results results/penalty_vs_conic] [
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bipot.errors import ResultsError
-from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_table
 from studies.penalty_vs_conic import COMMAND, NAME
-from studies.tables import Value, read_csv
+from studies.tables import Value
 
 Rows = list[dict[str, Value]]
 
@@ -79,17 +75,7 @@ def _series(rows: Rows, name: str) -> tuple[np.ndarray, np.ndarray]:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        rows = read_csv(asked.results / f"{NAME}.csv", COMMAND.format(out=asked.results))
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        for path in save(draw(rows), asked.out or asked.results / "figures", "fig_penalty_vs_conic"):
-            print(path)
+    from_table(argv, __doc__, NAME, COMMAND, draw)
 
 
 if __name__ == "__main__":

@@ -88,7 +88,7 @@ def test_vtk_reads_contact_fields_of_every_increment(run, steps):
         assert np.isnan(nodal["gap"][others]).all()
         # The punch pushes down, and friction holds the outward flow back.
         np.testing.assert_allclose(nodal["contact_force"][node, 1], -a.solved.r[:, 0], atol=0)
-        assert nodal["contact_force"][:, 0].max() <= 1e-15 * np.abs(a.solved.r).max()
+        assert (nodal["contact_force"][:, 0] <= 0).all()
         gap = a.state.nodes[node, 1] - (5 - a.state.tau * 0.2 * 5)
         np.testing.assert_allclose(-nodal["gap"][node], gap, atol=1e-12)
 
