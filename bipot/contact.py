@@ -38,26 +38,27 @@ class Candidates:
     tangent_free: Bools
     mu: Floats
 
-    def start_gap(self, nodes: Floats, tau: float) -> Floats:
-        """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``."""
+    def distance(self, nodes: Floats, tau: float) -> Floats:
+        """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``, good to its round-off."""
         gap = np.empty(len(self.node))
         for k, tool in enumerate(self.scene.tools):
             mine = self.tool == k
             gap[mine] = nodes[self.node[mine]] @ np.array(tool.normal) - tool.offset(tau)
         return gap
 
-    def rows(self, nodes: Floats, tau: float, tau_end: float) -> ContactRows:
-        """Operators of the increment from ``tau`` to ``tau_end`` that starts at ``nodes`` (a, 2)."""
+    def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
+        """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""
         tools, (normal_rows, tangent_rows) = self.scene.tools, self._operators
         travel = np.array([tool.moved(tau, tau_end) for tool in tools])[self.tool]
+        normal, tangent = self._axes
         mu = self.mu
         welded = np.array([tool.welded for tool in tools])[self.tool]
-        tied = welded & (self.start_gap(nodes, tau) <= _closed_tolerance(self.scene)) if welded.any() else welded
+        tied = welded & (gap <= _closed_tolerance(self.scene))
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
-        slip = -np.vecdot(self._axes[1], travel)[rubs]
+        slip = -np.vecdot(tangent, travel)[rubs]
         return ContactRows(
             normal_rows,
-            self.start_gap(nodes, tau_end),
+            gap - np.vecdot(normal, travel),
             rows_of(tangent_rows, rubs),
             slip[:, None],
             np.flatnonzero(rubs),

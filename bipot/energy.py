@@ -70,7 +70,7 @@ class Energies:
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start.forces + theta * end.forces
         motion = solved.rows.motion(solved.response.x)
-        opened = motion[:, 0] - system.candidates.start_gap(start.nodes, start.tau)
+        opened = motion[:, 0] - start.gap
         tools = float(np.vdot(tool_forces(system, r), tool_travel(system, start.tau, end.tau)))
         return Energies(
             self.work + tools + float(np.vdot(r[:, 0], opened)),

@@ -162,7 +162,7 @@ def cell_fields(accepted: Accepted) -> dict[str, Floats]:
 
 
 def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]:
-    """What ``/bipot/steps`` holds of one increment: everything a state needs beside nodes and velocity."""
+    """What ``/bipot/steps`` holds of one increment: everything a state needs beside nodes."""
     state = accepted.state
     assert state.flow is not None, "only the state at rest has no flow"
     flow: dict[str, ArrayLike] = {f"flow_{name}": value for name, value in vars(state.flow).items()}
@@ -173,6 +173,9 @@ def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]
         "peeq": state.peeq,
         "volume": accepted.solved.response.kinematics.volume,
         "contact_force": state.forces,
+        "gap": state.gap,
+        "displacement": state.displacement,
+        "length": state.length,
         "force_tol": tractions.force_tol,
         "slip_tol": tractions.slip_tol,
     }

@@ -127,14 +127,16 @@ class History:
             vtk, steps = file["VTKHDF"], file["bipot/steps"]
             step = range(int(vtk["Steps"].attrs["NSteps"]))[row]
             return State(
-                float(vtk["Steps/Values"][step]),
-                _nodal(vtk, "Points", step)[:, :2].copy(),
-                steps["stress"][step],
-                steps["plastic_strain"][step],
-                steps["peeq"][step],
-                steps["contact_force"][step],
-                _nodal(vtk, "PointData/velocity", step)[:, :2].copy(),
-                _flow(steps, step),
+                tau=float(vtk["Steps/Values"][step]),
+                nodes=_nodal(vtk, "Points", step)[:, :2],
+                stress=steps["stress"][step],
+                plastic_strain=steps["plastic_strain"][step],
+                peeq=steps["peeq"][step],
+                forces=steps["contact_force"][step],
+                gap=steps["gap"][step],
+                displacement=steps["displacement"][step],
+                length=float(steps["length"][step]),
+                flow=_flow(steps, step),
             )
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:

@@ -22,7 +22,7 @@ from bipot.forms import Answer, Form, Pass, Workspace
 from bipot.laws.tensors import norm
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
-from bipot.response import Body, Response, State
+from bipot.response import Body, Response, State, rest
 
 Floats = NDArray[np.float64]
 
@@ -36,6 +36,16 @@ class System:
 
     body: Body
     candidates: Candidates
+
+    def rest(self) -> State:
+        """The state at rest."""
+        scene = self.body.scene
+        return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
+
+    def advance(self, start: State, solved: Solved, tau: float) -> State:
+        """The state at ``tau`` after the increment that was ``solved`` from ``start``."""
+        travel, gap = tool_travel(self, start.tau, tau), solved.rows.motion(solved.response.x)[:, 0]
+        return self.body.advance(start, solved.response, tau, travel, solved.r, gap)
 
 
 @dataclass(frozen=True)
@@ -101,8 +111,7 @@ def solve_increment(
         InvertedElement, ProgramError: from an iterate.
     """
     body = system.body
-    rows = system.candidates.rows(state.nodes, state.tau, tau)
-    start_gap = system.candidates.start_gap(state.nodes, state.tau)
+    rows = system.candidates.rows(state.gap, state.tau, tau)
     units = _units(system, state, tau)
     x = _predicted(system, state, tau, workspace).ravel()[body.space.free]
     assembled = workspace.assembly.seconds
@@ -122,7 +131,7 @@ def solve_increment(
             response,
             taken,
             (coupling.value if shift is None else rows.threshold(r))[active],
-            start_gap[near],
+            state.gap[near],
             state.forces[near],
             r[near],
             force,

@@ -106,7 +106,7 @@ def locate(
     """
     length = tau - state.tau
     none = how.tolerance * float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max())
-    start_gap = system.candidates.start_gap(state.nodes, state.tau)
+    start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
         return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))

@@ -22,7 +22,7 @@ from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
 from bipot.increment import Limits, Solved, System, Trial, solve_increment, tool_travel
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
-from bipot.response import Body, State, StressUpdate, body_space, rest
+from bipot.response import Body, State, StressUpdate, body_space
 from bipot.scene import Scene
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
@@ -158,7 +158,7 @@ def march(
         IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
     """
     system = system_of(scene, control.update)
-    state = rest(scene, len(system.candidates.node)) if start is None else start
+    state = system.rest() if start is None else start
     workspace, energies = Workspace(), Energies()
     largest = float(np.abs(state.forces).max(initial=0.0))
     number = 0
@@ -189,8 +189,7 @@ def march(
                 reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
-            travel = tool_travel(system, state.tau, tau)
-            accepted = system.body.advance(state, solved.response, tau, travel, solved.r)
+            accepted = system.advance(state, solved, tau)
             energies = energies.after(system, state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1

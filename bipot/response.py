@@ -22,8 +22,7 @@ from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, id
 from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return, yield_function
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene import Scene
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats, read_only
 
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""
@@ -48,8 +47,12 @@ class StressUpdate(Enum):
 
 @dataclass(frozen=True)
 class State:
-    """An accepted state: pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q),
-    contact forces (c, d) on all candidates, velocity du/dtau (a, d) and flow of the increment that led here.
+    """An accepted state and the increment that led to it.
+
+    Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
+    (c,) of all candidates; displacement (a, d), length in pseudo-time and flow of the increment that led here. Gaps
+    and displacement are kept as they were found, because positions lose a small travel to their round-off. Arrays are
+    read-only.
     """
 
     tau: float
@@ -58,17 +61,36 @@ class State:
     plastic_strain: Floats
     peeq: Floats
     forces: Floats
-    velocity: Floats
+    gap: Floats
+    displacement: Floats
+    length: float = 0.0
     flow: Flow | None = None
 
+    def __post_init__(self) -> None:
+        for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement"):
+            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
-def rest(scene: Scene, candidates: int) -> State:
-    """The stress-free state at tau = 0."""
+    @property
+    def velocity(self) -> Floats:
+        """du/dtau (a, d) of the increment that led here, zero at rest."""
+        return self.displacement / self.length if self.length > 0 else np.zeros_like(self.displacement)
+
+
+def rest(scene: Scene, gap: Floats) -> State:
+    """The stress-free state at tau = 0, in which the candidates have the gaps (c,)."""
     nodes = scene.mesh.nodes
-    space_ = body_space(scene)
-    tensor = np.zeros((len(scene.mesh.elements), len(space_.reference.weights), MANDEL_2D))
-    forces = np.zeros((candidates, nodes.shape[1]))
-    return State(0.0, nodes, tensor, tensor, tensor[..., 0], forces, np.zeros_like(nodes))
+    tensor = np.zeros((len(scene.mesh.elements), len(body_space(scene).reference.weights), MANDEL_2D))
+    forces = np.zeros((len(gap), nodes.shape[1]))
+    return State(
+        tau=0.0,
+        nodes=nodes,
+        stress=tensor,
+        plastic_strain=tensor,
+        peeq=tensor[..., 0],
+        forces=forces,
+        gap=gap,
+        displacement=np.zeros_like(nodes),
+    )
 
 
 def body_space(scene: Scene) -> Space:
@@ -210,20 +232,33 @@ class Body:
             self.scene.material.elasticity.shear,
         )
 
-    def advance(self, start: State, response: Response, tau: float, travel: Floats, forces: Floats) -> State:
+    def advance(
+        self, start: State, response: Response, tau: float, travel: Floats, forces: Floats, gap: Floats
+    ) -> State:
         """The state after accepting the response: (30), stress and internals as returned.
 
         ``start`` is the last accepted state; the response's own may have its flow carried on. ``travel`` (tools, d) is
-        that of the tools.
+        that of the tools; forces (c, d) and gaps (c,) are those of the candidates at the end.
         """
         plastic, before = response.state.plastic_strain, start.plastic_strain
         if self.scene.configuration is Configuration.MIDPOINT:
             angle = response.kinematics.angle
             plastic, before = rotate(plastic, angle), rotate(before, angle)
-        returned, length = response.returned, tau - start.tau
+        returned = response.returned
         plastic = plastic + returned.plastic_strain
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(travel, flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
         du = self.space.spread(response.x)
-        return State(tau, start.nodes + du, returned.stress, plastic, peeq, forces, du / length, flow)
+        return State(
+            tau=tau,
+            nodes=start.nodes + du,
+            stress=returned.stress,
+            plastic_strain=plastic,
+            peeq=peeq,
+            forces=forces,
+            gap=gap,
+            displacement=du,
+            length=tau - start.tau,
+            flow=flow,
+        )

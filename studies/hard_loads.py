@@ -18,7 +18,7 @@ from bipot.force_control import press
 from bipot.forms import FormName, Workspace
 from bipot.increment import System
 from bipot.march import Attempt, Control, attempt_increment, system_of
-from bipot.response import State, rest
+from bipot.response import State
 from studies.hard_forms import FORMS
 from studies.hard_programs import LIMIT_LOAD, Ended, Farkas, ProgramCase, force_controlled, limit_scene
 from studies.hard_scenes import Outcome
@@ -47,7 +47,7 @@ def sought(factor: float, name: FormName) -> Ended:
     """Seek the increment from rest that ends at the load; above the limit load judge the mechanism it stops with."""
     scene = limit_scene()
     system = system_of(scene)
-    state = rest(scene, len(system.candidates.node))
+    state = system.rest()
     form, fallbacks = FORMS[name](scene)
     control, workspace, passes = Control(form, fallbacks), Workspace(), 0
 
@@ -72,6 +72,6 @@ def mechanism(system: System, state: State, v: Floats, factor: float) -> Farkas:
     """The Farkas inequalities for dx/dtau (n,) under the punch's own speed."""
     speed = float(np.linalg.norm(system.body.scene.tools[0].moved(0.0, 1.0)))
     model = system.body.plastic_model(system.body.respond(state, np.zeros(len(v))))
-    rows = system.candidates.rows(state.nodes, 0.0, 1.0)
-    opening = rows.G_n @ v + rows.gap - system.candidates.start_gap(state.nodes, 0.0)
+    rows = system.candidates.rows(state.gap, 0.0, 1.0)
+    opening = rows.G_n @ v + rows.gap - state.gap
     return Farkas.of(model, v, factor * LIMIT_LOAD * speed, max(0.0, -float(opening.min()) / speed))

@@ -23,7 +23,6 @@ from bipot.programs.dissipation import ROOT, DissipationProgram, PlasticModel
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.programs.polish import polish
 from bipot.programs.terms import ContactTerms
-from bipot.response import rest
 from bipot.scene import Scene, upsetting
 from studies.hard_scenes import Outcome
 
@@ -86,7 +85,7 @@ def limit_program(factor: float) -> tuple[DissipationProgram, Units]:
     scene = limit_scene()
     system = system_of(scene)
     space = system.body.space
-    state = rest(scene, len(system.candidates.node))
+    state = system.rest()
     model = system.body.plastic_model(system.body.respond(state, np.zeros(space.size)))
     top = space.position[2 * scene.mesh.boundary_nodes("top") + 1]
     own = np.setdiff1d(np.arange(space.size), top)

@@ -146,7 +146,7 @@ def course(integration: Integration, located: bool, increments: int, elements: i
 
 def _landings(system: System, a: Accepted, none: float) -> int:
     """How many candidates land in an increment, or at its end if it is cut there."""
-    gap = system.candidates.start_gap(a.start.nodes, a.start.tau)
+    gap = a.start.gap
     return len(newly_closed(gap, a.solved.r, none)) + (a.landed is not None)
 
 

@@ -47,7 +47,7 @@ def posed(mu: float = 0.3, after: int = 6) -> Posed:
     accepted = run(mu)[after - 1]
     system = system_of(upsetting(mu=mu, reduction=0.1, elements=4))
     state, dtau = accepted.state, accepted.state.tau - accepted.start.tau
-    rows = system.candidates.rows(state.nodes, state.tau, state.tau + dtau)
+    rows = system.candidates.rows(state.gap, state.tau, state.tau + dtau)
     rows = rows.take(rows.gap < 0.2)
     x = (state.velocity * dtau).ravel()[system.body.space.free]
     response = system.body.respond(state, x)

@@ -29,12 +29,12 @@ def test_candidates_are_top_and_side_without_the_held_base_node():
 def test_friction_rows_only_where_the_tangent_is_free():
     """The axis node cannot slip; without friction there are no rows at all."""
     system = fresh(0.3, elements=3)
-    rows = system.candidates.rows(system.body.scene.mesh.nodes, 0.0, 0.1)
+    rows = system.candidates.rows(system.rest().gap, 0.0, 0.1)
     mesh = system.body.scene.mesh
     axis = np.isin(system.candidates.node, mesh.boundary_nodes("axis"))
     np.testing.assert_array_equal(rows.frictional, np.flatnonzero(~axis))
     smooth = fresh(0.0, elements=3)
-    assert smooth.candidates.rows(mesh.nodes, 0.0, 0.1).G_t.shape[0] == 0
+    assert smooth.candidates.rows(smooth.rest().gap, 0.0, 0.1).G_t.shape[0] == 0
 
 
 def test_gap_and_slip_operators_measure_the_motion():
@@ -45,7 +45,7 @@ def test_gap_and_slip_operators_measure_the_motion():
     scene = block_scene((tool,))
     space_ = body_space(scene)
     points = candidates(scene, space_)
-    rows = points.rows(scene.mesh.nodes, 0.25, 0.75)
+    rows = points.rows(points.distance(scene.mesh.nodes, 0.25), 0.25, 0.75)
     x = rng.normal(size=space_.size) * 0.01
     moved = (scene.mesh.nodes + space_.spread(x))[points.node]
     plane = np.array(tool.point) + 0.75 * np.array(tool.travel)
@@ -62,7 +62,7 @@ def test_gap_and_slip_operators_measure_the_motion():
 def test_welded_points_are_tied_while_touching_and_frictionless_before():
     system = fresh(np.inf, elements=3)
     mesh = system.body.scene.mesh
-    rows = system.candidates.rows(mesh.nodes, 0.0, 0.1)
+    rows = system.candidates.rows(system.rest().gap, 0.0, 0.1)
     on_top = np.isin(system.candidates.node, mesh.boundary_nodes("top"))
     np.testing.assert_array_equal(rows.tied, on_top)
     assert set(rows.frictional) <= set(np.flatnonzero(on_top))

@@ -13,10 +13,9 @@ from bipot.errors import NotConverged, SceneError, UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.force_control import Seek, press, straight
 from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
-from bipot.increment import Limits, tool_travel
+from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.march import Attempt, Control, attempt_increment, system_of
-from bipot.response import rest
 from bipot.scene import upsetting
 from studies import hard_cases
 from studies.hard_forms import FORMS
@@ -34,7 +33,7 @@ class Problem:
 
     def __init__(self, scene, form=None, fallbacks=(), limits=DEFAULT):
         self.system = system_of(scene)
-        self.state = rest(scene, len(self.system.candidates.node))
+        self.state = self.system.rest()
         self.control = Control(Newton() if form is None else form, fallbacks, limits)
         self.workspace, self.taus = Workspace(), []
 
@@ -203,8 +202,7 @@ def test_bad_loads_are_refused(force, tool, field):
 def test_a_force_below_the_present_one_and_a_path_at_its_end_are_refused():
     problem = Problem(small(mu=0.0))
     solved = problem.solve(1e-3).solved
-    travel = tool_travel(problem.system, 0.0, 1e-3)
-    problem.state = problem.system.body.advance(problem.state, solved.response, 1e-3, travel, solved.r)
+    problem.state = problem.system.advance(problem.state, solved, 1e-3)
     with pytest.raises(SceneError, match="above the present"):
         problem.press(10.0)
     problem.state = replace(problem.state, tau=1.0)

@@ -122,7 +122,7 @@ def test_mu_of_a_node_holds_there_only() -> None:
     node = int(scene.mesh.boundary_nodes("top")[-1])
     scene = replace(scene, tools=(replace(scene.tools[0], mu_at={node: 0.0}),))
     points = system_of(scene).candidates
-    rows = points.rows(scene.mesh.nodes, 0.0, 0.1)
+    rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 0.1)
     assert set(rows.mu[points.node == node]) == {0.0}
     assert set(rows.mu[points.node != node]) == {0.2}
     assert node not in points.node[rows.frictional]

@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FLOORS = (
-    ("errors", "progress", "laws", "mesh"),
+    ("errors", "progress", "typing", "laws", "mesh"),
     ("fem", "scene"),
     ("contact", "programs", "response", "certificate", "coulomb"),
     ("forms", "increment"),

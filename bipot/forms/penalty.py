@@ -133,7 +133,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     """
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
-    closed = candidates.start_gap(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
+    closed = candidates.distance(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
     closed = closed if closed.any() else np.ones_like(closed)
     edges = np.concatenate([contact_edges(candidates, k, tool, closed) for k, tool in enumerate(scene.tools)])
     nodes = candidates.node[edges]
