@@ -1,47 +1,66 @@
-r"""How far an increment is from the law: five numbers recomputed from the returned fields alone.
+r"""How far an increment is from the law: numbers recomputed from the returned fields alone.
 
-Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion (g + du_n, du_t),
+Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion u = (g + du_n, du_t),
 stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
-* equilibrium: largest nodal residual over the largest nodal sum of |element forces| (the caller's floor under that
-  scale keeps an unstressed body, whose forces are round-off, measurable);
+* equilibrium: largest nodal residual over the largest nodal sum of |element forces|;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
-* gap: sum_c |mu r_n |du_t| + r_n (g + du_n) + r_t . du_t|
-       + sum_q |w (sigma_Y |e_p|_eq - sigma : e_p) + w/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)|,
-  sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, in energy units.
+* law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
+  stiffness of the contact's node (over mu where that is above one): where slips are tiny a wrong force costs no energy;
+* gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
+       + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
+  sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, the bifunctional (19),
+  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment.
+
+Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
+measure is its :class:`Resolution`; where that is above the bound the measure decides nothing and is said to be below
+resolution, neither passed nor refused.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bipot.laws.coulomb import bipotential_gap, cone_violation
+from bipot.errors import require
+from bipot.laws.coulomb import cone_violation, natural_map
 from bipot.laws.hardening import Hardening
-from bipot.laws.tensors import equivalent_strain, equivalent_stress
+from bipot.laws.tensors import equivalent_strain, equivalent_stress, norm
 from bipot.laws.von_mises import Elasticity
+from bipot.typing import Bools, Floats
 
-Floats = NDArray[np.float64]
+EPS = 8 * float(np.finfo(float).eps)
+"""Round-off of a short sum of products."""
 
 
 @dataclass(frozen=True)
 class ContactFields:
-    """Forces r (c, d), motion (g + du_n, du_t) (c, d), coefficients mu (c,), tied (c,), largest force so far."""
+    """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, tied, stiffness rho (c,).
+
+    ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is what
+    round-off makes of the motion.
+    """
 
     r: Floats
     motion: Floats
     mu: Floats
-    tied: NDArray[np.bool_]
+    tied: Bools
+    stiffness: Floats
     largest: float
+    present: float
+    blur: Floats
 
 
 @dataclass(frozen=True)
 class MaterialFields:
-    """Per point: sigma, e_p, sigma_e as Mandel vectors (g, s), peeq at the end (g,), weight (g,), and the law."""
+    """Per point: sigma at start (turned with the body) and end, e_p, sigma_e as Mandel vectors (g, s), peeq at the end
+    (g,), weight (g,), and the law.
+    """
 
+    before: Floats
     stress: Floats
     plastic_strain: Floats
     elastic_stress: Floats
@@ -53,66 +72,125 @@ class MaterialFields:
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals (m,) on free unknowns, the force they are measured by, body size, |work| and its floor."""
+    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off, body size,
+    work of the tools.
+    """
 
     residual: Floats
     force: float
+    blur: float
     size: float
     work: float
-    work_floor: float
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What round-off of the stored numbers alone makes of the measures of the same names; nothing of the others."""
+
+    equilibrium: float = 0.0
+    yield_violation: float = 0.0
+    cone_violation: float = 0.0
+    law: float = 0.0
+    relative_gap: float = 0.0
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """The five numbers (dimensionless but ``gap``, an energy), with the gap's two parts."""
+    """The measures (dimensionless but ``gap``, an energy), the gap's two parts, and what round-off makes of them."""
 
     equilibrium: float
     yield_violation: float
     penetration: float
     cone_violation: float
+    law: float
     gap: float
     relative_gap: float
     contact_gap: float
     material_gap: float
+    resolution: Resolution = Resolution()
 
     def ratios(self, bounds: Bounds) -> dict[str, float]:
-        """Each bounded measure over its bound."""
-        return {f.name: getattr(self, f.name) / getattr(bounds, f.name) for f in fields(bounds)}
+        """Each bounded measure over its bound, or over its resolution where that is larger."""
+        return {
+            name: getattr(self, name) / max(bound, getattr(self.resolution, name, 0.0))
+            for name, bound in vars(bounds).items()
+        }
+
+    def below_resolution(self, bounds: Bounds) -> tuple[str, ...]:
+        """The measures that decide nothing: round-off alone may exceed their bound."""
+        return tuple(name for name, bound in vars(bounds).items() if getattr(self.resolution, name, 0.0) > bound)
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Upper bounds on the certificate for an increment to be accepted."""
+    """Upper bounds on the certificate for an increment to be accepted.
+
+    Raises:
+        SceneError: a bound that is not positive.
+    """
 
     equilibrium: float = 5e-7
     yield_violation: float = 1e-9
     penetration: float = 1e-10
     cone_violation: float = 1e-8
+    law: float = 1e-6
     relative_gap: float = 1e-7
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            require(isinstance(value, int | float) and value > 0, f"bounds.{field.name}", value, "a number > 0")
+
+    @staticmethod
+    def none() -> Bounds:
+        """Everything is accepted."""
+        return Bounds(*[math.inf] * len(fields(Bounds)))
 
 
 def certify(contact: ContactFields, material: MaterialFields, balance: Balance) -> Certificate:
     """Recompute the certificate (formulas in the module docstring)."""
-    contact_gap = float(np.abs(contact_gaps(contact)).sum())
-    material_gap = float(np.abs(material_gaps(material)).sum())
-    yield_stress = material.hardening.yield_stress(material.peeq)
-    excess = equivalent_stress(material.stress) / yield_stress - 1
+    gaps, losses = contact_gaps(contact), material_gaps(material)
+    contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
+    sigma_y = material.hardening.yield_stress(material.peeq)
+    excess = equivalent_stress(material.stress) / sigma_y - 1
+    energy = max(abs(balance.work), _friction(contact), *_energies(material))
+    moved = np.minimum(norm(contact.motion), contact.blur / EPS)
+    resolution = Resolution(
+        equilibrium=_ratio(balance.blur, balance.force),
+        yield_violation=EPS * float((norm(material.stress) / sigma_y).max(initial=0.0)),
+        cone_violation=_ratio(balance.blur, contact.largest),
+        law=_ratio(balance.blur + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
+        relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
+    )
     return Certificate(
         equilibrium=_ratio(float(np.abs(balance.residual).max(initial=0.0)), balance.force),
         yield_violation=float(np.maximum(excess, 0).max()),
-        penetration=_largest_negative(contact.motion[:, 0]) / balance.size,
+        penetration=float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)) / balance.size,
         cone_violation=_ratio(_cone(contact), contact.largest),
+        law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,
-        relative_gap=(contact_gap + material_gap) / max(abs(balance.work), balance.work_floor),
+        relative_gap=_ratio(contact_gap + material_gap, energy),
         contact_gap=contact_gap,
         material_gap=material_gap,
+        resolution=resolution,
     )
 
 
 def contact_gaps(contact: ContactFields) -> Floats:
-    """mu r_n |du_t| + r_n (g + du_n) + r_t . du_t (c,); where tied, the work of r on the motion it forbids."""
-    sliding = bipotential_gap(contact.motion, contact.r, np.where(contact.tied, 0.0, contact.mu))
-    return np.where(contact.tied, np.abs(contact.r * contact.motion).sum(axis=1), sliding)
+    """|r_n (g + du_n)| + |mu r_n |du_t| + r_t . du_t| (c,); where tied, the work of r on the motion it forbids."""
+    c = contact
+    mu = np.where(c.tied | np.isinf(c.mu), 0.0, c.mu)
+    sliding = np.abs(mu * c.r[:, 0] * norm(c.motion[:, 1:]) + np.vecdot(c.r[:, 1:], c.motion[:, 1:]))
+    work = np.abs(c.r * c.motion)
+    return work[:, 0] + np.where(c.tied, work[:, 1:].sum(axis=1), sliding)
+
+
+def law_residual(contact: ContactFields) -> Floats:
+    """r - P_K(r - rho (u + mu |u_t| n)) (c, d), force units; where tied, rho times the motion that r forbids."""
+    c = contact
+    mu = np.where(c.tied, 0.0, c.mu)
+    rho = c.stiffness / np.maximum(np.where(np.isinf(mu), 0.0, mu), 1.0)
+    return np.where(c.tied[:, None], c.stiffness[:, None] * c.motion, natural_map(c.r, c.motion, mu, rho))
 
 
 def material_gaps(material: MaterialFields) -> Floats:
@@ -122,16 +200,26 @@ def material_gaps(material: MaterialFields) -> Floats:
     fenchel = sigma_y * equivalent_strain(m.plastic_strain) - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
     elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.elasticity.compliance(m.stress.shape[-1]))
-    return m.weight * (fenchel + elastic)
+    return m.weight * (np.abs(fenchel) + elastic)
+
+
+def _energies(material: MaterialFields) -> tuple[float, float]:
+    """Plastic dissipation, and the change of stored energy summed without its sign."""
+    m = material
+    plastic = m.weight * m.hardening.yield_stress(m.peeq) * equivalent_strain(m.plastic_strain)
+    change = (m.stress - m.before) @ m.elasticity.compliance(m.stress.shape[-1])
+    stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
+    return float(plastic.sum()), float(stored.sum())
+
+
+def _friction(contact: ContactFields) -> float:
+    """Frictional dissipation without its sign."""
+    return float(np.abs(np.vecdot(contact.r[:, 1:], contact.motion[:, 1:])).sum())
 
 
 def _cone(contact: ContactFields) -> float:
     free = ~contact.tied
     return float(cone_violation(contact.r[free], contact.mu[free]).max(initial=0.0))
-
-
-def _largest_negative(gap: Floats) -> float:
-    return float(np.maximum(-gap, 0).max(initial=0.0))
 
 
 def _ratio(value: float, scale: float) -> float:

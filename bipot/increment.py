@@ -7,45 +7,30 @@ when its certificate, recomputed from the fields, is within the bounds.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bipot.certificate import Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
-from bipot.contact import Candidates
+from bipot.certificate import Bounds, Certificate
+from bipot.certification import certify_response
+from bipot.determinacy import loose_motions, settled, shared_forces
 from bipot.errors import NotConverged
-from bipot.fem.kinematics import MANDEL_2D
 from bipot.forms import Answer, Form, Pass, Workspace
 from bipot.laws.tensors import norm
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
-from bipot.response import Body, Response, State, rest
-
-Floats = NDArray[np.float64]
+from bipot.response import Response, State
+from bipot.system import System as System
+from bipot.system import tool_forces as tool_forces
+from bipot.system import tool_travel as tool_travel
+from bipot.typing import Floats
 
 NEAR = 4.0
 LEAST_TRAVEL = 1e-6
 
-
-@dataclass(frozen=True)
-class System:
-    """A scene made ready: body and candidates."""
-
-    body: Body
-    candidates: Candidates
-
-    def rest(self) -> State:
-        """The state at rest."""
-        scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
-
-    def advance(self, start: State, solved: Solved, tau: float) -> State:
-        """The state at ``tau`` after the increment that was ``solved`` from ``start``."""
-        travel, gap = tool_travel(self, start.tau, tau), solved.rows.motion(solved.response.x)[:, 0]
-        return self.body.advance(start, solved.response, tau, travel, solved.r, gap)
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +53,8 @@ class Solved:
     """An increment that met its bounds: response, rows and forces of all candidates, certificate, cost.
 
     ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
-    ``coupled`` tells how friction was coupled to the normal forces.
+    ``coupled`` tells how friction was coupled to the normal forces, ``undetermined`` in words what the law leaves open
+    (:mod:`bipot.determinacy`): nothing where the answer is the only one nearby.
     """
 
     response: Response
@@ -81,6 +67,7 @@ class Solved:
     almost: int
     timing: Timing
     coupled: Coupled
+    undetermined: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -150,13 +137,41 @@ def solve_increment(
         observe(Trial(number, answer, certificate))
         if watch.accepts(certificate, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
+            least, undetermined = _settled(system, response, rows, r)
+            if least is not response:
+                certificate = certify_response(system, least, rows, r, tau, largest)
+                if not watch.accepts(certificate, answer.posed, coupling.report):
+                    raise watch.failure("the least of the body's free rigid motions leaves")
             return Solved(
-                response, rows, r, certificate, answer.posed, number, iterations, almost, timing, coupling.report
+                response=least,
+                rows=rows,
+                r=r,
+                certificate=certificate,
+                posed=answer.posed,
+                passes=number,
+                iterations=iterations,
+                almost=almost,
+                timing=timing,
+                coupled=coupling.report,
+                undetermined=undetermined,
             )
         if not near.all():
             entering = ~near & (rows.motion(answer.x)[:, 0] < 0)
             near, taken = (near | entering, rows.take(near | entering)) if entering.any() else (near, taken)
     raise watch.failure(f"{limits.passes} passes left")
+
+
+def _settled(system: System, response: Response, rows: ContactRows, r: Floats) -> tuple[Response, tuple[str, ...]]:
+    """The response whose free rigid motion is the least, and what is not determined, in words."""
+    motion, state = rows.motion(response.x), response.state
+    words = [f"forces at node {node}" for node in shared_forces(system, rows, motion, r)]
+    loose = loose_motions(system, state.nodes, rows, motion, r)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        x = settled(rows, response.x, loose)
+        if norm(x - response.x) > SETTLED * norm(x):
+            response = system.body.respond(state, x)
+    return response, tuple(words)
 
 
 class _Watch:
@@ -194,51 +209,10 @@ class _Watch:
         return NotConverged(f"{what} {above} its bound (coupling {self.coupled.route.value}{seen})", self.last)
 
 
-def certify_response(
-    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, largest: float
-) -> Certificate:
-    """The certificate of a response and contact forces r (c, d) on the rows of all candidates."""
-    body, material = system.body, system.body.scene.material
-    kin, returned, elastic = response.kinematics, response.returned, material.elasticity
-    sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
-    contact = ContactFields(
-        r, rows.motion(response.x), rows.mu, rows.tied, max(largest, float(np.abs(r).max(initial=0.0)))
-    )
-    points = (-1, MANDEL_2D)
-    fields = MaterialFields(
-        returned.stress.reshape(points),
-        returned.plastic_strain.reshape(points),
-        sigma_e.reshape(points),
-        (response.state.peeq + returned.dpeeq).ravel(),
-        kin.volume.ravel(),
-        elastic,
-        material.hardening,
-    )
-    residual = norm(body.space.spread(response.internal - rows.forces(r)))
-    sigma_y, volume = float(material.hardening.yield_stress(0.0)), float(kin.volume.sum())
-    balance = Balance(
-        residual,
-        max(body.space.force_scale(response.element_forces), _force_floor(body, volume)),
-        body.scene.mesh.size,
-        float(np.sum(tool_forces(system, r) * tool_travel(system, response.state.tau, tau))),
-        1e-3 * sigma_y**2 / (2 * elastic.young) * volume,
-    )
-    return certify(contact, fields, balance)
-
-
-def tool_forces(system: System, r: Floats) -> Floats:
-    """Force (tools, d) of each tool on the modelled body from contact forces r (c, d)."""
-    tools = system.body.scene.tools
-    out = np.zeros((len(tools), 2))
-    for k, tool in enumerate(tools):
-        mine = r[system.candidates.tool == k].sum(axis=0)
-        out[k] = mine[0] * np.array(tool.normal) + mine[1] * np.array([tool.normal[1], -tool.normal[0]])
-    return out
-
-
-def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
-    """Displacement (tools, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
-    return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
+def advance(system: System, start: State, solved: Solved, tau: float) -> State:
+    """The state at ``tau`` after the increment that was ``solved`` from ``start``."""
+    travel, gap = tool_travel(system, start.tau, tau), solved.rows.motion(solved.response.x)[:, 0]
+    return system.body.advance(start, solved.response, tau, travel, solved.r, gap)
 
 
 def _predicted(system: System, state: State, tau: float, workspace: Workspace) -> Floats:
@@ -248,20 +222,14 @@ def _predicted(system: System, state: State, tau: float, workspace: Workspace) -
     return going_on if np.vdot(before, now) >= 0 else np.zeros_like(going_on)
 
 
-def _force_floor(body: Body, volume: float) -> float:
-    """A thousandth of what an element's side carries at yield: residuals of an unstressed body are round-off of it."""
-    mesh = body.scene.mesh
-    sigma_y = float(body.scene.material.hardening.yield_stress(0.0))
-    return 1e-3 * sigma_y * volume / (mesh.size * math.sqrt(len(mesh.elements)))
-
-
 def _units(system: System, state: State, tau: float) -> Units:
-    """Displacements in tool travel, stresses in the initial yield stress, volume in that of a cube."""
-    scene = system.body.scene
-    size = scene.mesh.size
-    # A tool at rest leaves no length of its own: then a small part of the body's.
-    travel = max(float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max()), LEAST_TRAVEL * size)
-    return Units(travel, size, float(scene.material.hardening.yield_stress(0.0)), size**3)
+    """Displacements in tool travel, stresses in what the increment can reach of the yield stress, volume of a cube."""
+    material, size = system.body.scene.material, system.body.scene.mesh.size
+    travel = float(norm(tool_travel(system, state.tau, tau)).max(initial=0.0))
+    # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
+    length = travel or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
+    reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
+    return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
 
 
 def _near(rows: ContactRows, x: Floats, units: Units) -> Bools:

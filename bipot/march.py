@@ -19,11 +19,12 @@ from bipot.contact import candidates
 from bipot.energy import Energies
 from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
-from bipot.increment import Limits, Solved, System, Trial, solve_increment, tool_travel
+from bipot.increment import Limits, Solved, Trial, advance, solve_increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space
 from bipot.scene import Scene
+from bipot.system import System, tool_travel
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -189,7 +190,7 @@ def march(
                 reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
             if solved.almost:
                 reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
-            accepted = system.advance(state, solved, tau)
+            accepted = advance(system, state, solved, tau)
             energies = energies.after(system, state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1

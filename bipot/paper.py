@@ -8,7 +8,6 @@ velocity of the last increment, which tells points that flow from points that do
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 from bipot.certificate import Bounds
@@ -20,8 +19,6 @@ from bipot.march import Control
 from bipot.response import StressUpdate, TangentKind
 from bipot.scene import Scene
 
-UNBOUNDED = Bounds(math.inf, math.inf, math.inf, math.inf, math.inf)
-
 
 def as_written(
     scene: Scene, K_n: float, K_t: float, update: StressUpdate = StressUpdate.RETURN
@@ -32,5 +29,5 @@ def as_written(
         SceneError: a penalty that is not finite and positive.
     """
     form = Penalty(K_n, K_t, kind=TangentKind.CONTINUUM)
-    control = Control(form, (), Limits(UNBOUNDED, passes=1), update=update, integration=Integration.BACKWARD_EULER)
+    control = Control(form, (), Limits(Bounds.none(), passes=1), update=update, integration=Integration.BACKWARD_EULER)
     return replace(scene, configuration=Configuration.PAPER), control

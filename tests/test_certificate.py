@@ -15,7 +15,7 @@ from bipot.certificate import (
     contact_gaps,
     material_gaps,
 )
-from bipot.increment import certify_response
+from bipot.certification import certify_response
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, radial_return
 from tests.scenes import fresh, run
@@ -88,11 +88,8 @@ def test_associated_sliding_shows_in_the_gap():
     mu, r_n, slip = 0.3, 2.0, 0.5
     r = np.array([[r_n, -mu * r_n]])
     lifted = np.array([[mu * slip, slip]])
-    none = np.array([False])
-    gap = contact_gaps(ContactFields(r, lifted, np.array([mu]), none, r_n))
-    assert gap == pytest.approx(mu * r_n * slip)
-    exact = contact_gaps(ContactFields(r, np.array([[0.0, slip]]), np.array([mu]), none, r_n))
-    assert exact == pytest.approx(0.0, abs=1e-15)
+    assert contact_gaps(contact_fields(r, lifted, mu)) == pytest.approx(mu * r_n * slip)
+    assert contact_gaps(contact_fields(r, [[0.0, slip]], mu)) == pytest.approx(0.0, abs=1e-15)
 
 
 def test_penetration_is_measured_by_the_body_size(system, accepted):
@@ -118,7 +115,7 @@ def test_stress_off_the_surface_shows_in_yield_and_in_the_material_gap(system, a
     weight = solved.response.kinematics.volume[point]
     fenchel = -0.01 * 300.0 * returned.dpeeq[point]
     elastic = (0.01 * 300.0) ** 2 / (6 * ELASTIC.shear)
-    assert planted.material_gap == pytest.approx(weight * abs(fenchel + elastic), rel=1e-6)
+    assert planted.material_gap == pytest.approx(weight * (abs(fenchel) + elastic), rel=1e-6)
 
 
 def material_fields(plastic_factor=1.0):
@@ -128,7 +125,36 @@ def material_fields(plastic_factor=1.0):
     e_p = plastic_factor * found.plastic_strain
     sigma_e = trial - e_p @ ELASTIC.stiffness(4)
     peeq = np.array([0.1]) + plastic_factor * found.dpeeq
-    return MaterialFields(found.stress, e_p, sigma_e, peeq, np.array([2.0]), ELASTIC, HARDENING), found
+    fields = MaterialFields(
+        before=np.zeros((1, 4)),
+        stress=found.stress,
+        plastic_strain=e_p,
+        elastic_stress=sigma_e,
+        peeq=peeq,
+        weight=np.array([2.0]),
+        elasticity=ELASTIC,
+        hardening=HARDENING,
+    )
+    return fields, found
+
+
+def contact_fields(r, motion, mu=0.3, *, tied=False, largest=None, present=None, stiffness=1.0):
+    """One contact whose numbers have no round-off."""
+    size = float(np.abs(r).max()) if largest is None else largest
+    return ContactFields(
+        r=np.array(r, dtype=float),
+        motion=np.array(motion, dtype=float),
+        mu=np.array([mu]),
+        tied=np.array([tied]),
+        stiffness=np.array([stiffness]),
+        largest=size,
+        present=size if present is None else present,
+        blur=np.zeros(1),
+    )
+
+
+def balance(residual=0.0, force=1.0, blur=0.0, size=1.0, work=0.0):
+    return Balance(residual=np.array([residual]), force=force, blur=blur, size=size, work=work)
 
 
 def test_material_gap_is_zero_after_a_return_and_positive_off_it():
@@ -138,37 +164,62 @@ def test_material_gap_is_zero_after_a_return_and_positive_off_it():
     lost = 0.1 * found.plastic_strain @ ELASTIC.stiffness(4)
     mismatch = 0.5 * float(np.sum(lost * (lost @ ELASTIC.compliance(4))))
     hardening = 0.9 * found.dpeeq[0] * (HARDENING.yield_stress(wrong.peeq)[0] - HARDENING.yield_stress(exact.peeq)[0])
-    assert material_gaps(wrong)[0] == pytest.approx(2.0 * (mismatch + hardening), rel=1e-9)
+    assert material_gaps(wrong)[0] == pytest.approx(2.0 * (mismatch + abs(hardening)), rel=1e-9)
 
 
-def empty_contact(mu=0.3):
-    one = np.zeros((1, 2))
-    return ContactFields(one, one, np.array([mu]), np.array([False]), 0.0)
+EMPTY = contact_fields([[0.0, 0.0]], [[0.0, 0.0]], largest=1.0)
 
 
 def test_zero_over_zero_counts_as_met_and_a_force_without_scale_does_not():
     exact, _ = material_fields()
-    calm = certify(empty_contact(), exact, Balance(np.zeros(1), 0.0, 1.0, 0.0, 1.0))
-    assert (calm.equilibrium, calm.cone_violation) == (0.0, 0.0)
-    loud = certify(empty_contact(), exact, Balance(np.ones(1), 0.0, 1.0, 0.0, 1.0))
-    assert loud.equilibrium == np.inf
+    calm = certify(EMPTY, exact, balance(force=0.0))
+    assert (calm.equilibrium, calm.cone_violation, calm.law) == (0.0, 0.0, 0.0)
+    assert certify(EMPTY, exact, balance(residual=1.0, force=0.0)).equilibrium == np.inf
 
 
-def test_relative_gap_has_a_floor_and_pulling_is_a_cone_violation():
+def test_what_round_off_alone_makes_is_neither_passed_nor_refused():
     exact, _ = material_fields()
-    contact = ContactFields(np.array([[-0.5, 0.0]]), np.array([[0.2, 0.0]]), np.array([0.3]), np.array([False]), 2.0)
-    measured = certify(contact, exact, Balance(np.zeros(1), 1.0, 1.0, 0.0, 4.0))
+    blurred = certify(EMPTY, exact, balance(residual=0.9, force=1.0, blur=1.0))
+    assert blurred.equilibrium == 0.9
+    assert blurred.ratios(Bounds())["equilibrium"] == pytest.approx(0.9)
+    assert "equilibrium" in blurred.below_resolution(Bounds())
+    sharp = certify(EMPTY, exact, balance(residual=0.9, force=1.0, blur=1e-9))
+    assert sharp.ratios(Bounds())["equilibrium"] == pytest.approx(0.9 / Bounds().equilibrium)
+    assert sharp.below_resolution(Bounds()) == ()
+
+
+def test_the_gap_is_relative_to_the_energy_that_occurred():
+    """Here what the point dissipated and stored, or the work where that is more; pulling is a cone violation."""
+    exact, found = material_fields()
+    contact = contact_fields([[-0.5, 0.0]], [[0.2, 0.0]], largest=2.0)
+    sigma_y = HARDENING.yield_stress(exact.peeq)[0]
+    stored = found.stress[0] @ ELASTIC.compliance(4) @ found.stress[0] / 2
+    occurred = 2.0 * max(sigma_y * found.dpeeq[0], stored)
+    measured = certify(contact, exact, balance())
     assert measured.cone_violation == 0.25
-    assert measured.relative_gap == pytest.approx(0.1 / 4.0)
+    assert measured.relative_gap == pytest.approx(0.1 / occurred)
+    assert certify(contact, exact, balance(work=-40.0)).relative_gap == pytest.approx(0.1 / 40.0)
+
+
+def test_a_wrong_force_without_slip_shows_in_the_law_alone():
+    """Sliding by 1e-12 with half the friction force: no energy, but half of mu r_n is missing."""
+    mu, slip = 0.3, 1e-12
+    measured = certify(
+        contact_fields([[1.0, -mu / 2]], [[0.0, slip]], mu, stiffness=1e13), material_fields()[0], balance()
+    )
+    assert measured.contact_gap < 1e-12
+    assert measured.law > 0.1
+    right = certify(contact_fields([[1.0, -mu]], [[0.0, slip]], mu, stiffness=1e13), material_fields()[0], balance())
+    assert right.law < 1e-15
 
 
 def test_nan_is_never_within_bounds():
-    certificate = Certificate(*([0.0] * 8))
+    certificate = Certificate(*([0.0] * 9))
     assert max(certificate.ratios(Bounds()).values()) == 0.0
     broken = replace(certificate, equilibrium=float("nan"))
     assert not broken.ratios(Bounds())["equilibrium"] <= 1
 
 
 def test_welded_points_count_the_work_on_the_motion_they_forbid():
-    contact = ContactFields(np.array([[-1.0, 5.0]]), np.array([[0.1, -0.2]]), np.array([np.inf]), np.array([True]), 5.0)
+    contact = contact_fields([[-1.0, 5.0]], [[0.1, -0.2]], np.inf, tied=True)
     assert contact_gaps(contact) == pytest.approx(0.1 + 1.0)

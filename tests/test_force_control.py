@@ -13,7 +13,7 @@ from bipot.errors import NotConverged, SceneError, UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.force_control import Seek, press, straight
 from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
-from bipot.increment import Limits
+from bipot.increment import Limits, advance
 from bipot.laws.hardening import Linear
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.scene import upsetting
@@ -202,7 +202,7 @@ def test_bad_loads_are_refused(force, tool, field):
 def test_a_force_below_the_present_one_and_a_path_at_its_end_are_refused():
     problem = Problem(small(mu=0.0))
     solved = problem.solve(1e-3).solved
-    problem.state = problem.system.advance(problem.state, solved, 1e-3)
+    problem.state = advance(problem.system, problem.state, solved, 1e-3)
     with pytest.raises(SceneError, match="above the present"):
         problem.press(10.0)
     problem.state = replace(problem.state, tau=1.0)

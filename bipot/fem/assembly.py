@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.linalg import null_space
 
 from bipot.fem.elements import Quadrature, Tabulated, quad8
 from bipot.fem.kinematics import MANDEL_2D, SQRT2, Geometry
@@ -54,7 +55,7 @@ class Space:
         """Nodal field (a, 2) from free unknowns (n,), zero where held."""
         full = np.zeros(self.mesh.nodes.size)
         full[self.free] = x
-        return full.reshape(self.mesh.nodes.shape)
+        return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
         """Sum element matrices (e, 2k, 2k) into the free-free matrix (n, n)."""
@@ -63,8 +64,12 @@ class Space:
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, 2k) into the free vector (n,)."""
+        return np.asarray(self.nodal(element).ravel()[self.free], dtype=np.float64)
+
+    def nodal(self, element: Floats) -> Floats:
+        """Sum element vectors (e, 2k) at the nodes (a, 2), held unknowns included."""
         full = np.bincount(self.dofs.ravel(), weights=element.ravel(), minlength=self.mesh.nodes.size)
-        return np.asarray(full[self.free], dtype=np.float64)
+        return full.reshape(self.mesh.nodes.shape)
 
     def operator(self, blocks: Floats) -> sp.csr_matrix:
         """Sparse operator (p m, n) from dense rows (p, m, 2k), points p ordered element by element."""
@@ -110,11 +115,34 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space
     )
 
 
+def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
+    """Orthonormal rigid motions (n, m) on the ``free`` unknowns that vanish on the held ones."""
+    whole = np.zeros((*nodes.shape, 3))
+    whole[:, 0, 0] = whole[:, 1, 1] = 1.0
+    x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
+    whole[:, 0, 2], whole[:, 1, 2] = -x[:, 1], x[:, 0]
+    modes = whole.reshape(-1, 3)
+    if geometry is Geometry.AXISYMMETRIC:
+        modes = modes[:, 1:2]
+    held = np.setdiff1d(np.arange(len(modes)), free)
+    kept = modes[free] @ null_space(modes[held], rcond=1e-9) if len(held) else modes[free]
+    return np.linalg.qr(kept)[0] if kept.shape[1] else kept
+
+
 def element_stiffness(B: Floats, tangent: Floats, volume: Floats) -> Floats:
     """K_e = sum_q w B^T C B (e, 2k, 2k), the quadratic term of (25); tangent (e, q, 4, 4) or (4, 4)."""
     weighted = (tangent @ B) * volume[..., None, None]
     e, _, _, n = B.shape
     return B.reshape(e, -1, n).transpose(0, 2, 1) @ weighted.reshape(e, -1, n)
+
+
+def elastic_diagonal(shape: Floats, volume: Floats, bulk: float, shear: float) -> Floats:
+    """Diagonal of the elastic K_e (e, 2k), from gradients (e, q, 3, k): K (tr b)^2 + 2 G |dev b|^2 of each column b."""
+    x, y, hoop = shape[:, :, 0], shape[:, :, 1], shape[:, :, 2]
+    trace = np.stack([x + hoop, y], axis=-1)
+    square = np.stack([x**2 + hoop**2 + y**2 / 2, y**2 + x**2 / 2], axis=-1)
+    stiffness = bulk * trace**2 + 2 * shear * (square - trace**2 / 3)
+    return np.einsum("eq,eqki->eki", volume, stiffness).reshape(len(shape), -1)
 
 
 def element_force(shape: Floats, stress: Floats, volume: Floats) -> Floats:

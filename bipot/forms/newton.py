@@ -21,6 +21,9 @@ Floats = NDArray[np.float64]
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
 
+BAND_LAW = 1e-10
+"""Dead band of the gap in units of force, over the largest contact force: far below the bound on the law."""
+
 
 @dataclass(frozen=True)
 class Reuse:
@@ -145,7 +148,8 @@ class Law:
         given, rows = self.given, self.given.rows
         motion, residual = self.frames.motion(rows, response.x), response.internal - given.force
         largest = max(float(np.abs(r).max(initial=0.0)), float(np.abs(given.start_forces).max(initial=0.0)))
-        band = Deadband(BAND_PULL * largest, BAND_GAP * given.units.size)
+        gap = np.minimum(BAND_GAP * given.units.size, BAND_LAW * largest / self.scale)
+        band = Deadband(BAND_PULL * largest, gap)
         pieces = Pieces.of(rows, motion, r, self.scale, band, None if last is None else last.pieces)
         balance, law = residual - self.frames.forces(r, len(residual)), pieces.value(motion, r)
         return Iterate(response, r, motion, residual, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))

@@ -28,6 +28,9 @@ Floats = NDArray[np.float64]
 
 ROOT = np.sqrt(2.0 / 3.0)
 
+BEYOND = 1e4
+"""A yield stress above this, in the units of a program, is out of its stress's reach: its value does not matter."""
+
 
 @dataclass(frozen=True)
 class PlasticModel:
@@ -62,7 +65,7 @@ class PlasticModel:
             pressure=self.pressure / units.stress,
             stress=self.stress / units.stress,
             weight=self.weight / units.volume,
-            threshold=self.threshold / units.stress,
+            threshold=np.minimum(self.threshold / units.stress, BEYOND),
             slope=self.slope * modulus,
             bulk=self.bulk * modulus,
             shear=self.shear * modulus,

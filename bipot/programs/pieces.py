@@ -23,14 +23,14 @@ Bools = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Deadband:
-    """How far a contact may stray from its piece before it changes: a pull (force) and a gap (length).
+    """How far contacts may stray from their pieces before those change: pull (force) and gap (length), (c,) or one.
 
     The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up to
     round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms nothing.
     """
 
-    pull: float = 0.0
-    gap: float = 0.0
+    pull: Floats | float = 0.0
+    gap: Floats | float = 0.0
 
 
 @dataclass(frozen=True)

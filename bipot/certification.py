@@ -1,0 +1,87 @@
+r"""The certificate of an increment from its response and contact forces: which fields, which scales, which round-off.
+
+Round-off of the internal forces is that of their own assembly,
+
+    eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
+
+summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
+and that of the tools: what an unstressed body is measured by. That of a contact's motion is eps times these lengths.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.certificate import EPS, Balance, Certificate, ContactFields, MaterialFields, certify
+from bipot.fem.assembly import elastic_diagonal
+from bipot.fem.kinematics import MANDEL_2D
+from bipot.laws.tensors import norm
+from bipot.programs.data import ContactRows
+from bipot.response import Response
+from bipot.system import System, tool_forces, tool_travel
+from bipot.typing import Floats
+
+
+def certify_response(
+    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, largest: float
+) -> Certificate:
+    """The certificate of a response to the increment to ``tau`` with contact forces r (c, d) on all candidates' rows.
+
+    ``largest`` is the largest contact force of the run so far.
+    """
+    body, state = system.body, response.state
+    kin, returned, elastic = response.kinematics, response.returned, body.scene.material.elasticity
+    sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
+    points = (-1, MANDEL_2D)
+    fields = MaterialFields(
+        before=response.rotated.reshape(points),
+        stress=returned.stress.reshape(points),
+        plastic_strain=returned.plastic_strain.reshape(points),
+        elastic_stress=sigma_e.reshape(points),
+        peeq=(state.peeq + returned.dpeeq).ravel(),
+        weight=kin.volume.ravel(),
+        elasticity=elastic,
+        hardening=body.scene.material.hardening,
+    )
+    travel = tool_travel(system, state.tau, tau)
+    moved = float(norm(body.space.spread(response.x)).max() + norm(travel).max(initial=0.0))
+    balance = Balance(
+        residual=norm(body.space.spread(response.internal - rows.forces(r))),
+        force=body.space.force_scale(response.element_forces),
+        blur=_force_blur(system, response, moved),
+        size=body.scene.mesh.size,
+        work=float(np.sum(tool_forces(system, r) * travel)),
+    )
+    return certify(_contact(system, response, rows, r, moved, largest), fields, balance)
+
+
+def _contact(
+    system: System, response: Response, rows: ContactRows, r: Floats, moved: float, largest: float
+) -> ContactFields:
+    """The contacts' fields; stiffness is the larger of the elastic diagonal's two entries at the node."""
+    candidates, kin = system.candidates, response.kinematics
+    elastic = system.body.scene.material.elasticity
+    diagonal = system.body.space.nodal(elastic_diagonal(kin.shape, kin.volume, elastic.bulk, elastic.shear))
+    motion = rows.motion(response.x)
+    present = float(np.abs(r).max(initial=0.0))
+    return ContactFields(
+        r=r,
+        motion=motion,
+        mu=rows.mu,
+        tied=rows.tied,
+        stiffness=diagonal[candidates.node].max(axis=1),
+        largest=max(largest, present),
+        present=max(present, float(np.abs(response.state.forces).max(initial=0.0))),
+        # A far candidate's gap is never small: what it is rounded to does not matter.
+        blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+    )
+
+
+def _force_blur(system: System, response: Response, moved: float) -> float:
+    """Round-off of the internal forces at the node where it is largest (module docstring)."""
+    elastic, space = system.body.scene.material.elasticity, system.body.space
+    kin = response.kinematics
+    gradient = np.abs(kin.shape).sum(axis=2)
+    stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
+    forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
+    return EPS * float(np.bincount(space.mesh.elements.ravel(), forces.ravel()).max())

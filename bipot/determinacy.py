@@ -1,0 +1,110 @@
+r"""What an accepted increment leaves open: contact forces that share their nodes, a body that may still move.
+
+Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
+where it sticks) than independent directions on the node's free unknowns. The *position* is not determined where a rigid
+motion that the supports allow leaves every closed contact closed and every sticking one at rest. Both are rank tests.
+
+Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
+rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import null_space
+
+from bipot.fem.assembly import rigid_motions
+from bipot.laws.tensors import norm
+from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.data import Block, Cone, ConicProgram, ContactRows, Rows, Term, rows_of
+from bipot.system import System
+from bipot.typing import Bools, Floats
+
+CARRIES, STICKS, TOUCHES = 1e-8, 1e-8, 1e-10
+"""A contact is closed with this fraction of the largest force, or this near (of the body size); it sticks this far
+inside its cone (of the largest force)."""
+
+RANK = 1e-9
+"""Singular values below this fraction of the largest count as zero."""
+
+TIGHT = Accuracy(1e-12)
+
+
+@dataclass(frozen=True)
+class Active:
+    """Which contacts (c,) are closed, and which of these stick."""
+
+    closed: Bools
+    sticking: Bools
+
+    @staticmethod
+    def of(rows: ContactRows, motion: Floats, r: Floats, size: float) -> Active:
+        """By force and gap; a contact at the edge of its cone counts as sliding."""
+        largest = float(np.abs(r).max(initial=0.0))
+        closed = rows.tied | (r[:, 0] > CARRIES * largest) | (motion[:, 0] <= TOUCHES * size)
+        limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
+        sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
+        return Active(closed, sticking)
+
+
+def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) -> tuple[int, ...]:
+    """Nodes whose contact forces are not determined (module docstring)."""
+    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
+    contacts = np.bincount(node[active.closed], minlength=count)
+    unknowns = contacts + rows.tangents * np.bincount(node[active.sticking], minlength=count)
+    free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
+    # A single contact on a node that is free to move has independent directions.
+    suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
+    return tuple(int(a) for a in suspects if unknowns[a] > _rank(_directions(rows, motion, active, node == a)))
+
+
+def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats) -> Floats:
+    """Rigid motions N (n, m) of the free unknowns, orthonormal, that neither supports nor closed contacts prevent."""
+    if not system.rigid.size:
+        return system.rigid
+    rigid = rigid_motions(nodes, system.body.space.free, system.body.scene.geometry)
+    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    stopped = (rows.G_n @ rigid)[active.closed]
+    held = (rows.G_t @ rigid)[np.repeat(active.sticking[rows.frictional], rows.tangents)]
+    return rigid @ null_space(np.vstack([stopped, held]), rcond=RANK)
+
+
+def settled(rows: ContactRows, x: Floats, N: Floats) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps and the directions of slip (module docstring)."""
+    motion = rows.motion(x)
+    slip = motion[rows.frictional, 1:]
+    length = norm(slip)
+    along = slip / np.where(length > 0, length, 1.0)[:, None]
+    forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
+    A = np.vstack([rows.G_n @ N, forward])
+    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
+    unit = float(norm(x)) or 1.0
+    program = ConicProgram(
+        P=sp.csc_matrix(np.eye(N.shape[1])),
+        q=N.T @ x / unit,
+        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(A), b / unit),),
+        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
+    )
+    return x + N @ (unit * solve(program, TIGHT).x)
+
+
+def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> Floats:
+    """Directions (m, n) in which the closed contacts ``here`` may push, one an unknown force."""
+    out: list[Floats] = []
+    for c in np.flatnonzero(active.closed & here):
+        normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
+        tangents = rows_of(rows.G_t, np.repeat(rows.frictional == c, rows.tangents)).toarray()
+        if active.sticking[c]:
+            out += [normal, tangents]
+        else:
+            slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
+            out.append(normal - rows.mu[c] * slip @ tangents if len(tangents) else normal)
+    return np.vstack(out)
+
+
+def _rank(A: Floats) -> int:
+    return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
