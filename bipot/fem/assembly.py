@@ -69,7 +69,7 @@ class Space:
     def nodal(self, element: Floats) -> Floats:
         """Sum element vectors (e, 2k) at the nodes (a, 2), held unknowns included."""
         full = np.bincount(self.dofs.ravel(), weights=element.ravel(), minlength=self.mesh.nodes.size)
-        return full.reshape(self.mesh.nodes.shape)
+        return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def operator(self, blocks: Floats) -> sp.csr_matrix:
         """Sparse operator (p m, n) from dense rows (p, m, 2k), points p ordered element by element."""
