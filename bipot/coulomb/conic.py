@@ -2,9 +2,8 @@
 
     min ½ r · P r + p · r    subject to    r in a product of second-order cones (fixed or with given radii)
 
-P is the symmetric part of W, each contact's force in a unit of its own (1 over the root of its mean flexibility: the
-cone does not notice, the condition does), plus a small multiple of I, which a W printed with few digits needs to be
-positive. A proximal centre takes that multiple away again at the fixed point.
+P is the symmetric part of W plus a small multiple of I, which a W printed with few digits needs to be positive. A
+proximal centre takes that multiple away again at the fixed point.
 """
 
 from __future__ import annotations
@@ -61,12 +60,6 @@ class ConicSettings:
         return settings
 
 
-def _units(problem: ScaledProblem) -> FloatArray:
-    """1 over the root of each contact's mean diagonal of W, for all its rows (dc,); 1 where that is not positive."""
-    flexibility = problem.by_contact(np.asarray(problem.W.diagonal(), dtype=np.float64)).mean(axis=1)
-    return np.repeat(1.0 / np.sqrt(np.where(flexibility > 0, flexibility, 1.0)), problem.dim)
-
-
 def _normal_rows(problem: ScaledProblem) -> sparse.csr_array:
     dofs = np.arange(0, problem.size, problem.dim)
     return sparse.csr_array((np.ones(dofs.size), (np.arange(dofs.size), dofs)), shape=(dofs.size, problem.size))
@@ -84,7 +77,7 @@ class ForceProgram:
     """One program with its Clarabel solver; ``solve`` changes the linear term and the radii only.
 
     ``top`` (c,) is mu for the friction cone |r_t| <= mu r_n, zero for discs of given radii. r_n >= 0 is a
-    row of its own wherever the cone does not imply it. ``unit`` (dc,) is the force each row is measured in.
+    row of its own wherever the cone does not imply it.
     """
 
     problem: ScaledProblem
@@ -93,18 +86,16 @@ class ForceProgram:
     solver: Any
     loose: Any
     contacts_with_row: int
-    unit: FloatArray
 
     def solve(self, linear: FloatArray, radius: FloatArray, centre: FloatArray | None = None) -> FloatArray:
         """The minimiser r (dc,), the regularisation around ``centre`` (default 0).
 
         Raises InfeasibleProgram where it is unbounded, ProgramError where unsolved.
         """
-        linear = self.unit * linear
         if centre is not None:
-            linear = linear - self.settings.regularisation * centre / self.unit
+            linear = linear - self.settings.regularisation * centre
         b = np.zeros((self.problem.mu.size, self.problem.dim))
-        b[:, 0] = radius / self.unit[:: self.problem.dim]
+        b[:, 0] = radius
         right = np.concatenate([np.zeros(self.contacts_with_row), b.ravel()])
         status = "not run"
         for solver in (self.solver, self.loose):
@@ -112,7 +103,7 @@ class ForceProgram:
             answer = solver.solve()
             status = str(answer.status)
             if status == "Solved":
-                return self.unit * np.asarray(answer.x)
+                return np.asarray(answer.x)
             if status == "DualInfeasible":
                 raise InfeasibleProgram(
                     "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
@@ -154,10 +145,8 @@ def _refined(
 def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P, the cones, and two solvers on the same pattern (the asked tolerance and a
     looser)."""
-    W, unit = sparse.csr_array(problem.W), _units(problem)
-    own = sparse.diags_array(unit)
-    W = own @ ((W + W.T) * 0.5) @ own
-    P = sparse.csc_matrix(sparse.triu(W + settings.regularisation * sparse.eye_array(problem.size)))
+    W = sparse.csr_array(problem.W)
+    P = sparse.csc_matrix(sparse.triu((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size)))
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     A = sparse.csc_matrix(-sparse.vstack([_normal_rows(problem)[bare], _cone_rows(problem, top)]))
@@ -167,4 +156,4 @@ def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettin
     asked, looser = (
         clarabel.DefaultSolver(P, problem.q, A, b, cones, settings.for_clarabel(loosened)) for loosened in (1, 100)
     )
-    return ForceProgram(problem, top, settings, asked, looser, bare.size, unit)
+    return ForceProgram(problem, top, settings, asked, looser, bare.size)

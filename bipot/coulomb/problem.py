@@ -7,10 +7,12 @@ Both with the law of each contact, K_mu* ∋ u + mu |u_t| n ⟂ r ∈ K_mu, rows
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.errors import require
@@ -95,6 +97,27 @@ class CoulombProblem:
         """Step rho = d c / trace W of the unit-free residual, force per displacement; 1 when trace W <= 0."""
         trace = float(self.W.diagonal().sum())
         return self.size / trace if trace > 0 else 1.0
+
+    @cached_property
+    def contact_unit(self) -> FloatArray:
+        """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where that is not
+        positive the mean of the others (1 where there are none)."""
+        flexibility = self.by_contact(self.W.diagonal()).mean(axis=1)
+        positive = flexibility > 0
+        return np.sqrt(np.where(positive, flexibility, flexibility[positive].mean() if positive.any() else 1.0))
+
+    @cached_property
+    def groups(self) -> NDArray[np.intp]:
+        """Number of the group that each contact belongs to, (c,): W couples no two groups."""
+        entries = sparse.coo_array(self.W)
+        pairs = entries.coords[0] // self.dim, entries.coords[1] // self.dim
+        touching = sparse.coo_array((entries.data != 0, pairs), shape=(self.contacts, self.contacts))
+        return np.asarray(csgraph.connected_components(touching, directed=False)[1], dtype=np.intp)
+
+    @cached_property
+    def magnitudes(self) -> sparse.csr_array:
+        """|W|, entry by entry."""
+        return sparse.csr_array(abs(self.W))
 
     def velocity(self, r: FloatArray) -> FloatArray:
         """U = W r + q, (dc,)."""

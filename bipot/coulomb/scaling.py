@@ -1,4 +1,4 @@
-"""Problems of order one: forces in units of rho |q|, displacements in units of |q|."""
+"""Problems of order one: each contact in units of its own, then all loads in the length of the load."""
 
 from __future__ import annotations
 
@@ -45,19 +45,20 @@ def blocks(W: sparse.csr_array, dim: int) -> Blocks:
 
 @dataclass(frozen=True, eq=False)
 class ScaledProblem:
-    """Scaled problem u' = W' r' + q' with W' = rho W, q' = q/|q|, r = rho |q| r', u = |q| u'; rho = d c /
-    trace W.
+    """Scaled problem u' = W' r' + q' with r = force r', u = length u' row by row: |q'| = 1, each contact's mean
+    diagonal of W' is 1.
 
-    K_mu is a cone, so the law does not change. ``W`` is dense where dense algebra is faster; ``blocks`` are
-    those of a sparse W, None for a dense one.
+    With w the mean diagonal of a contact's block (its unit squared), force = β/√w and length = β √w,
+    β = |q/√w|. Each is the same for all rows of a contact and K_mu is a cone, so the law does not change.
+    ``W`` is dense where dense algebra is faster; ``blocks`` are those of a sparse W, None for a dense one.
     """
 
     W: FloatArray | sparse.csr_array
     q: FloatArray
     mu: FloatArray
     dim: int
-    force: float
-    length: float
+    force: FloatArray
+    length: FloatArray
     blocks: Blocks | None
 
     @property
@@ -80,10 +81,12 @@ class ScaledProblem:
 
 def scale(problem: CoulombProblem) -> ScaledProblem:
     """The problem in its own units; |q| counts as 1 where q = 0."""
-    length = float(np.linalg.norm(problem.q)) or 1.0
-    rho = problem.force_scale
-    W = sparse.csr_array(problem.W * rho)
+    unit = np.repeat(problem.contact_unit, problem.dim)
+    q = problem.q / unit
+    size = float(np.linalg.norm(q)) or 1.0
+    own = sparse.diags_array(1.0 / unit)
+    W = sparse.csr_array(own @ problem.W @ own)
     small = problem.size <= DENSE_ROWS or W.nnz > DENSE_FILLING * problem.size**2
     pieces = None if small else blocks(W, problem.dim)
-    q, force = problem.q / length, rho * length
-    return ScaledProblem(W.toarray() if small else W, q, problem.mu, problem.dim, force, length, pieces)
+    dense = W.toarray() if small else W
+    return ScaledProblem(dense, q / size, problem.mu, problem.dim, size / unit, size * unit, pieces)

@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.coulomb.judgement import judge
 from bipot.coulomb.problem import CoulombProblem
 from bipot.laws import coulomb
 from bipot.laws.tensors import FloatArray
 
 
 class Outcome(Enum):
-    """Why a solver stopped. Only CONVERGED answers passed the residual test, recomputed from r."""
+    """Why a solver stopped. Only CONVERGED answers passed the test of :func:`residual`, recomputed from r."""
 
     CONVERGED = "converged"
     STALLED = "stalled"
@@ -35,7 +36,7 @@ def _natural_error(problem: CoulombProblem, r: FloatArray, u: FloatArray, q: Flo
 def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
     """The usual criterion: |r - P_K(r - (u + mu |u_t| n))| / max(|q|, |r|, |u|), 2-norms over all contacts.
 
-    It mixes units (step 1) and can be lax where |r| is large: report it beside :func:`unit_free_residual`.
+    It mixes units (step 1) and forgives any error where |r| runs away: a figure to report, not one to judge by.
     """
     return _natural_error(problem, r, problem.velocity(r), problem.q)
 
@@ -43,7 +44,7 @@ def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
 def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
     """The same of the problem (rho W, q/|q|) at r/(rho |q|), rho = d c / trace W: no unit enters.
 
-    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0.
+    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It forgives a runaway r like the other.
     """
     length = float(np.linalg.norm(problem.q)) or 1.0
     force = problem.force_scale * length
@@ -51,8 +52,8 @@ def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
 
 
 def residual(problem: CoulombProblem, r: FloatArray) -> float:
-    """The larger of :func:`natural_residual` and :func:`unit_free_residual`: what "solved" is judged by."""
-    return max(natural_residual(problem, r), unit_free_residual(problem, r))
+    """Distance to the law relative to the load, what "solved" is judged by: :func:`bipot.coulomb.judgement.judge`."""
+    return judge(problem, r).residual
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +93,12 @@ class CoulombSolution:
         return unit_free_residual(self.problem, self.r)
 
     def residual(self) -> float:
-        """The larger of the two."""
-        return max(self.natural_residual(), self.unit_free_residual())
+        """See :func:`residual`."""
+        return residual(self.problem, self.r)
+
+    def resolution(self) -> float:
+        """The residual that round-off of W r alone would explain, relative to the load; a part of the residual."""
+        return judge(self.problem, self.r).resolution
 
     def cone_violation(self) -> float:
         """Largest distance outside the friction cone, max (|r_t| - mu r_n)+, (-r_n)+, in force units."""
@@ -102,8 +107,7 @@ class CoulombSolution:
     def dual_cone_violation(self) -> float:
         """Largest (-u_n)+: the shifted u + mu |u_t| n lies in the dual cone exactly where u_n >= 0; length
         units."""
-        shifted = coulomb.de_saxce_shift(self._pair()[1], self.problem.mu)
-        return float(coulomb.dual_cone_violation(shifted, self.problem.mu).max())
+        return float(np.maximum(-self._pair()[1][:, 0], 0.0).max())
 
     def bipotential_gap(self) -> float:
         """Sum over contacts of |mu r_n |u_t| + r_n u_n + r_t · u_t|, energy units; absolute, so that bad
@@ -112,8 +116,10 @@ class CoulombSolution:
         return float(np.abs(coulomb.bipotential_gap(u, r, self.problem.mu)).sum())
 
     def status(self, tol: float = 1e-8) -> NDArray[np.int8]:
-        """:class:`bipot.laws.coulomb.Status` of each contact, (c,); ``tol`` relative to max |r| and max
-        |u|."""
+        """:class:`bipot.laws.coulomb.Status` of each contact, (c,); ``tol`` relative to max |r'| and max |u'|, in
+        the units of each contact (:attr:`CoulombProblem.contact_unit`)."""
         r, u = self._pair()
+        unit = self.problem.contact_unit[:, None]
+        r, u = r * unit, u / unit
         force, slip = (tol * max(float(np.abs(x).max()), float(np.finfo(np.float64).tiny)) for x in (r, u))
         return coulomb.status(r, u, 0.0, self.problem.mu, force, slip)

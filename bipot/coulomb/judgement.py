@@ -1,0 +1,114 @@
+"""The one measure by which a force counts as solving a problem: the distance to the law, against the load.
+
+Each contact has units of its own: w, the mean of its diagonal of W, turns force into length, so that
+r' = √w r and u' = u/√w share a unit (the root of an energy). One w for all rows of a contact keeps the law as
+it is. A contact's distance to the law is the length of the shortest (δr', δu') that leads to an exact pair: open
+(r = 0, u_n >= 0), stick (u = 0, r in K_mu) or slip (u_n = 0, r on the cone against u_t). It holds the primal
+cone, the dual cone and complementarity together, and no large mu magnifies it.
+
+The scale is the load q' and never the force: forces that run away where no solution exists would forgive any
+error, and u = W r + q runs away with them. Of q' only what presses or drags touching contacts counts: all of it
+where they stick, its normal part where they slip, nothing where they are open, because a clearance or a sliding
+velocity may be as large as it likes without a bearing on the forces. Groups of contacts that W does not couple
+are problems of their own, each measured by itself; the worst is the residual.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.coulomb.problem import CoulombProblem
+from bipot.laws import coulomb
+from bipot.laws.tensors import FloatArray, norm
+
+_EPS = float(np.finfo(np.float64).eps)
+
+
+class Nearest(NamedTuple):
+    """Distance to the law (c,), and the part of a load (c, d) that bears on each contact's nearest branch (c, d)."""
+
+    distance: FloatArray
+    bearing: FloatArray
+
+
+class Judgement(NamedTuple):
+    """``residual`` and, as a part of it, the ``resolution`` that round-off leaves; both relative to the load."""
+
+    residual: float
+    resolution: float
+
+
+def _slip_distance(r: FloatArray, u: FloatArray, mu: FloatArray, e: FloatArray) -> FloatArray:
+    """Distance of (r, u) to slip along e, (c, d - 1) of unit length: u_n = 0, u_t = s e, r = f (1, -mu e), s, f >= 0."""
+    ray = np.column_stack([np.ones_like(mu), -mu[:, None] * e]) / np.sqrt(1.0 + mu * mu)[:, None]
+    force = np.maximum(np.sum(r * ray, axis=1), 0.0)
+    slip = np.maximum(np.sum(u[:, 1:] * e, axis=1), 0.0)
+    off_force, off_slip = norm(r - force[:, None] * ray), norm(u[:, 1:] - slip[:, None] * e)
+    return np.sqrt(u[:, 0] ** 2 + off_force**2 + off_slip**2)
+
+
+def _direction(t: FloatArray) -> FloatArray:
+    size = norm(t)[:, None]
+    first = np.eye(1, t.shape[1])
+    return np.where(size > 0, np.divide(t, size, out=np.zeros(t.shape), where=size > 0), first)
+
+
+def nearest_law(r: FloatArray, u: FloatArray, mu: FloatArray) -> Nearest:
+    """Distance of each pair r, u (c, d) to Coulomb's law with mu (c,), in the common unit of both.
+
+    Slip in space has a direction to choose: that of u_t and that against r_t are tried, so the distance may be
+    too long (by a factor of √2 at most) and is never too short.
+
+    >>> r, u = np.array([[2.0, -1.0], [0.0, 0.0]]), np.array([[-0.1, 3.0], [4.0, 1.0]])
+    >>> nearest_law(r, u, np.array([0.5, 0.5])).distance.tolist()
+    [0.1, 0.0]
+    """
+    slip = np.minimum(
+        _slip_distance(r, u, mu, _direction(u[:, 1:])), _slip_distance(r, u, mu, _direction(-r[:, 1:]))
+    )
+    stick = np.hypot(norm(u), norm(r - coulomb.project_cone(r, mu)))
+    opened = np.hypot(norm(r), np.minimum(u[:, 0], 0.0))
+    # where branches tie, the one of least load, but never open: a violated gap must not hide behind its clearance
+    branch = np.argmin(np.stack([slip, stick, opened]), axis=0)
+    bearing = np.zeros(r.shape)
+    bearing[:, 0] = branch < 2
+    bearing[:, 1:] = ((branch == 1) & (mu > 0))[:, None]
+    return Nearest(np.minimum(np.minimum(slip, stick), opened), bearing)
+
+
+def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
+    """How far a force r (dc,) is from solving a problem, relative to the load.
+
+    For each group of contacts, in contact units, 2-norms over the group:
+
+        residual = max(|distance| - ε |q'|, resolution |load|) / |load|,   resolution = ε | |W'| |r'| | / |load|
+
+    with ε = 2.2e-16. What is below ε |q'| cannot be told from the round-off of q. The resolution is what round-off of
+    u = W r + q leaves unknown: where it is above a tolerance no answer with that force can be said to meet it. Where no
+    load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'| that is not zero is the scale.
+    """
+    unit, group = problem.contact_unit, problem.groups
+    rows = np.repeat(unit, problem.dim)
+    forces, load = problem.by_contact(r * rows), problem.by_contact(problem.q / rows)
+    moves = problem.by_contact(problem.velocity(r) / rows)
+    found = nearest_law(forces, moves, problem.mu)
+    blur = problem.by_contact(_EPS * (problem.magnitudes @ np.abs(r)) / rows)
+    count = int(group.max()) + 1
+
+    def length(vectors: FloatArray) -> FloatArray:
+        return np.sqrt(np.bincount(group, np.sum(vectors * vectors, axis=1), count))
+
+    scale = _scale(length(load * found.bearing), length(load), length(forces))
+    distance = length(found.distance[:, None])
+    told = np.where(distance > _EPS * float(np.linalg.norm(load)), distance, 0.0)
+    resolution = float(np.max(length(blur) / scale))
+    residual = float(np.max(told / scale))
+    return Judgement(max(residual, resolution), resolution)
+
+
+def _scale(bearing: FloatArray, load: FloatArray, force: FloatArray) -> FloatArray:
+    either = np.minimum(np.where(load > 0, load, np.inf), np.where(force > 0, force, np.inf))
+    fallback = np.where(np.isfinite(either), either, 1.0)
+    return np.where(bearing > 0, bearing, fallback)
