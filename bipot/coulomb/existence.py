@@ -83,14 +83,18 @@ def _largest_margin(A: sparse.csr_array, b: FloatArray, cone: FloatArray | None,
     return _Margin(float(answer.x[-1]), np.asarray(answer.z)[1:], str(answer.status) == "Solved")
 
 
-def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray]:
-    """Velocities as A x + b, A scaled to unit largest entry, b by its length."""
+def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
+    """Velocities as A x + b, rows and b by each contact's unit (dc,), then A by its largest entry, b by its length."""
     if isinstance(problem, GlobalCoulombProblem):
         A, b = sparse.csr_array(problem.H.T), problem.w
+        size = np.sqrt(np.asarray(A.multiply(A).sum(axis=1), dtype=np.float64).reshape(-1, problem.dim).sum(axis=1))
+        unit = np.repeat(np.where(size > 0, size, 1.0), problem.dim)
     else:
-        A, b = problem.W, problem.q
+        unit = np.repeat(problem.contact_unit, problem.dim)
+        A, b = sparse.csr_array(problem.W @ sparse.diags_array(1.0 / unit)), problem.q
+    A, b = sparse.csr_array(sparse.diags_array(1.0 / unit) @ A), b / unit
     size = float(np.abs(A.data).max(initial=0.0)) or 1.0
-    return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0)
+    return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0), unit
 
 
 def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = 10.0) -> ExistenceReport:
@@ -104,14 +108,15 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = 1
     local = problem if isinstance(problem, CoulombProblem) else None
     if local is not None and np.all(local.q[::dim] >= 0):
         return ExistenceReport(Existence.EXISTS, "no contact closes without forces: r = 0 is a solution", np.nan)
-    A, b = _operator(problem)
+    A, b, unit = _operator(problem)
     opening = _largest_margin(sparse.csr_array(A[::dim]), b[::dim], None, seconds, dim)
     if opening.solved and opening.value < -_CERTAIN and _is_farkas(A[::dim], b[::dim], opening.multiplier):
         reason = (
             "no velocity keeps every contact from closing: H_n v + w_n >= 0 is infeasible, by self-balanced "
             f"normal forces of work {opening.value:.1e} < 0; open the clearances or drop a contact"
         )
-        return ExistenceReport(Existence.NONE, reason, opening.value, np.maximum(opening.multiplier, 0.0))
+        forces = np.maximum(opening.multiplier, 0.0) / unit[::dim]
+        return ExistenceReport(Existence.NONE, reason, opening.value, forces / forces.sum())
     if local is not None and local.asymmetry > _SYMMETRIC:
         return ExistenceReport(Existence.UNKNOWN, "W is not symmetric, the sufficient condition supposes it", np.nan)
     inside = _largest_margin(A, b, mu, seconds, dim)

@@ -4,32 +4,29 @@ problem."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
-from time import perf_counter
 
 import numpy as np
 
+from bipot.coulomb.modes import MOST_CONTACTS, distinct, every_mode
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.coulomb.solution import CoulombSolution
 from bipot.coulomb.solver import Limits, run
-from bipot.errors import require
 from bipot.laws import coulomb
-from bipot.laws.coulomb import Status
 from bipot.laws.tensors import FloatArray
-
-_MOST_CONTACTS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class MultiplicityReport:
-    """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried.
+    """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried, ``continuum``
+    whether some mode holds a whole range of velocities; the ends of the range are then among the solutions.
 
     Forces may differ at the same u where W is singular: that is hyperstatic, not multiple, and not counted.
     """
 
     solutions: tuple[CoulombSolution, ...]
     exhaustive: bool
+    continuum: bool = False
 
     @property
     def multiple(self) -> bool:
@@ -41,8 +38,11 @@ class MultiplicityReport:
         """One sentence."""
         how = "all modes enumerated" if self.exhaustive else "from several starts"
         found = len(self.solutions)
+        if not found:
+            return f"No solution found ({how})."
         word = "solution" if found == 1 else "solutions with different velocities"
-        return f"{found} {word} found ({how}); a solver returns one of them, by its start."
+        between = ", with others all the way between some of them" if self.continuum else ""
+        return f"{found} {word} found ({how}){between}; a solver returns one of them, by its start."
 
 
 def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
@@ -55,44 +55,13 @@ def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     return [np.zeros(problem.size), *(coulomb.project_cone(r, problem.mu).ravel() for r in guesses)]
 
 
-def _distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolution, ...]:
-    """The first answer of each u, velocities differing by more than ``apart`` relative to |q|."""
-    kept: list[CoulombSolution] = []
-    for answer in answers:
-        size = apart * max(float(np.linalg.norm(answer.problem.q)), float(np.finfo(np.float64).tiny))
-        if all(float(np.linalg.norm(answer.u - other.u)) > size for other in kept):
-            kept.append(answer)
-    return tuple(kept)
-
-
 def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
-    """Every solution of a plane problem, one for each mode (open, stick, slip either way at each contact).
+    """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
 
-    4^c linear systems, so c <= 6 and dim = 2, else SceneError. A mode with a singular system contributes its
-    least-norm force only, so a continuum of solutions shows as one of its points.
+    4^c modes, so c <= 6 and dim = 2, else SceneError. Where a mode holds a range of velocities its ends are listed:
+    see :attr:`MultiplicityReport.continuum`.
     """
-    require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
-    require(problem.contacts <= _MOST_CONTACTS, "contacts", problem.contacts, f"<= {_MOST_CONTACTS}")
-    W, q, c, began = problem.W.toarray(), problem.q, problem.contacts, perf_counter()
-    answers: list[CoulombSolution] = []
-    for mode in product(((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1)), repeat=c):
-        A, b = np.eye(2 * c), np.zeros(2 * c)
-        for k, (status, way) in enumerate(mode):
-            n, t = 2 * k, 2 * k + 1
-            if status is not Status.OPEN:
-                A[n], b[n] = W[n], -q[n]
-            if status is Status.STICK:
-                A[t], b[t] = W[t], -q[t]
-            elif status is Status.SLIP:
-                A[t, n] = way * problem.mu[k]
-        r = np.asarray(np.linalg.lstsq(A, b, rcond=1e-12)[0], dtype=np.float64)
-        if residual(problem, r) <= tol:
-            name = " ".join(status.name.lower() for status, _ in mode)
-            seconds = perf_counter() - began
-            answers.append(
-                CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", len(answers), seconds)
-            )
-    return _distinct(answers, 1e-6)
+    return every_mode(problem, tol).solutions
 
 
 def multiplicity(
@@ -100,7 +69,8 @@ def multiplicity(
 ) -> MultiplicityReport:
     """Solve from no force, from full stick and from ``starts`` random forces; plane problems of c <= 6 by
     all modes."""
-    if problem.dim == 2 and problem.contacts <= _MOST_CONTACTS:
-        return MultiplicityReport(enumerate_modes(problem), exhaustive=True)
+    if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
+        found = every_mode(problem, apart=apart)
+        return MultiplicityReport(found.solutions, exhaustive=True, continuum=found.continuum)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]
-    return MultiplicityReport(_distinct([a for a in answers if a.converged], apart), exhaustive=False)
+    return MultiplicityReport(distinct([a for a in answers if a.converged], apart), exhaustive=False)

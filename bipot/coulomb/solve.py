@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Any
 
-from bipot.coulomb.existence import Existence, ExistenceReport, existence
+from bipot.coulomb.existence import Existence, existence
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
 from bipot.coulomb.functions import NaturalMap
 from bipot.coulomb.gauss_seidel import GaussSeidel
+from bipot.coulomb.modes import every_mode
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
-from bipot.coulomb.solution import CoulombSolution
+from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.errors import InfeasibleProgram
 from bipot.laws.tensors import FloatArray
@@ -37,9 +38,42 @@ DEFAULT_CHAIN = (
 )
 
 
-def _refuse(report: ExistenceReport) -> None:
-    if report.verdict is Existence.NONE:
-        raise InfeasibleProgram(f"The contact problem has no solution: {report.reason}.")
+# Up to this many contacts the modes of a plane problem are enumerated as soon as the first solver fails.
+_ENUMERATED = 4
+NO_MODE = "None of its modes (open, stick and slip at each contact) holds: the problem has no solution."
+
+
+def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | None, str]:
+    found = every_mode(problem, tol).solutions
+    if found:
+        return found[0], f"{found[0].reason[:-1]} of all {4**problem.contacts} solves it."
+    return None, NO_MODE
+
+
+def _by_chain(
+    problem: CoulombProblem, limits: Limits, start: FloatArray | None, chain: tuple[Stage, ...], ends: float
+) -> tuple[CoulombSolution, list[str], int]:
+    """The best force met, what was said on the way, and the steps taken; no stage begins after the time ``ends``."""
+    best = run(chain[0].solver, problem, replace(limits, iterations=0), start)
+    said, iterations = list[str](), 0
+    small = problem.dim == 2 and problem.contacts <= _ENUMERATED
+    for stage in chain:
+        left = ends - perf_counter()
+        if best.converged or left <= 0:
+            break
+        # forces that ran away are no place to start from
+        origin = best.r if stage.warm and said and best.resolution() <= limits.tol else start
+        answer = run(stage.solver, problem, replace(limits, seconds=stage.share * left), origin)
+        iterations += answer.iterations
+        said.append(answer.reason)
+        best = answer if len(said) == 1 or answer.residual() < best.residual() else best
+        if small and not best.converged and perf_counter() < ends:
+            found, verdict = _enumerated(problem, limits.tol)
+            return found or best, [*said, verdict], iterations
+    if not said and not best.converged:
+        best = replace(best, outcome=Outcome.TIME_LIMIT)
+        said.append(f"No time was left to try a solver in {limits.seconds:.1e} s; more time may help.")
+    return best, said or [best.reason], iterations
 
 
 def solve(
@@ -50,8 +84,10 @@ def solve(
 ) -> CoulombSolution:
     """Solve by the chain; an answer is CONVERGED only where its own residual is <= ``limits.tol``.
 
-    Otherwise the best force met is returned, with the outcome and a sentence on what was tried. Raises
-    InfeasibleProgram where the existence test proves that there is no solution.
+    Otherwise the best force met is returned, with the outcome and a sentence on what was tried and on what is known
+    about existence. Plane problems of up to four contacts have their modes enumerated where the first solver fails:
+    that finds a solution or says that there is none. Raises InfeasibleProgram where the existence test proves
+    that there is no solution.
 
     >>> import numpy as np
     >>> answer = solve(CoulombProblem(W=np.eye(2), q=[-1.0, 0.1], mu=0.3, dim=2))
@@ -59,27 +95,10 @@ def solve(
     (True, [1.0, -0.1])
     """
     began, limits = perf_counter(), limits or Limits()
-    _refuse(existence(problem, 0.1 * limits.seconds))
-    best: CoulombSolution | None = None
-    tried: list[str] = []
-    iterations = 0
-    for stage in chain:
-        left = limits.seconds - (perf_counter() - began)
-        if left <= 0:
-            break
-        origin = best.r if stage.warm and best is not None else start
-        answer = run(stage.solver, problem, replace(limits, seconds=stage.share * left), origin)
-        iterations += answer.iterations
-        tried.append(answer.reason)
-        if best is None or answer.residual() < best.residual():
-            best = answer
-        if best.converged:
-            break
-    assert best is not None
-    return replace(
-        best,
-        solver="auto",
-        reason=" ".join(tried),
-        iterations=iterations,
-        seconds=perf_counter() - began,
-    )
+    report = existence(problem, 0.1 * limits.seconds)
+    if report.verdict is Existence.NONE:
+        raise InfeasibleProgram(f"The contact problem has no solution: {report.reason}.")
+    best, said, iterations = _by_chain(problem, limits, start, chain, began + limits.seconds)
+    if not best.converged and said[-1] != NO_MODE and report.verdict is Existence.UNKNOWN:
+        said.append(f"Whether a solution exists is not known: {report.reason}.")
+    return replace(best, solver="auto", reason=" ".join(said), iterations=iterations, seconds=perf_counter() - began)

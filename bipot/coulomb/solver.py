@@ -14,9 +14,10 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from bipot.coulomb.judgement import Judgement, judge
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import ScaledProblem, scale
-from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.errors import ProgramError, require
 from bipot.laws.tensors import FloatArray
 
@@ -74,6 +75,7 @@ class Limits:
         require(self.patience >= 1, "patience", self.patience, ">= 1")
 
 
+_NOWHERE = Judgement(float("inf"), float("inf"))
 _ADVICE = {
     Outcome.ITERATION_LIMIT: "more steps, or another solver, may help",
     Outcome.TIME_LIMIT: "more time, or another solver, may help",
@@ -82,10 +84,13 @@ _ADVICE = {
 }
 
 
-def _sentence(name: str, outcome: Outcome, error: float, tol: float, detail: str) -> str:
+def _sentence(name: str, outcome: Outcome, found: Judgement, tol: float, detail: str) -> str:
+    error = found.residual
     if outcome is Outcome.CONVERGED:
         return f"{name} reached residual {error:.1e} <= {tol:.1e}."
     because = f": {detail}" if detail else ""
+    if found.resolution > tol:
+        because += f", its forces so large that round-off of W r alone is {found.resolution:.1e} of the load"
     return f"{name} stopped at residual {error:.1e} > {tol:.1e} ({outcome.value}){because}; {_ADVICE[outcome]}."
 
 
@@ -103,12 +108,13 @@ def run(
     """
     began, limits = clock(), limits or Limits()
     scaled = scale(problem)
-    r = np.zeros(problem.size) if start is None else np.asarray(start, dtype=np.float64) / scaled.force
-    require(r.shape == (problem.size,), "start.shape", r.shape, f"({problem.size},)")
-    best, error = r, residual(problem, scaled.unscale(r))
+    given = np.zeros(problem.size) if start is None else np.asarray(start, dtype=np.float64)
+    require(given.shape == (problem.size,), "start.shape", given.shape, f"({problem.size},)")
+    r = given / scaled.force
+    best, lowest = r, judge(problem, scaled.unscale(r))
     outcome, detail, done = Outcome.ITERATION_LIMIT, "", 0
-    progress, since = error, 0
-    state = solver.init(scaled, r) if error > limits.tol else None
+    progress, since = lowest.residual, 0
+    state = solver.init(scaled, r) if lowest.residual > limits.tol else None
     while state is not None and done < limits.iterations:
         if clock() - began > limits.seconds:
             outcome = Outcome.TIME_LIMIT
@@ -121,19 +127,19 @@ def run(
             outcome, detail = Outcome.FAILED, str(failure).rstrip(".")
             break
         done += 1
-        reached = residual(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else np.inf
-        if reached < error:
-            best, error = state.r, reached
-        if error <= limits.tol:
+        reached = judge(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else _NOWHERE
+        if reached.residual < lowest.residual:
+            best, lowest = state.r, reached
+        if lowest.residual <= limits.tol:
             break
-        if error < 0.99 * progress:
-            progress, since = error, done
+        if lowest.residual < 0.99 * progress:
+            progress, since = lowest.residual, done
         if done - since >= limits.patience:
             outcome, detail = Outcome.STALLED, f"no progress in {limits.patience} steps"
             break
         if state.stalled is not None:
             outcome, detail = Outcome.STALLED, state.stalled
             break
-    outcome = Outcome.CONVERGED if error <= limits.tol else outcome
-    reason = _sentence(solver.name, outcome, error, limits.tol, detail)
+    outcome = Outcome.CONVERGED if lowest.residual <= limits.tol else outcome
+    reason = _sentence(solver.name, outcome, lowest, limits.tol, detail)
     return CoulombSolution(problem, scaled.unscale(best), outcome, solver.name, reason, done, clock() - began)

@@ -1,0 +1,145 @@
+"""Every mode of a small plane problem: open, stick or slip either way at each contact, 4^c systems in all.
+
+In a mode the law is linear, E r = e and G r <= g, a polyhedron of forces. Where E is regular it is one point or empty;
+where E is singular a linear program says whether it is empty, and two more for each velocity that E leaves free say
+how far that velocity ranges. All in the numbers of the scaled problem; a point counts once it passes the residual.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import linalg, optimize, sparse
+
+from bipot.coulomb.problem import CoulombProblem
+from bipot.coulomb.scaling import ScaledProblem, scale
+from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.errors import require
+from bipot.laws.coulomb import Status
+from bipot.laws.tensors import FloatArray
+
+MOST_CONTACTS = 6
+_CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))
+_RANK = 1e-12
+# What a linear program leaves open of its rows, and what a row may miss of 0 to count as active.
+_FEASIBLE, _ACTIVE = 1e-10, 1e-8
+
+Mode = tuple[tuple[Status, int], ...]
+
+
+class Polyhedron(NamedTuple):
+    """E r = e, G r <= g; E (2c, 2c), G (k, 2c)."""
+
+    E: FloatArray
+    e: FloatArray
+    G: FloatArray
+    g: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Enumeration:
+    """Solutions with different velocities; ``continuum`` says that some mode holds a whole range of them, of which
+    its ends are listed."""
+
+    solutions: tuple[CoulombSolution, ...]
+    continuum: bool
+
+
+def polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Polyhedron:
+    """The law of a mode, contact by contact: slip of sign s has r_t = -s mu r_n and s u_t >= 0."""
+    rows: list[tuple[FloatArray, float]] = []
+    bounds: list[tuple[FloatArray, float]] = []
+    axes = np.eye(q.size)
+    for k, (status, way) in enumerate(mode):
+        n, t = 2 * k, 2 * k + 1
+        size = 1.0 + mu[k]
+        if status is Status.OPEN:
+            rows += [(axes[n], 0.0), (axes[t], 0.0)]
+            bounds.append((-W[n], q[n]))
+            continue
+        rows.append((W[n], -q[n]))
+        bounds.append((-axes[n], 0.0))
+        if status is Status.STICK:
+            rows.append((W[t], -q[t]))
+            bounds += [((side * axes[t] - mu[k] * axes[n]) / size, 0.0) for side in (1, -1)]
+        else:
+            rows.append(((axes[t] + way * mu[k] * axes[n]) / size, 0.0))
+            bounds.append((-way * W[t], way * q[t]))
+    (E, e), (G, g) = (tuple(np.array(part) for part in zip(*each, strict=True)) for each in (rows, bounds))
+    return Polyhedron(E, e, G, g)
+
+
+def _vertex(region: Polyhedron, cost: FloatArray) -> FloatArray | None:
+    """A force of least cost, sharpened on the rows that are active there; None where there is none."""
+    options = {"primal_feasibility_tolerance": _FEASIBLE, "dual_feasibility_tolerance": _FEASIBLE}
+    found: Any = optimize.linprog(
+        cost, region.G, region.g, region.E, region.e, bounds=(None, None), method="highs", options=options
+    )
+    if found.status != 0:
+        return None
+    r = np.asarray(found.x, dtype=np.float64)
+    active = np.abs(region.G @ r - region.g) <= _ACTIVE * (1.0 + np.abs(r).max())
+    A, b = np.vstack([region.E, region.G[active]]), np.r_[region.e, region.g[active]]
+    return r - np.asarray(linalg.lstsq(A, A @ r - b, cond=_RANK)[0])
+
+
+def _points(W: FloatArray, region: Polyhedron) -> Iterator[FloatArray]:
+    """The force of a regular mode; of a singular one a force and the ends of each velocity's range."""
+    E, e = region.E, region.e
+    r, _, rank, _ = np.linalg.lstsq(E, e, rcond=_RANK)
+    yield np.asarray(r, dtype=np.float64)
+    if rank == e.size:
+        return
+    first = _vertex(region, np.zeros(e.size))
+    if first is None:
+        return
+    yield first
+    free = np.abs(W @ linalg.null_space(E, rcond=_RANK)).max(axis=1, initial=0.0)
+    for row in W[free > _ACTIVE]:
+        for end in (_vertex(region, row), _vertex(region, -row)):
+            if end is not None:
+                yield end
+
+
+def distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolution, ...]:
+    """The first answer of each u, velocities in contact units differing by more than ``apart`` relative to |q|."""
+    kept: list[CoulombSolution] = []
+    for answer in answers:
+        rows = np.repeat(answer.problem.contact_unit, answer.problem.dim)
+        size = apart * max(float(np.linalg.norm(answer.problem.q / rows)), float(np.finfo(np.float64).tiny))
+        if all(float(np.linalg.norm((answer.u - other.u) / rows)) > size for other in kept):
+            kept.append(answer)
+    return tuple(kept)
+
+
+def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6) -> Enumeration:
+    """Solutions of a plane problem in all its modes; c <= 6 and dim = 2, else SceneError.
+
+    Different means velocities ``apart`` relative to |q|; forces may differ at the same velocity where W is singular.
+    """
+    require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
+    require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
+    scaled, began = scale(problem), perf_counter()
+    W = _dense(scaled)
+    answers: list[CoulombSolution] = []
+    continuum = False
+    for mode in product(_CHOICES, repeat=problem.contacts):
+        name = " ".join(status.name.lower() for status, _ in mode)
+        own: list[CoulombSolution] = []
+        for point in _points(W, polyhedron(W, scaled.q, problem.mu, mode)):
+            r = scaled.unscale(point)
+            if residual(problem, r) <= tol:
+                spent = perf_counter() - began
+                own.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
+        continuum = continuum or len(distinct(own, apart)) > 1
+        answers += own
+    return Enumeration(distinct(answers, apart), continuum)
+
+
+def _dense(scaled: ScaledProblem) -> FloatArray:
+    return scaled.W.toarray() if isinstance(scaled.W, sparse.csr_array) else scaled.W
