@@ -23,11 +23,11 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.laws import coulomb
 from bipot.laws.tensors import FloatArray, norm
 
-_EPS = float(np.finfo(np.float64).eps)
+_EPS, _TIE = float(np.finfo(np.float64).eps), 1.0 + 1e-9
 
 
 class Nearest(NamedTuple):
-    """Distance to the law (c,), and the part of a load (c, d) that bears on each contact's nearest branch (c, d)."""
+    """Distance to the law (c,), and which rows of a load bear on each contact's nearest branch, 0 or 1 (c, d)."""
 
     distance: FloatArray
     bearing: FloatArray
@@ -40,8 +40,11 @@ class Judgement(NamedTuple):
     resolution: float
 
 
+NOWHERE = Judgement(float("inf"), float("inf"))
+
+
 def _slip_distance(r: FloatArray, u: FloatArray, mu: FloatArray, e: FloatArray) -> FloatArray:
-    """Distance of (r, u) to slip along e, (c, d - 1) of unit length: u_n = 0, u_t = s e, r = f (1, -mu e), s, f >= 0."""
+    """Distance to slip along e, (c, d - 1) of unit length: u_n = 0, u_t = s e, r = f (1, -mu e), s and f >= 0."""
     ray = np.column_stack([np.ones_like(mu), -mu[:, None] * e]) / np.sqrt(1.0 + mu * mu)[:, None]
     force = np.maximum(np.sum(r * ray, axis=1), 0.0)
     slip = np.maximum(np.sum(u[:, 1:] * e, axis=1), 0.0)
@@ -65,16 +68,16 @@ def nearest_law(r: FloatArray, u: FloatArray, mu: FloatArray) -> Nearest:
     >>> nearest_law(r, u, np.array([0.5, 0.5])).distance.tolist()
     [0.1, 0.0]
     """
-    slip = np.minimum(
-        _slip_distance(r, u, mu, _direction(u[:, 1:])), _slip_distance(r, u, mu, _direction(-r[:, 1:]))
-    )
+    slip = np.minimum(_slip_distance(r, u, mu, _direction(u[:, 1:])), _slip_distance(r, u, mu, _direction(-r[:, 1:])))
     stick = np.hypot(norm(u), norm(r - coulomb.project_cone(r, mu)))
     opened = np.hypot(norm(r), np.minimum(u[:, 0], 0.0))
-    # where branches tie, the one of least load, but never open: a violated gap must not hide behind its clearance
-    branch = np.argmin(np.stack([slip, stick, opened]), axis=0)
+    # Where branches tie, the one of least load, but never open: a violated gap must not hide behind its clearance.
+    # Ties are common (forces outside the cone, a gap violated without a force), so round-off must not decide them.
+    slips = slip <= _TIE * np.minimum(stick, opened)
+    sticks = ~slips & (stick <= _TIE * opened)
     bearing = np.zeros(r.shape)
-    bearing[:, 0] = branch < 2
-    bearing[:, 1:] = ((branch == 1) & (mu > 0))[:, None]
+    bearing[:, 0] = slips | sticks
+    bearing[:, 1:] = (sticks & (mu > 0))[:, None]
     return Nearest(np.minimum(np.minimum(slip, stick), opened), bearing)
 
 
@@ -83,12 +86,19 @@ def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
 
     For each group of contacts, in contact units, 2-norms over the group:
 
-        residual = max(|distance| - ε |q'|, resolution |load|) / |load|,   resolution = ε | |W'| |r'| | / |load|
+        residual = max(|distance| / |load|, resolution),   resolution = ε | |W'| |r'| | / |load|,   ε = 2.2e-16
 
-    with ε = 2.2e-16. What is below ε |q'| cannot be told from the round-off of q. The resolution is what round-off of
-    u = W r + q leaves unknown: where it is above a tolerance no answer with that force can be said to meet it. Where no
-    load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'| that is not zero is the scale.
+    The resolution is what round-off of W r leaves unknown: where it is above a tolerance no answer with that force
+    can be said to meet it. Where no load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'|
+    that is not zero is the scale.
+    Forces so large that their squares overflow are infinitely far off.
     """
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = _judged(problem, r)
+    return found if np.isfinite(found.residual) else NOWHERE
+
+
+def _judged(problem: CoulombProblem, r: FloatArray) -> Judgement:
     unit, group = problem.contact_unit, problem.groups
     rows = np.repeat(unit, problem.dim)
     forces, load = problem.by_contact(r * rows), problem.by_contact(problem.q / rows)
@@ -101,14 +111,10 @@ def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
         return np.sqrt(np.bincount(group, np.sum(vectors * vectors, axis=1), count))
 
     scale = _scale(length(load * found.bearing), length(load), length(forces))
-    distance = length(found.distance[:, None])
-    told = np.where(distance > _EPS * float(np.linalg.norm(load)), distance, 0.0)
     resolution = float(np.max(length(blur) / scale))
-    residual = float(np.max(told / scale))
-    return Judgement(max(residual, resolution), resolution)
+    return Judgement(max(float(np.max(length(found.distance[:, None]) / scale)), resolution), resolution)
 
 
 def _scale(bearing: FloatArray, load: FloatArray, force: FloatArray) -> FloatArray:
     either = np.minimum(np.where(load > 0, load, np.inf), np.where(force > 0, force, np.inf))
-    fallback = np.where(np.isfinite(either), either, 1.0)
-    return np.where(bearing > 0, bearing, fallback)
+    return np.where(bearing > 0, bearing, np.where(np.isfinite(either), either, 1.0))

@@ -85,7 +85,7 @@ def _vertex(region: Polyhedron, cost: FloatArray) -> FloatArray | None:
     r = np.asarray(found.x, dtype=np.float64)
     active = np.abs(region.G @ r - region.g) <= _ACTIVE * (1.0 + np.abs(r).max())
     A, b = np.vstack([region.E, region.G[active]]), np.r_[region.e, region.g[active]]
-    return r - np.asarray(linalg.lstsq(A, A @ r - b, cond=_RANK)[0])
+    return r - np.linalg.lstsq(A, A @ r - b, rcond=_RANK)[0]
 
 
 def _points(W: FloatArray, region: Polyhedron) -> Iterator[FloatArray]:

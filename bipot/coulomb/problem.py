@@ -102,7 +102,7 @@ class CoulombProblem:
     def contact_unit(self) -> FloatArray:
         """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where that is not
         positive the mean of the others (1 where there are none)."""
-        flexibility = self.by_contact(self.W.diagonal()).mean(axis=1)
+        flexibility = self.by_contact(np.asarray(self.W.diagonal(), dtype=np.float64)).mean(axis=1)
         positive = flexibility > 0
         return np.sqrt(np.where(positive, flexibility, flexibility[positive].mean() if positive.any() else 1.0))
 

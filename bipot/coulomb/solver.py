@@ -14,7 +14,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from bipot.coulomb.judgement import Judgement, judge
+from bipot.coulomb.judgement import NOWHERE, Judgement, judge
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import ScaledProblem, scale
 from bipot.coulomb.solution import CoulombSolution, Outcome
@@ -75,7 +75,6 @@ class Limits:
         require(self.patience >= 1, "patience", self.patience, ">= 1")
 
 
-_NOWHERE = Judgement(float("inf"), float("inf"))
 _ADVICE = {
     Outcome.ITERATION_LIMIT: "more steps, or another solver, may help",
     Outcome.TIME_LIMIT: "more time, or another solver, may help",
@@ -127,7 +126,7 @@ def run(
             outcome, detail = Outcome.FAILED, str(failure).rstrip(".")
             break
         done += 1
-        reached = judge(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else _NOWHERE
+        reached = judge(problem, scaled.unscale(state.r)) if np.all(np.isfinite(state.r)) else NOWHERE
         if reached.residual < lowest.residual:
             best, lowest = state.r, reached
         if lowest.residual <= limits.tol:
