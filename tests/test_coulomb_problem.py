@@ -41,6 +41,16 @@ def test_bad_problems_are_refused_by_name(change, named):
         coulomb.CoulombProblem(**{"W": np.eye(2), "q": [1.0, 2.0], "mu": 0.3, "dim": 2, **change})
 
 
+def test_a_problem_keeps_its_own_arrays():
+    W, q = sparse.csr_array(np.eye(2)), np.array([1.0, 2.0])
+    problem = coulomb.CoulombProblem(W=W, q=q, mu=0.3, dim=2)
+    W.data[0], q[0] = 5.0, 5.0
+    np.testing.assert_array_equal(problem.velocity(np.ones(2)), [2.0, 3.0])
+    for array in (problem.W.data, problem.q, problem.mu):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 5.0
+
+
 def test_reduction_agrees_with_the_dense_formula():
     rng = np.random.default_rng(0)
     root, H = rng.normal(size=(7, 7)), rng.normal(size=(7, 6))

@@ -20,8 +20,9 @@ from bipot.laws.tensors import FloatArray
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
-    matrix = sparse.csr_array(value, dtype=np.float64)  # type: ignore[arg-type]
+    matrix = sparse.csr_array(value, dtype=np.float64, copy=True)  # type: ignore[arg-type]
     matrix.sum_duplicates()
+    matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
     return matrix
 
@@ -35,6 +36,7 @@ def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
     vector = np.array(value, dtype=np.float64).ravel()
     require(vector.size == size, f"len({field})", vector.size, f"{size}")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
+    vector.flags.writeable = False
     return vector
 
 
