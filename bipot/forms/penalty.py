@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.contact import Candidates
-from bipot.errors import ProgramError, require
+from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.laws.penalised import default_penalty
 from bipot.programs.clarabel import Accuracy
@@ -71,7 +71,7 @@ class Penalty:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _require_penalties(self.K_n, self.K_t)
+        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def program(self, given: Pass) -> PenaltyProgram:
         """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
@@ -107,7 +107,7 @@ class Uzawa:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _require_penalties(self.K_n, self.K_t)
+        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def program(self, given: Pass) -> PenaltyProgram:
         """The pass's program: du_n is measured from contact, so that no penetration is carried."""
@@ -131,6 +131,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     Raises:
         SceneError: a factor that is not finite and positive.
     """
+    require_number(factor, "factor")
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     closed = candidates.distance(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
@@ -143,8 +144,11 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
 
 
-def _require_penalties(K_n: float, K_t: float) -> None:
+def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
+    require_type(optimiser, Optimiser, "penalty.optimiser")
+    require_type(kind, TangentKind, "penalty.kind")
     for field, value in (("K_n", K_n), ("K_t", K_t)):
+        require_number(value, field)
         require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
 
 

@@ -1,0 +1,46 @@
+"""What frozen objects hold: arrays that cannot be written to, mappings that cannot be changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Key = TypeVar("Key")
+Value = TypeVar("Value", covariant=True)
+
+
+def read_only(array: NDArray[Any]) -> NDArray[Any]:
+    """A read-only copy: writing to ``array`` later does not change it either.
+
+    >>> read_only(np.zeros(2)).flags.writeable
+    False
+    """
+    copy = np.array(array)
+    copy.flags.writeable = False
+    return copy
+
+
+class FrozenMap(Mapping[Key, Value]):
+    """A mapping that is what it was made of; unlike ``MappingProxyType`` it can be pickled and copied.
+
+    >>> FrozenMap({"top": 1})
+    FrozenMap({'top': 1})
+    """
+
+    def __init__(self, items: Mapping[Key, Value]) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: Key) -> Value:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __repr__(self) -> str:
+        return f"FrozenMap({self._items!r})"
