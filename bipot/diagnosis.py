@@ -1,23 +1,21 @@
 r"""Why an increment could not be solved, where the scene itself says so: a body inside a tool, a body nothing holds.
 
-A rigid motion v of the body (in the plane two translations and a turn, about the axis one translation) is free when
-neither supports nor any candidate contact could ever stop it: zero at held unknowns, G_n v >= 0 at every candidate (no
-contact closes), and no friction where the motion keeps a contact closed. Candidates count however far they are: they
-may land. That is a cone in at most three numbers; a linear program says which contacts a motion in it can open.
+A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
+candidate (none closes), and no friction where it keeps a contact closed. Candidates count however far they are, since
+they may land. That is a cone in at most three numbers v; a linear program says which contacts a motion in it can open.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import null_space
 from scipy.optimize import linprog
 
-from bipot.fem.kinematics import Geometry
-from bipot.increment import System
+from bipot.fem.assembly import rigid_motions
+from bipot.laws.tensors import norm
 from bipot.response import State
-
-Floats = NDArray[np.float64]
+from bipot.system import System
+from bipot.typing import Bools, Floats
 
 ROUND_OFF = 1e-9
 
@@ -29,14 +27,13 @@ def diagnosis(system: System, state: State) -> str | None:
 
 def _inside(system: System, state: State) -> str | None:
     """A body that carries nothing yet and is inside a tool."""
-    gap = system.candidates.start_gap(state.nodes, state.tau)
-    size = system.body.scene.mesh.size
-    worst = int(np.argmin(gap))
-    if state.forces.any() or gap[worst] >= -ROUND_OFF * size:
+    worst = int(np.argmin(state.gap))
+    depth = -float(state.gap[worst])
+    if state.forces.any() or depth <= ROUND_OFF * system.body.scene.mesh.size:
         return None
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
     return (
-        f"The body starts inside tools[{number}], node {node} by {-gap[worst]:.3g}: "
+        f"The body starts inside tools[{number}], node {node} by {depth:.3g}: "
         "move the tool's point out of the body, or the mesh."
     )
 
@@ -45,40 +42,54 @@ def _unheld(system: System, state: State) -> str | None:
     motion = free_motion(system, state)
     if motion is None:
         return None
-    shift, turn = motion[:2], motion[2]
-    along = " with a turn" if abs(turn) > ROUND_OFF else ""
-    what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){along}" if np.abs(shift).max() > ROUND_OFF else "turning"
+    shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
+    turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
+    what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
 
 def free_motion(system: System, state: State) -> Floats | None:
-    """A rigid motion (shift_1, shift_2, turn times body size) that nothing could stop, largest part 1; None if none.
-
-    The turn is about the middle of the body.
-    """
-    modes = _modes(system, state.nodes)
-    rows = system.candidates.rows(state.nodes, state.tau, state.tau)
-    normal, tangent = _on_candidates(system, modes)
-    held = modes[system.body.scene.held]
-    rubs = np.isin(np.arange(rows.count), rows.frictional)
-    pinned = np.zeros(rows.count, dtype=bool)
+    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
+    space = system.body.space
+    rigid = rigid_motions(state.nodes, space.free, system.body.scene.geometry)
+    rows = system.candidates.rows(state.gap, state.tau, state.tau)
+    normal, rubs = _clean(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
+    tangent = np.zeros((rows.count, rigid.shape[1]))
+    tangent[rows.frictional] = _clean(rows.G_t @ rigid)
+    basis = np.eye(rigid.shape[1])
     while True:
-        stopped = np.vstack([held, tangent[pinned]])
-        opened = _opened(stopped, normal)
-        more = rubs & ~opened & ~pinned
-        if not more.any():
+        opened, v = _opened(normal @ basis)
+        closed = rubs & ~opened
+        if not closed.any():
             break
-        pinned |= more
-    return _motion(system, stopped, normal, opened)
+        basis, rubs = basis @ null_space(tangent[closed] @ basis, rcond=ROUND_OFF), rubs & opened
+    if not opened.any():
+        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    motion = space.spread(rigid @ basis @ v)
+    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
+        # Either way is as free.
+        motion = -motion
+    largest = float(norm(motion).max())
+    return motion / largest if largest > 0 else None
 
 
-def _modes(system: System, nodes: Floats) -> Floats:
-    """Displacements (2a, 3) of the rigid motions; about the axis all but the axial shift are no rigid motions."""
-    scene = system.body.scene
-    arm = (nodes - nodes.mean(axis=0)) / scene.mesh.size
-    modes = np.zeros((nodes.size, 3))
-    modes[0::2, 0] = modes[1::2, 1] = 1.0
-    modes[0::2, 2], modes[1::2, 2] = -arm[:, 1], arm[:, 0]
-    if scene.geometry is Geometry.AXISYMMETRIC:
-        modes[:, [0, 2]] = 0.0
-    return modes
+def _clean(motion: Floats) -> Floats:
+    """Round-off of rows that do not move at all is zero."""
+    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
+
+
+def _opened(normal: Floats) -> tuple[Bools, Floats]:
+    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+
+    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v: scaled up, v opens all contacts that any v opens.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal, np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+    )
+    return found.x[free:] > 0.5, found.x[:free]

@@ -1,26 +1,12 @@
-"""What frozen objects hold: arrays that cannot be written to, mappings that cannot be changed."""
+"""A mapping for frozen objects; their arrays are made by :func:`bipot.typing.read_only`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, TypeVar
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TypeVar
 
 Key = TypeVar("Key")
 Value = TypeVar("Value", covariant=True)
-
-
-def read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A read-only copy: writing to ``array`` later does not change it either.
-
-    >>> read_only(np.zeros(2)).flags.writeable
-    False
-    """
-    copy = np.array(array)
-    copy.flags.writeable = False
-    return copy
 
 
 class FrozenMap(Mapping[Key, Value]):

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.contact import candidates
+from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
 from bipot.errors import (
     IncrementFailed,
@@ -34,8 +35,8 @@ from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space
 from bipot.scene import Scene
-from bipot.system import System, tool_travel
 from bipot.starting import require_start
+from bipot.system import System, tool_travel
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -194,11 +195,9 @@ def march(
     require_type(control, Control, "control")
     require_type(start, State, "start", optional=True)
     system = system_of(scene, control.update)
-    state = system.rest()
     if start is not None:
-        require_start(start, state, scene)
-        state = start
-    return _increments(system, schedule, control, state)
+        require_start(start, system)
+    return _increments(system, schedule, control, system.rest() if start is None else start)
 
 
 def _increments(system: System, schedule: Schedule, control: Control, state: State) -> Iterator[Accepted]:
@@ -220,7 +219,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 if attempt.solved is not None:
                     break
                 if cuts == control.cuts:
-                    raise IncrementFailed(_advice(state, tau, reasons), state)
+                    raise IncrementFailed(_advice(system, state, tau, reasons), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -276,8 +275,6 @@ def attempt_increment(
     return Attempt(None, control.forms[-1].name, passes, failures)
 
 
-def _advice(state: State, tau: float, reasons: list[str]) -> str:
-    return (
-        f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). "
-        "Use more increments, or a mesh that is less distorted there."
-    )
+def _advice(system: System, state: State, tau: float, reasons: list[str]) -> str:
+    advice = diagnosis(system, state) or "Use more increments, or a mesh that is less distorted there."
+    return f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). {advice}"

@@ -12,13 +12,10 @@ from functools import cached_property
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
 from bipot.errors import require, require_count, require_number, require_type
-from bipot.frozen import FrozenMap, read_only
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.frozen import FrozenMap
+from bipot.typing import Bools, Floats, Ints, read_only
 
 NODES, ON_EDGE = 8, 3
 
@@ -31,7 +28,7 @@ class Facets:
     """
 
     nodes: Ints
-    shared: NDArray[np.bool_]
+    shared: Bools
     crowded: Ints
 
     @staticmethod
@@ -81,8 +78,8 @@ class Mesh:
         require_type(self.boundaries, Mapping, "mesh.boundaries")
         elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
-        object.__setattr__(self, "nodes", read_only(nodes.astype(np.float64)))
-        object.__setattr__(self, "elements", read_only(elements))
+        object.__setattr__(self, "nodes", read_only(nodes, np.float64))
+        object.__setattr__(self, "elements", read_only(elements, np.intp))
         _require_facets(self._facets)
         boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
@@ -102,7 +99,7 @@ class Mesh:
         require(len(np.unique(found)) == len(found), label, "an edge twice", "edges that differ")
         middle = self._facets.nodes[found, 1]
         ends = edges[edges != middle[:, None]].reshape(-1, 2)
-        return read_only(np.column_stack([ends[:, 0], middle, ends[:, 1]]))
+        return read_only(np.column_stack([ends[:, 0], middle, ends[:, 1]]), np.intp)
 
     def inner_edges(self, *names: str) -> Ints:
         """Edges (f, 3) of the named boundaries that lie between two elements: nothing outside can touch them."""

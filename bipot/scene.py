@@ -13,7 +13,6 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import (
     InvertedElement,
@@ -26,13 +25,11 @@ from bipot.errors import (
 )
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import Configuration, Geometry, gradients
-from bipot.frozen import FrozenMap, read_only
+from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints, read_only
 
 
 @dataclass(frozen=True)
@@ -162,7 +159,7 @@ class Scene:
         except InvertedElement as inverted:
             raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
         held = [2 * self.mesh.boundary_nodes(s.boundary) + s.direction for s in self.supports]
-        object.__setattr__(self, "held", read_only(np.unique(np.concatenate([np.empty(0, np.intp), *held]))))
+        object.__setattr__(self, "held", read_only(np.unique(np.concatenate([np.empty(0, np.intp), *held])), np.intp))
         require(
             len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
         )

@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from bipot.errors import require, require_number
 from bipot.response import State
-from bipot.scene import Scene
+from bipot.system import System
+from bipot.typing import Floats
 
-HELD = 1e-9
-"""How far (over the body size) held nodes of a start state may be from where the supports hold them: round-off."""
+PLACED = 1e-9
+"""How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
 
 
-def require_start(start: State, at_rest: State, scene: Scene) -> None:
-    """Refuse a start state of another scene: it has the arrays of this scene's state at rest, and its held nodes.
+def require_start(start: State, system: System) -> None:
+    """Refuse a start state of another scene: it has the arrays of this scene's state at rest, its held nodes and tools.
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
-            elsewhere; the message names the field.
+            elsewhere, gaps that are not those to the tools; the message names the field.
     """
+    scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")
     require(0 <= start.tau <= 1, "start.tau", start.tau, "in [0, 1]")
     for name, value in vars(at_rest).items():
@@ -31,10 +33,13 @@ def require_start(start: State, at_rest: State, scene: Scene) -> None:
     require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
     moved = float(np.abs((start.nodes - scene.mesh.nodes).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
-    require(moved <= HELD * scene.mesh.size, "start.nodes", "held ones", allowed)
+    require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
+    apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
+    allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
+    require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
 
 
-def _require_like(given: ArrayLike, own: NDArray[np.float64], field: str) -> None:
+def _require_like(given: ArrayLike, own: Floats, field: str) -> None:
     """The shape of the scene's own array, and finite."""
     shape = np.shape(given)
     require(shape == own.shape, field, f"of shape {shape}", f"of shape {own.shape}, as in the scene")

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.contact import Candidates
 from bipot.errors import ProgramError, require, require_number, require_type
@@ -22,8 +21,7 @@ from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region
 from bipot.response import TangentKind
 from bipot.traction import contact_edges, edge_mass
-
-Floats = NDArray[np.float64]
+from bipot.typing import Bools, Floats, Ints
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
 """Of the interior points, tried in turn: asked for what round-off forbids, they give up at less than they can."""
@@ -124,9 +122,9 @@ class Uzawa:
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     """Nodal penalty K = factor E A/(m h), the same for every node.
 
-    A and m are area and number of nodes of the initial contact line (candidates closed at rest; all if none is), h its
-    mean edge length: a pressure per penetration of factor E/h on average. Tributary areas would do no better: they
-    vanish at the axis.
+    A and m are area and number of nodes of the initial contact line (edges of candidates closed at rest; of all
+    candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
+    penetration of factor E/h on average. Tributary areas would do no better: they vanish at the axis.
 
     Raises:
         SceneError: a factor that is not finite and positive.
@@ -135,13 +133,20 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     closed = candidates.distance(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
-    closed = closed if closed.any() else np.ones_like(closed)
-    edges = np.concatenate([contact_edges(candidates, k, tool, closed) for k, tool in enumerate(scene.tools)])
-    nodes = candidates.node[edges]
+    nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
     area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
     ends = scene.mesh.nodes[nodes[:, [0, 2]]]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
+
+
+def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
+    """Edges (f, 3), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
+    scene = candidates.scene
+    for chosen in (closed, np.ones_like(closed)):
+        edges = [contact_edges(candidates, k, tool, chosen) for k, tool in enumerate(scene.tools)]
+        yield candidates.node[np.concatenate(edges)]
+    yield np.concatenate([scene.mesh.boundary(name) for tool in scene.tools for name in tool.candidates])
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
