@@ -45,11 +45,12 @@ class Facets:
 
     def find(self, edges: Ints) -> Ints:
         """Which facet has the three nodes of each edge (f, 3), in whatever order; -1 if none."""
-        return np.array([self._known.get(tuple(sorted(edge)), -1) for edge in edges.tolist()], dtype=np.intp)
-
-    @cached_property
-    def _known(self) -> dict[tuple[int, ...], int]:
-        return {tuple(sorted(nodes)): k for k, nodes in enumerate(self.nodes.tolist())}
+        # A mid-side node is on one edge only, so it tells which.
+        which = np.full(int(max(self.nodes.max(), edges.max())) + 1, -1, dtype=np.intp)
+        which[self.nodes[:, 1]] = np.arange(len(self.nodes))
+        found = which[edges].max(axis=1)
+        same = (np.sort(edges, axis=1) == np.sort(self.nodes[found], axis=1)).all(axis=1)
+        return np.where(same & (found >= 0), found, -1)
 
 
 @dataclass(frozen=True)
