@@ -38,7 +38,7 @@ def measured(elements: int, increments: int) -> tuple[float, float]:
 
 def main(argv: list[str] | None = None) -> int:
     """Run and print."""
-    parser = argparse.ArgumentParser(prog="benchmarks.memory", description="Memory of a run")
+    parser = argparse.ArgumentParser(prog="benchmarks.memory", description="Memory of a run", allow_abbrev=False)
     parser.add_argument("--elements", type=int, default=80)
     parser.add_argument("--increments", type=int, default=6)
     asked = parser.parse_args(argv)

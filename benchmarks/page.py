@@ -31,7 +31,7 @@ def written(page: str, rows: list[Row]) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Print the table or write the page."""
-    parser = argparse.ArgumentParser(prog="benchmarks.page", description="The table of limits.")
+    parser = argparse.ArgumentParser(prog="benchmarks.page", description="The table of limits.", allow_abbrev=False)
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--write", type=Path, help="page whose table is replaced")
     asked = parser.parse_args(argv)

@@ -167,7 +167,9 @@ def memory(elements: int) -> list[Row]:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog="benchmarks.speed", description=__doc__.splitlines()[0] if __doc__ else "")
+    p = argparse.ArgumentParser(
+        prog="benchmarks.speed", description=__doc__.splitlines()[0] if __doc__ else "", allow_abbrev=False
+    )
     p.add_argument("--sizes", type=int, nargs="*", help="elements a side of the pass benchmark (default 10 40 80)")
     p.add_argument("--forms", nargs="+", choices=[f.value for f in FORMS], default=[f.value for f in FORMS])
     p.add_argument("--mu", type=float, default=0.1, help="Coulomb coefficient of the pass benchmark")

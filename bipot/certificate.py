@@ -25,7 +25,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require, require_number
 from bipot.laws.coulomb import cone_violation, natural_map
 from bipot.laws.hardening import Hardening
 from bipot.laws.tensors import equivalent_strain, equivalent_stress, norm
@@ -123,10 +123,10 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Upper bounds on the certificate for an increment to be accepted.
+    """Upper bounds on the certificate for an increment to be accepted; inf asks nothing.
 
     Raises:
-        SceneError: a bound that is not positive.
+        SceneError: a bound that is not a number above zero.
     """
 
     equilibrium: float = 5e-7
@@ -137,9 +137,10 @@ class Bounds:
     relative_gap: float = 1e-7
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            require(isinstance(value, int | float) and value > 0, f"bounds.{field.name}", value, "a number > 0")
+        for bound in fields(self):
+            value = getattr(self, bound.name)
+            require_number(value, f"bounds.{bound.name}")
+            require(value > 0, f"bounds.{bound.name}", value, "> 0")
 
     @staticmethod
     def none() -> Bounds:

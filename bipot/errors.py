@@ -7,6 +7,8 @@ accepted carries the last good state with it (:class:`IncrementFailed`).
 
 from __future__ import annotations
 
+from enum import Enum
+from numbers import Integral, Real
 from typing import Any
 
 
@@ -72,3 +74,51 @@ def require(condition: bool, field: str, value: object, allowed: str) -> None:
     """
     if not condition:
         raise SceneError(f"{field} = {value!r}: must be {allowed}")
+
+
+def require_type(value: object, kind: type, field: str, *, optional: bool = False) -> None:
+    """Raise :class:`SceneError` unless ``value`` is a ``kind`` (an instance, not the class itself).
+
+    A string is no member of an enumeration: taken for one it would be unequal to every member, and so select another
+    model in silence. The message names the member to use. ``optional`` allows None.
+
+    >>> require_type("300", float, "sigma_y")
+    Traceback (most recent call last):
+        ...
+    bipot.errors.SceneError: sigma_y = '300': must be a float
+    """
+    if (optional and value is None) or (isinstance(value, kind) and not isinstance(value, type)):
+        return
+    article = "an" if kind.__name__[0] in "AEIO" else "a"
+    allowed = f"{article} {kind.__name__}"
+    if issubclass(kind, Enum):
+        meant = [member for member in kind if str(value).lower() in (str(member.value).lower(), member.name.lower())]
+        allowed += f", e.g. {next(iter(meant or kind))}"
+    require(False, field, value, allowed + (" or None" if optional else ""))
+
+
+def require_number(value: object, field: str) -> None:
+    """Raise :class:`SceneError` unless ``value`` is a real number; True and False are none."""
+    require(isinstance(value, Real) and not isinstance(value, bool), field, value, "a number")
+
+
+def require_count(value: object, field: str, least: int = 1) -> None:
+    """Raise :class:`SceneError` unless ``value`` is a whole number, an integer type, from ``least`` on.
+
+    >>> require_count(2.5, "increments")
+    Traceback (most recent call last):
+        ...
+    bipot.errors.SceneError: increments = 2.5: must be a whole number
+    """
+    whole = isinstance(value, Integral) and not isinstance(value, bool)
+    require(whole, field, value, "a whole number")
+    require(int(value) >= least, field, value, f">= {least}")  # type: ignore[call-overload]
+
+
+def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:
+    """``value`` as a tuple of ``kind``; raises :class:`SceneError` unless it is a tuple or list of them."""
+    require(isinstance(value, tuple | list), field, value, f"a tuple of {kind.__name__}")
+    items = tuple(value)  # type: ignore[call-overload]
+    for k, item in enumerate(items):
+        require_type(item, kind, f"{field}[{k}]")
+    return items

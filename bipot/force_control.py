@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from bipot.errors import NotConverged, UnboundedProgram, require
+from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number
 from bipot.increment import Solved, System
 from bipot.landing import Tried
 from bipot.response import State
@@ -54,12 +54,15 @@ class Seek:
     solves: int = 60
 
     def __post_init__(self) -> None:
+        require_number(self.tolerance, "seek.tolerance")
+        require_number(self.still, "seek.still")
+        require_count(self.doublings, "seek.doublings")
         require(0 < self.tolerance < 1, "seek.tolerance", self.tolerance, "in (0, 1)")
         require(1 <= self.doublings <= 40, "seek.doublings", self.doublings, "in [1, 40]")
         require(0 < self.still < 1, "seek.still", self.still, "in (0, 1)")
-        require(self.flat >= 1, "seek.flat", self.flat, ">= 1")
-        require(self.retries >= 0, "seek.retries", self.retries, ">= 0")
-        require(self.solves >= 1, "seek.solves", self.solves, ">= 1")
+        require_count(self.flat, "seek.flat")
+        require_count(self.retries, "seek.retries", 0)
+        require_count(self.solves, "seek.solves")
 
 
 class Told(Tried, Protocol):

@@ -15,7 +15,7 @@ import numpy as np
 from bipot.certificate import Bounds, Certificate
 from bipot.certification import certify_response
 from bipot.determinacy import loose_motions, settled, shared_forces
-from bipot.errors import NotConverged
+from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import Answer, Form, Pass, Workspace
 from bipot.laws.tensors import norm
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
@@ -39,6 +39,9 @@ class Limits:
 
     It is given up after ``passes``, or when ``patience`` passes have not brought the worst measure (over its bound)
     below ``progress`` times the least so far. ``coupling`` says when friction's fixed point is helped.
+
+    Raises:
+        SceneError: a wrong type, or a value out of its range.
     """
 
     bounds: Bounds = Bounds()
@@ -46,6 +49,14 @@ class Limits:
     patience: int = 8
     progress: float = 0.7
     coupling: Safeguard = Safeguard()
+
+    def __post_init__(self) -> None:
+        require_type(self.bounds, Bounds, "limits.bounds")
+        require_count(self.passes, "limits.passes")
+        require_count(self.patience, "limits.patience")
+        require_number(self.progress, "limits.progress")
+        require(0 < self.progress <= 1, "limits.progress", self.progress, "in (0, 1]")
+        require_type(self.coupling, Safeguard, "limits.coupling")
 
 
 @dataclass(frozen=True)

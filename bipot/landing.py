@@ -17,7 +17,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import require
+from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved, System, tool_travel
 from bipot.response import State
 
@@ -47,8 +47,10 @@ class Locate:
     margin: float = 0.02
 
     def __post_init__(self) -> None:
+        require_number(self.tolerance, "locate.tolerance")
+        require_number(self.margin, "locate.margin")
         require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
-        require(self.solves >= 1, "locate.solves", self.solves, ">= 1")
+        require_count(self.solves, "locate.solves")
         require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
 
 

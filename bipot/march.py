@@ -16,14 +16,26 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.contact import candidates
+from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
-from bipot.errors import IncrementFailed, InvertedElement, NotConverged, ProgramError, require
+from bipot.errors import (
+    IncrementFailed,
+    InvertedElement,
+    NotConverged,
+    ProgramError,
+    require,
+    require_count,
+    require_number,
+    require_tuple,
+    require_type,
+)
 from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
 from bipot.increment import Limits, Solved, Trial, advance, solve_increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space
 from bipot.scene import Scene
+from bipot.starting import require_start
 from bipot.system import System, tool_travel
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
@@ -48,15 +60,21 @@ class Schedule:
     landings: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        require(self.increments >= 1, "increments", self.increments, ">= 1")
-        require(self.settling >= 1, "settling", self.settling, ">= 1")
+        require_count(self.increments, "increments")
+        require_count(self.settling, "settling")
+        require_number(self.growth, "growth")
+        require_number(self.first, "first")
+        require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
+        object.__setattr__(self, "landings", tuple(self.landings))
         require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
         require(0 <= self.first, "first", self.first, ">= 0")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
         begin = self._start_up()[-1]
         for landing in self.landings:
+            require_number(landing, "landing")
             require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
+        require(len(set(self.landings)) == len(self.landings), "landings", self.landings, "different")
 
     def times(self) -> list[float]:
         """The scheduled pseudo-times, the last one exactly 1."""
@@ -84,6 +102,9 @@ class Control:
     """Form, what it falls back on, acceptance, how often an increment may be halved, stress update, integration.
 
     ``locate`` cuts an increment to where an open candidate lands; None leaves landings inside increments.
+
+    Raises:
+        SceneError: a wrong type, a negative count, BDF2 without the return to the yield surface.
     """
 
     form: Form = Tangent()
@@ -95,7 +116,13 @@ class Control:
     locate: Locate | None = None
 
     def __post_init__(self) -> None:
-        require(self.cuts >= 0, "cuts", self.cuts, ">= 0")
+        require_type(self.form, Form, "control.form")
+        object.__setattr__(self, "fallbacks", require_tuple(self.fallbacks, Form, "control.fallbacks"))
+        require_type(self.limits, Limits, "control.limits")
+        require_count(self.cuts, "cuts", 0)
+        require_type(self.update, StressUpdate, "control.update")
+        require_type(self.integration, Integration, "control.integration")
+        require_type(self.locate, Locate, "control.locate", optional=True)
         second = self.integration is Integration.BDF2
         # Flow carried on takes the stress off the yield surface until the return brings it back.
         require(
@@ -107,8 +134,12 @@ class Control:
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """The form and its fallbacks, without repeating the form itself."""
-        return (self.form, *(f for f in self.fallbacks if f.name is not self.form.name))
+        """The form and its fallbacks, none twice; the same form with other options is another one."""
+        forms = list[Form]()
+        for form in (self.form, *self.fallbacks):
+            if form not in forms:
+                forms.append(form)
+        return tuple(forms)
 
 
 @dataclass(frozen=True)
@@ -156,10 +187,21 @@ def march(
     its first increment 1 and its work, dissipation and stored energy start at zero.
 
     Raises:
+        SceneError: at once, a wrong type or a start state of another scene, naming its field.
         IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
     """
+    require_type(scene, Scene, "scene")
+    require_type(schedule, Schedule, "schedule")
+    require_type(control, Control, "control")
+    require_type(start, State, "start", optional=True)
     system = system_of(scene, control.update)
-    state = system.rest() if start is None else start
+    if start is not None:
+        require_start(start, system)
+    return _increments(system, schedule, control, system.rest() if start is None else start)
+
+
+def _increments(system: System, schedule: Schedule, control: Control, state: State) -> Iterator[Accepted]:
+    """The march from a checked start."""
     workspace, energies = Workspace(), Energies()
     largest = float(np.abs(state.forces).max(initial=0.0))
     number = 0
@@ -177,7 +219,7 @@ def march(
                 if attempt.solved is not None:
                     break
                 if cuts == control.cuts:
-                    raise IncrementFailed(_advice(state, tau, reasons), state)
+                    raise IncrementFailed(_advice(system, state, tau, reasons), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -233,8 +275,6 @@ def attempt_increment(
     return Attempt(None, control.forms[-1].name, passes, failures)
 
 
-def _advice(state: State, tau: float, reasons: list[str]) -> str:
-    return (
-        f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). "
-        "Use more increments, or a mesh that is less distorted there."
-    )
+def _advice(system: System, state: State, tau: float, reasons: list[str]) -> str:
+    advice = diagnosis(system, state) or "Use more increments, or a mesh that is less distorted there."
+    return f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). {advice}"

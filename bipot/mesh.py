@@ -12,20 +12,59 @@ from functools import cached_property
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
-from bipot.errors import require
+from bipot.errors import require, require_count, require_number, require_type
+from bipot.frozen import FrozenMap
+from bipot.typing import Bools, Floats, Ints, read_only
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+NODES, ON_EDGE = 8, 3
+
+
+@dataclass(frozen=True)
+class Facets:
+    """The different edges of elements: ``nodes`` (f, 3) as end, middle, end, ``shared`` (f,) by two elements.
+
+    ``crowded`` are edges of more than two elements, or of two that lie on the same side.
+    """
+
+    nodes: Ints
+    shared: Bools
+    crowded: Ints
+
+    @staticmethod
+    def of(elements: Ints) -> Facets:
+        """The edges of elements (e, 8): those of an element run anticlockwise, so neighbours run opposite ways."""
+        every = np.stack([elements[:, :4], elements[:, 4:], np.roll(elements[:, :4], -1, axis=1)], axis=2).reshape(
+            -1, 3
+        )
+        _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
+        count = np.bincount(place.ravel())
+        forward = np.bincount(place.ravel(), weights=np.where(every[:, 0] < every[:, 2], 1, -1))
+        nodes = every[first]
+        return Facets(nodes, count > 1, nodes[(count > 2) | ((count == 2) & (forward != 0))])
+
+    def find(self, edges: Ints) -> Ints:
+        """Which facet has the three nodes of each edge (f, 3), in whatever order; -1 if none."""
+        # A mid-side node is on one edge only, so it tells which.
+        which = np.full(int(max(self.nodes.max(), edges.max())) + 1, -1, dtype=np.intp)
+        which[self.nodes[:, 1]] = np.arange(len(self.nodes))
+        found = which[edges].max(axis=1)
+        same = (np.sort(edges, axis=1) == np.sort(self.nodes[found], axis=1)).all(axis=1)
+        return np.where(same & (found >= 0), found, -1)
 
 
 @dataclass(frozen=True)
 class Mesh:
     """Nodes (a, d), elements (e, 8) and named boundaries, each an array of edges (f, 3).
 
+    All are read-only copies. Boundary edges may be given in the order of mesh files too (end, end, middle): which node
+    is the middle the elements say.
+
     Raises:
-        SceneError: a coordinate is not finite, a boundary is empty, or an index is outside the node list.
+        SceneError: a coordinate that is not finite; an index that is no whole number or outside the node list; an
+            element twice, or with a node twice; a node of no element; a mid-side node on two different edges; an edge
+            of more than two elements, or of two on the same side; a boundary that is empty, holds an edge twice, or
+            one that is no edge of an element.
     """
 
     nodes: Floats
@@ -33,13 +72,40 @@ class Mesh:
     boundaries: Mapping[str, Ints] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        count = len(self.nodes)
-        require(bool(np.isfinite(self.nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
-        require(len(self.elements) > 0, "mesh.elements", len(self.elements), "at least one element")
-        for name, connectivity in {"elements": self.elements, **self.boundaries}.items():
-            require(connectivity.size > 0, f"mesh boundary {name!r}", "empty", "at least one edge")
-            inside = connectivity.min() >= 0 and connectivity.max() < count
-            require(bool(inside), f"mesh {name!r} node index", int(connectivity.max()), f"in [0, {count})")
+        nodes = np.asarray(self.nodes)
+        numeric = nodes.ndim == 2 and nodes.shape[1] == 2 and nodes.dtype.kind in "fiu"
+        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", "numbers of shape (nodes, 2)")
+        require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
+        require_type(self.boundaries, Mapping, "mesh.boundaries")
+        elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes))
+        _require_elements(elements, len(nodes))
+        object.__setattr__(self, "nodes", read_only(nodes, np.float64))
+        object.__setattr__(self, "elements", read_only(elements, np.intp))
+        _require_facets(self._facets)
+        boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
+        object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+
+    @cached_property
+    def _facets(self) -> Facets:
+        return Facets.of(self.elements)
+
+    def _ordered(self, name: str, edges: Ints) -> Ints:
+        """The edges of a boundary as end, middle, end."""
+        require_type(name, str, "mesh.boundaries, a name")
+        label = f"mesh boundary {name!r}"
+        edges = _connectivity(edges, ON_EDGE, label, "edge", len(self.nodes))
+        found = self._facets.find(edges)
+        lost = np.flatnonzero(found < 0)
+        require(not lost.size, label, edges[lost[:1]].tolist(), "three nodes of one edge of an element")
+        require(len(np.unique(found)) == len(found), label, "an edge twice", "edges that differ")
+        middle = self._facets.nodes[found, 1]
+        ends = edges[edges != middle[:, None]].reshape(-1, 2)
+        return read_only(np.column_stack([ends[:, 0], middle, ends[:, 1]]), np.intp)
+
+    def inner_edges(self, *names: str) -> Ints:
+        """Edges (f, 3) of the named boundaries that lie between two elements: nothing outside can touch them."""
+        edges = np.concatenate([self.boundary(name) for name in names])
+        return edges[self._facets.shared[self._facets.find(edges)]]
 
     def boundary(self, name: str) -> Ints:
         """Edges (f, 3) of the boundary ``name``; raises SceneError naming the known ones."""
@@ -75,6 +141,7 @@ def block(width: float, height: float, n_x: int, n_y: int) -> Mesh:
 def ring(inner: float, outer: float, height: float, n_r: int, n_z: int) -> Mesh:
     """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top."""
     _require_sizes(inner=inner, height=height)
+    require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
     return _rectangle((inner, outer), (0.0, height), (n_r, n_z), ("bore", "side", "base", "top"))
 
@@ -84,7 +151,7 @@ def _rectangle(
 ) -> Mesh:
     """Tensor mesh of Q8; ``names`` are those of the sides x0, x1, y0, y1."""
     for count, axis in zip(counts, ("first", "second"), strict=True):
-        require(count >= 1, f"elements along the {axis} axis", count, ">= 1")
+        require_count(count, f"elements along the {axis} axis")
     quads = skfem.MeshQuad.init_tensor(np.linspace(*x, counts[0] + 1), np.linspace(*y, counts[1] + 1))
     corners = quads.p.T
     ends = quads.facets.T
@@ -107,4 +174,38 @@ def _rectangle(
 
 def _require_sizes(**sizes: float) -> None:
     for name, value in sizes.items():
+        require_number(value, name)
         require(0 < value < np.inf, name, value, "finite and > 0")
+
+
+def _connectivity(given: object, width: int, field: str, what: str, count: int) -> Ints:
+    """Node numbers (n, ``width``) as intp, checked to be whole and in [0, count)."""
+    array = np.asarray(given)
+    require(array.size > 0, field, "empty", f"at least one {what}")
+    require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
+    require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})")
+    outside = array[(array < 0) | (array >= count)]
+    require(not outside.size, f"{field} node index", outside[:1].tolist(), f"in [0, {count})")
+    return array.astype(np.intp)
+
+
+def _require_elements(elements: Ints, count: int) -> None:
+    """Every element is there once and has eight different nodes; every node belongs to one."""
+    ordered = np.sort(elements, axis=1)
+    twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
+    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", "of eight different nodes")
+    _, first = np.unique(ordered, axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(elements)), first)
+    require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
+    orphans = np.setdiff1d(np.arange(count), elements)
+    require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")
+
+
+def _require_facets(facets: Facets) -> None:
+    """Every edge has at most two elements, one a side, and its own mid-side node."""
+    crowded = facets.crowded[:1].tolist()
+    allowed = "of one element a side (none overlap, all numbered anticlockwise)"
+    require(not crowded, "mesh.elements", f"edge {crowded}", allowed)
+    middle, count = np.unique(facets.nodes[:, 1], return_counts=True)
+    hanging = np.union1d(middle[count > 1], np.intersect1d(middle, facets.nodes[:, [0, 2]]))
+    require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")

@@ -9,19 +9,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from numbers import Real
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bipot.errors import InvertedElement, SceneError, require
+from bipot.errors import (
+    InvertedElement,
+    SceneError,
+    require,
+    require_count,
+    require_number,
+    require_tuple,
+    require_type,
+)
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import Configuration, Geometry, gradients
+from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints, read_only
 
 
 @dataclass(frozen=True)
@@ -30,6 +38,10 @@ class Material:
 
     elasticity: Elasticity
     hardening: Hardening
+
+    def __post_init__(self) -> None:
+        require_type(self.elasticity, Elasticity, "material.elasticity")
+        require_type(self.hardening, Hardening, "material.hardening")
 
 
 @dataclass(frozen=True)
@@ -40,6 +52,8 @@ class Support:
     direction: int
 
     def __post_init__(self) -> None:
+        require_type(self.boundary, str, "support.boundary")
+        require_count(self.direction, "support.direction", 0)
         require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
 
 
@@ -51,6 +65,10 @@ class FlatTool:
     default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. The nodes of the mesh boundaries ``candidates``
     may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what
     touches at the start of an increment stays tied.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
+            tau = 0 to 1, a coefficient below zero, ``mu_at`` where all is welded.
     """
 
     point: tuple[float, float]
@@ -63,17 +81,30 @@ class FlatTool:
 
     def __post_init__(self) -> None:
         for name in ("point", "normal", "travel"):
-            value = getattr(self, name)
-            require(bool(np.isfinite(value).all()), f"tool.{name}", value, "finite")
+            object.__setattr__(self, name, _pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
+        require_number(self.mu, "mu")
         require(self.mu >= 0, "mu", self.mu, ">= 0 (inf welds)")
+        require_type(self.mu_at, Mapping, "mu_at")
+        require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
         for node, mu in self.mu_at.items():
+            require_count(node, "mu_at node", 0)
+            require_number(mu, f"mu_at[{node}]")
             require(0 <= mu < np.inf, f"mu_at[{node}]", mu, "finite and >= 0")
+        object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
+        self._check_path()
+        object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
+        require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
+        different = len(set(self.candidates)) == len(self.candidates)
+        require(different, "tool.candidates", self.candidates, "different boundaries")
+
+    def _check_path(self) -> None:
+        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1"
+        require(isinstance(self.path, tuple | list), "tool.path", self.path, allowed)
+        object.__setattr__(self, "path", tuple(_pair(point, "tool.path", allowed) for point in self.path))
         taus = np.array([tau for tau, _ in self.path])
         rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
-        require(rising, "tool.path", self.path, "pairs (tau, multiple) with tau increasing from 0 to 1")
-        require(bool(np.isfinite(self.path).all()), "tool.path", self.path, "finite")
-        require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
+        require(rising, "tool.path", self.path, allowed)
 
     @property
     def welded(self) -> bool:
@@ -105,7 +136,8 @@ class Scene:
     """One body, its supports and tools. ``copies`` says how many times the modelled part makes the whole body.
 
     Raises:
-        SceneError: an unknown boundary, an inverted element, no tool.
+        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free, no tool, a
+            tool that can touch nothing, a coefficient at a node that is no candidate.
     """
 
     mesh: Mesh
@@ -119,16 +151,43 @@ class Scene:
     held: Ints = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
+        self._check_types()
         require(len(self.tools) > 0, "tools", self.tools, "at least one tool")
-        require(self.copies >= 1, "copies", self.copies, ">= 1")
-        for tool in self.tools:
-            self.mesh.boundary_nodes(*tool.candidates)
+        require_count(self.copies, "copies")
         try:
             gradients(self.mesh.nodes, self.mesh.elements, quad8(self.quadrature), self.geometry)
         except InvertedElement as inverted:
             raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
         held = [2 * self.mesh.boundary_nodes(s.boundary) + s.direction for s in self.supports]
-        object.__setattr__(self, "held", np.unique(np.concatenate([np.empty(0, np.intp), *held])))
+        object.__setattr__(self, "held", read_only(np.unique(np.concatenate([np.empty(0, np.intp), *held])), np.intp))
+        require(
+            len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
+        )
+        for k, tool in enumerate(self.tools):
+            self._check_candidates(tool, f"tools[{k}]")
+
+    def _check_types(self) -> None:
+        require_type(self.mesh, Mesh, "scene.mesh")
+        require_type(self.geometry, Geometry, "scene.geometry")
+        require_type(self.material, Material, "scene.material")
+        require_type(self.quadrature, Quadrature, "scene.quadrature")
+        require_type(self.configuration, Configuration, "scene.configuration")
+        for name, kind in (("supports", Support), ("tools", FlatTool)):
+            object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    def _check_candidates(self, tool: FlatTool, label: str) -> None:
+        """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
+        nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
+        inner = self.mesh.inner_edges(*names)[:1].tolist()
+        require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
+        edges = np.concatenate([self.mesh.boundary(name) for name in names])
+        twice = len(np.unique(edges[:, 1])) < len(edges)
+        require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
+        free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
+        movable = bool((free & (np.abs(tool.normal) > 1e-12)).any())
+        require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
+        for node in tool.mu_at:
+            require(node in nodes, "mu_at node", node, "one of the tool's candidates")
 
 
 def upsetting(
@@ -155,10 +214,12 @@ def upsetting(
     >>> upsetting(mu=0.1).tools[0].travel
     (0.0, -2.25)
     """
+    for name, value in (("reduction", reduction), ("height", height), ("diameter", diameter), ("mu", mu)):
+        require_number(value, name)
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
     require(0 < height < np.inf, "height", height, "finite and > 0")
     require(0 < diameter < np.inf, "diameter", diameter, "finite and > 0")
-    require(elements >= 1, "elements", elements, ">= 1")
+    require_count(elements, "elements")
     punch = FlatTool(
         point=(0.0, height / 2),
         normal=(0.0, -1.0),
@@ -176,3 +237,11 @@ def upsetting(
         configuration=configuration,
         copies=2,
     )
+
+
+def _pair(value: object, field: str, allowed: str) -> tuple[float, float]:
+    """``value`` as two finite numbers."""
+    pair: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
+    numbers = [isinstance(x, Real) and not isinstance(x, bool) and bool(np.isfinite(float(x))) for x in pair]
+    require(numbers == [True, True], field, value, allowed)
+    return float(pair[0]), float(pair[1])

@@ -78,7 +78,7 @@ def cylinder_of(run: History) -> Cylinder:
 
 def make(draw: Callable[[list[History]], Figure], name: str, title: str, argv: Sequence[str] | None) -> None:
     """Read the results, draw, write ``name.pdf`` and ``name.png``; the whole command line of a figure."""
-    parser = argparse.ArgumentParser(description=title)
+    parser = argparse.ArgumentParser(description=title, allow_abbrev=False)
     parser.add_argument("--results", type=Path, default=Path("results/upsetting"), help="folder of mu0.1, mu0.3")
     parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
     asked = parser.parse_args(argv)
@@ -113,7 +113,7 @@ def from_table(
     draw: Callable[[list[dict[str, Value]]], Figure],
 ) -> None:
     """The command line of a figure drawn from ``name``.csv alone, ``fig_name``; ``command`` makes the table."""
-    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0])
+    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0], allow_abbrev=False)
     parser.add_argument("--results", type=Path, default=Path(f"results/{name}"))
     parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
     asked = parser.parse_args(argv)

@@ -70,7 +70,7 @@ def panel(ax: Axes, rows: Rows, measure: str) -> None:
 
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
     parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
     asked = parser.parse_args(argv)

@@ -194,7 +194,9 @@ def written(page: str, results: Path) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Print the tables or write the page."""
-    parser = argparse.ArgumentParser(prog="studies.comparison_page", description="Tables of the comparison page.")
+    parser = argparse.ArgumentParser(
+        prog="studies.comparison_page", description="Tables of the comparison page.", allow_abbrev=False
+    )
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--write", type=Path, help="page whose tables are replaced")
     asked = parser.parse_args(argv)

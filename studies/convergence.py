@@ -24,7 +24,8 @@ from bipot.forms import Backend, Tangent
 from bipot.march import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
-from studies.upsetting import FIRST, JOULE, force
+from studies.upsetting import JOULE, force
+from studies.upsetting_case import FIRST
 
 REDUCTION, EARLY = 0.45, 0.20
 INCREMENTS, ELEMENTS = "increments", "elements"
@@ -128,7 +129,9 @@ def table(rows: list[Row]) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Run, write ``convergence.csv`` row by row, print the tables."""
-    parser = argparse.ArgumentParser(prog="studies.convergence", description="Increment and mesh convergence.")
+    parser = argparse.ArgumentParser(
+        prog="studies.convergence", description="Increment and mesh convergence.", allow_abbrev=False
+    )
     parser.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3])
     parser.add_argument("--out", type=Path, default=Path("results/convergence"))
     parser.add_argument("--fast", action="store_true", help="small meshes and few increments")

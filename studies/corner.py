@@ -43,7 +43,7 @@ from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 from bipot.traction import traction
 from studies.tables import text, write_csv, write_hdf5
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 Floats = NDArray[np.float64]
 
@@ -203,7 +203,9 @@ def measures(plan: Plan) -> Iterator[tuple[Row, Profile]]:
 
 def main(argv: list[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(prog="studies.corner", description="Pressure oscillation by quadrature rule.")
+    parser = argparse.ArgumentParser(
+        prog="studies.corner", description="Pressure oscillation by quadrature rule.", allow_abbrev=False
+    )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="one small mesh and few increments")
     asked = parser.parse_args(argv)

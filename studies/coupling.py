@@ -28,7 +28,7 @@ from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene import upsetting
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
 from studies.tables import text, write_csv
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 NAME = "coupling"
 FORM = Tangent(backend=Backend.CLARABEL, coupled=False)
@@ -122,7 +122,9 @@ def _row(
 
 def main(argv: list[str] | None = None) -> int:
     """Run all, rewriting the table after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="The fixed point of friction.")
+    parser = argparse.ArgumentParser(
+        prog=f"studies.{NAME}", description="The fixed point of friction.", allow_abbrev=False
+    )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="two coefficients on a small mesh")
     asked = parser.parse_args(argv)

@@ -28,7 +28,7 @@ from bipot.laws.flow import Integration
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from studies.tables import text, write_csv
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 NAME = "energy"
 BEGIN, END, SMALL = 0.05, 0.20, 0.01
@@ -95,7 +95,9 @@ def measures(plan: Plan, configuration: Configuration, integration: Integration,
 
 def main(argv: list[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(prog="studies.energy", description="How the energy balance closes.")
+    parser = argparse.ArgumentParser(
+        prog="studies.energy", description="How the energy balance closes.", allow_abbrev=False
+    )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="one coefficient, a small mesh, few increments")
     asked = parser.parse_args(argv)

@@ -104,13 +104,20 @@ class Table:
         )
 
 
+def _positive(text: str) -> int:
+    """A whole number from one on."""
+    if (number := int(text)) < 1:
+        raise argparse.ArgumentTypeError(f"{number}: must be >= 1")
+    return number
+
+
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog="studies.hard_cases", description="Scenes that defeat others.")
+    p = argparse.ArgumentParser(prog="studies.hard_cases", description="Scenes that defeat others.", allow_abbrev=False)
     p.add_argument("--forms", nargs="+", choices=[f.value for f in FORMS], default=[f.value for f in FORMS])
     p.add_argument("--only", default="", help="cases whose name contains this")
-    p.add_argument("--elements", type=int, help=f"elements a side (default {FULL.elements})")
-    p.add_argument("--increments", type=int, help=f"uniform increments (default {FULL.increments})")
+    p.add_argument("--elements", type=_positive, help=f"elements a side (default {FULL.elements})")
+    p.add_argument("--increments", type=_positive, help=f"uniform increments (default {FULL.increments})")
     p.add_argument("--out", type=Path, default=Path("results/hard_cases"))
     p.add_argument("--fast", action="store_true", help="small meshes, and the cases that are then quick")
     return p
@@ -118,7 +125,8 @@ def parser() -> argparse.ArgumentParser:
 
 def main(argv: list[str] | None = None) -> int:
     """Run the table; exit code 1 when newton or dissipation end otherwise than they must."""
-    arguments = parser().parse_args(argv)
+    command = parser()
+    arguments = command.parse_args(argv)
     base = FAST if arguments.fast else FULL
     settings = Settings(arguments.elements or base.elements, arguments.increments or base.increments)
     table = Table(arguments.out / "hard_cases.csv")
@@ -126,6 +134,11 @@ def main(argv: list[str] | None = None) -> int:
     def chosen(name: str) -> bool:
         return arguments.only in name and (not arguments.fast or name.startswith(FAST_CASES))
 
+    loads, programs = load_cases(map(FormName, arguments.forms)), program_cases()
+    if not any(chosen(case.name) for case in (*cases(), *loads, *programs)):
+        command.error(
+            f"--only {arguments.only!r}: no case{' of --fast' if arguments.fast else ''} has that in its name"
+        )
     forces: dict[tuple[str, FormName], float] = {}
     for case in filter(lambda case: chosen(case.name), cases()):
         for name in map(FormName, arguments.forms):
@@ -137,7 +150,7 @@ def main(argv: list[str] | None = None) -> int:
             table.add(row(case, name, done, case.expected(done) and same, time.perf_counter() - began))
             if not table.rows[-1].as_expected and done.error is not None:
                 print(f"    {type(done.error).__name__}: {done.error}", file=sys.stderr)
-    for small in filter(lambda small: chosen(small.name), load_cases(map(FormName, arguments.forms)) + program_cases()):
+    for small in filter(lambda small: chosen(small.name), loads + programs):
         began = time.perf_counter()
         done = small.run()
         seconds = time.perf_counter() - began

@@ -28,7 +28,7 @@ from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
 from studies.tables import text, write_csv, write_hdf5
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 Floats = NDArray[np.float64]
 
@@ -179,7 +179,9 @@ def scatter(rows: list[Row], least: int) -> str:
 
 def main(argv: list[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(prog="studies.landings", description="Landings inside increments or located.")
+    parser = argparse.ArgumentParser(
+        prog="studies.landings", description="Landings inside increments or located.", allow_abbrev=False
+    )
     parser.add_argument("--elements", type=int, help="elements a side")
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")

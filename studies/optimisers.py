@@ -26,7 +26,7 @@ from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Outcome
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 Floats = NDArray[np.float64]
 
@@ -119,7 +119,9 @@ def disagreements(found: list[Row]) -> list[str]:
 
 def main(argv: list[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(prog="studies.optimisers", description="Ways to minimise the penalised program.")
+    parser = argparse.ArgumentParser(
+        prog="studies.optimisers", description="Ways to minimise the penalised program.", allow_abbrev=False
+    )
     parser.add_argument("--out", type=Path, default=Path("results/optimisers"))
     parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
     asked = parser.parse_args(argv)

@@ -22,7 +22,7 @@ from bipot.march import Control, Schedule, system_of
 from bipot.scene import upsetting
 from studies.runs import record
 from studies.tables import text, write_csv
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 NAME = "penalty_round_off"
 MU, REDUCTION, INCREMENTS = 0.1, 0.2, 7
@@ -57,7 +57,7 @@ def measure(factor: float, tolerance: float, elements: int, reference: float | N
 
 def main(argv: list[str] | None = None) -> int:
     """Run, rewriting the table after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Round-off or tolerance?")
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Round-off or tolerance?", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a small mesh, one penalty, two tolerances")
     asked = parser.parse_args(argv)

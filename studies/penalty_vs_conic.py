@@ -35,7 +35,7 @@ from bipot.scene import Scene, upsetting
 from studies.expected import Expected
 from studies.runs import Run, record, stick_creep, traction_errors
 from studies.tables import text, write_csv, write_hdf5
-from studies.upsetting import FIRST
+from studies.upsetting_case import FIRST
 
 NAME = "penalty_vs_conic"
 SHOWN = ("mu", "reduction", "form", "K_over_E_h", "force_N", "force_error", "order", "condition", "passes", "outcome")
@@ -239,7 +239,7 @@ def completed(plan: Plan, workers: int) -> Iterator[Done]:
 
 def main(argv: list[str] | None = None) -> int:
     """Run all cases, rewriting the table after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="What the penalties cost.")
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="What the penalties cost.", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--workers", type=int, default=2, help="processes; 0 runs in this one")
     parser.add_argument("--fast", action="store_true", help="a small mesh, one mu, two penalties")

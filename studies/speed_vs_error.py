@@ -172,7 +172,7 @@ def aside(job: Job, plan: Plan) -> bool:
 
 def main(argv: list[str] | None = None) -> int:
     """Run all jobs, rewriting the tables after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.")
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
     parser.add_argument("--resume", action="store_true", help="keep the rows that the table already has")

@@ -9,117 +9,28 @@ ParaView). The table at the end says how far the answer is from the law.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bipot import columns
 from bipot.columns import Column
-from bipot.errors import BipotError, require
+from bipot.errors import BipotError
 from bipot.exchange import export_fclib
-from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration, gradients
-from bipot.forms import (
-    Backend,
-    Delassus,
-    Dissipation,
-    Form,
-    FormName,
-    Newton,
-    Penalty,
-    Tangent,
-    Uzawa,
-    contact_penalty,
-)
+from bipot.fem.kinematics import gradients
 from bipot.history import History, Recorder, load
 from bipot.increment import System, tool_forces
-from bipot.laws.hardening import Hardening, hardening_from_text
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.march import Accepted, Control, Schedule, march
 from bipot.progress import terminal
-from bipot.scene import Scene, upsetting
+from bipot.scene import Scene
+from studies.upsetting_case import Case, cases, parser
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
 JOULE = 1e-3
-# First yield with friction defeats larger increments (fraction of the height).
-FIRST, SETTLING = 0.001, 5
-FAST = {"elements": 4, "increments": 6}
-DEFAULT = {"elements": 10, "increments": 45}
 TOUCHING = 1e-8
-# Refreshing the traction converges the faster the larger the penalty; it costs no accuracy there.
-UZAWA_FACTOR = 1e4
-
-
-@dataclass(frozen=True)
-class Case:
-    """One run: the scene's choices and the march's, as asked on the command line."""
-
-    mu: float
-    elements: int
-    quadrature: Quadrature
-    increments: int
-    form: FormName
-    backend: Backend
-    configuration: Configuration
-    reduction: float
-    hardening: str
-    kn: float | None = None
-    kt: float | None = None
-
-    def scene(self) -> Scene:
-        """The cylinder; raises SceneError on bad input."""
-        return upsetting(
-            mu=self.mu,
-            reduction=self.reduction,
-            hardening=self.curve(),
-            elements=self.elements,
-            quadrature=self.quadrature,
-            configuration=self.configuration,
-        )
-
-    def curve(self) -> Hardening:
-        """The hardening curve asked for."""
-        return hardening_from_text(self.hardening)
-
-    def schedule(self) -> Schedule:
-        """Start-up increments of 0.1 % of the height under friction, none without."""
-        if self.mu == 0:
-            return Schedule(self.increments)
-        shortest = FIRST * SETTLING
-        require(
-            self.reduction > shortest,
-            "reduction",
-            self.reduction,
-            f"> {shortest}, the start-up under friction",
-        )
-        return Schedule(self.increments, FIRST / self.reduction, SETTLING)
-
-    def control(self) -> Control:
-        """The form with its fallbacks; a penalised one has none, because an exact one would change the law."""
-        tangent, dissipation = Tangent(backend=self.backend), Dissipation(backend=self.backend)
-        choices: dict[FormName, tuple[Form, tuple[Form, ...]]] = {
-            FormName.TANGENT: (tangent, (dissipation,)),
-            FormName.DISSIPATION: (dissipation, ()),
-            FormName.NEWTON: (Newton(), (tangent, dissipation)),
-            FormName.DELASSUS: (Delassus(), (dissipation,)),
-            FormName.PENALTY: (Penalty(*self.penalties(1.0)), ()),
-            FormName.UZAWA: (Uzawa(*self.penalties(UZAWA_FACTOR)), ()),
-        }
-        form, fallbacks = choices[self.form]
-        return Control(form, fallbacks)
-
-    def penalties(self, factor: float) -> tuple[float, float]:
-        """K_n and K_t, N/mm per node; by default ``factor`` E/h of the contact edge (:func:`contact_penalty`)."""
-        default = contact_penalty(system_of(self.scene()).candidates, factor)
-        return default if self.kn is None else self.kn, default if self.kt is None else self.kt
-
-    def parameters(self) -> dict[str, Any]:
-        """What identifies the run in its folder."""
-        return {k: getattr(v, "value", v) for k, v in vars(self).items()} | {"mu": f"{self.mu:g}"}
 
 
 def history_columns(reduction: float) -> list[Column]:
@@ -214,49 +125,6 @@ class Planned:
         folder = self.recorder.folder / "fclib"
         folder.mkdir(exist_ok=True)
         export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", self.recorder.system, accepted)
-
-
-def parser() -> argparse.ArgumentParser:
-    """The command line; names are those of the library's enums."""
-    p = argparse.ArgumentParser(prog="studies.upsetting", description="Upset the cylinder of the seed paper.")
-    p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
-    p.add_argument("--elements", type=int, help="elements a side (default 10, --fast 4)")
-    p.add_argument("--quadrature", choices=[q.value for q in Quadrature], default=Quadrature.RADON7.value)
-    p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
-    p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
-    p.add_argument("--backend", choices=[b.value for b in Backend], default=Backend.CVXPY.value)
-    p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
-    p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
-    p.add_argument("--hardening", default="perfect:300", help="perfect:S, linear:S,H, voce:S,Q,b[,H], table:p/S,...")
-    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
-    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
-    p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
-    p.add_argument("--out", type=Path, default=Path("results/upsetting"))
-    p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-    return p
-
-
-def cases(arguments: argparse.Namespace) -> list[Case]:
-    """One case a coefficient."""
-    chosen = FAST if arguments.fast else DEFAULT
-    elements = chosen["elements"] if arguments.elements is None else arguments.elements
-    increments = chosen["increments"] if arguments.increments is None else arguments.increments
-    return [
-        Case(
-            mu,
-            elements,
-            Quadrature(arguments.quadrature),
-            increments,
-            FormName(arguments.form),
-            Backend(arguments.backend),
-            Configuration(arguments.configuration),
-            arguments.reduction,
-            arguments.hardening,
-            arguments.kn,
-            arguments.kt,
-        )
-        for mu in arguments.mu
-    ]
 
 
 TABLE = "{:>6} {:>10} {:>10} {:>10} {:>9} {:>6} {:>6} {:>5} {:>9} {:>9} {:>9} {:>8}"

@@ -7,11 +7,11 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 FLOORS = (
-    ("errors", "progress", "typing", "laws", "mesh"),
+    ("errors", "frozen", "progress", "typing", "laws", "mesh"),
     ("fem", "scene"),
     ("contact", "programs", "response", "certificate", "coulomb", "system", "certification", "determinacy"),
     ("forms", "increment"),
-    ("energy", "force_control", "landing", "march", "paper", "exchange"),
+    ("diagnosis", "energy", "force_control", "landing", "march", "paper", "exchange", "starting"),
     ("columns", "export", "history", "traction", "plot"),
 )
 FLOOR = {name: k for k, names in enumerate(FLOORS) for name in names} | {"traction": 2}

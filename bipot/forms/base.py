@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
@@ -122,6 +122,7 @@ class Workspace:
         return self.last_split
 
 
+@runtime_checkable
 class Form(Protocol):
     """One way to solve a pass."""
 

@@ -13,7 +13,7 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import InvertedElement, ProgramError, require
+from bipot.errors import InvertedElement, ProgramError, require_count, require_type
 from bipot.forms.base import Answer, Backend, FormName, Measured, Pass, Workspace
 from bipot.laws.coulomb import natural_map
 from bipot.programs.clarabel import Accuracy, Solver
@@ -49,7 +49,11 @@ class Tangent:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        require(self.halvings >= 0, "tangent.halvings", self.halvings, ">= 0")
+        require_type(self.kind, TangentKind, "tangent.kind")
+        require_type(self.backend, Backend, "tangent.backend")
+        require_type(self.accuracy, Accuracy, "tangent.accuracy")
+        require_type(self.coupled, bool, "tangent.coupled")
+        require_count(self.halvings, "tangent.halvings", 0)
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
@@ -81,6 +85,11 @@ class Dissipation:
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = True
     nearby: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        require_type(self.backend, Backend, "dissipation.backend")
+        require_type(self.accuracy, Accuracy, "dissipation.accuracy")
+        require_type(self.polished, bool, "dissipation.polished")
 
     def program(self, given: Pass) -> DissipationProgram:
         """The dimensionless program of a pass."""

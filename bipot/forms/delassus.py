@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bipot.coulomb import CoulombSolution, Limits, Solver, run, solve
-from bipot.errors import NotConverged
+from bipot.errors import NotConverged, require
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.forms.conic import condensed_tangent
 from bipot.programs.data import Outcome, Timing
@@ -29,6 +29,11 @@ class Delassus:
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
     nearby: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        runs = all(callable(getattr(self.solver, verb, None)) for verb in ("init", "step"))
+        require(self.solver is None or runs, "delassus.solver", self.solver, "a Solver or None")
+        require(isinstance(self.limits, Limits), "delassus.limits", self.limits, "a Limits of bipot.coulomb")
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass, started from the forces of the last.

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import BipotError, InvertedElement, NotConverged, require
+from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.forms.memory import Iterate, Memory, Setup
 from bipot.programs.data import Outcome, Stopwatch, Timing
@@ -32,6 +32,7 @@ class Reuse:
     fall: float = 0.05
 
     def __post_init__(self) -> None:
+        require_number(self.fall, "newton.reuse.fall")
         require(0 <= self.fall < 1, "newton.reuse.fall", self.fall, "in [0, 1)")
 
 
@@ -47,9 +48,10 @@ class Search:
     halvings: int = 4
 
     def __post_init__(self) -> None:
-        require(self.memory >= 1, "newton.search.memory", self.memory, ">= 1")
-        require(self.slack > 0, "newton.search.slack", self.slack, "> 0")
-        require(self.halvings >= 0, "newton.search.halvings", self.halvings, ">= 0")
+        require_count(self.memory, "newton.search.memory")
+        require_number(self.slack, "newton.search.slack")
+        require(0 < self.slack < np.inf, "newton.search.slack", self.slack, "finite and > 0")
+        require_count(self.halvings, "newton.search.halvings", 0)
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,10 @@ class Newton:
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
     nearby: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        require_type(self.reuse, Reuse, "newton.reuse")
+        require_type(self.search, Search, "newton.search")
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One pass: one step with a line search; a factorisation unless the last one still serves.

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.contact import Candidates
-from bipot.errors import ProgramError, require
+from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.laws.penalised import default_penalty
 from bipot.programs.clarabel import Accuracy
@@ -22,8 +21,7 @@ from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region
 from bipot.response import TangentKind
 from bipot.traction import contact_edges, edge_mass
-
-Floats = NDArray[np.float64]
+from bipot.typing import Bools, Floats, Ints
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
 """Of the interior points, tried in turn: asked for what round-off forbids, they give up at less than they can."""
@@ -71,7 +69,7 @@ class Penalty:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _require_penalties(self.K_n, self.K_t)
+        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def program(self, given: Pass) -> PenaltyProgram:
         """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
@@ -107,7 +105,7 @@ class Uzawa:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        _require_penalties(self.K_n, self.K_t)
+        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def program(self, given: Pass) -> PenaltyProgram:
         """The pass's program: du_n is measured from contact, so that no penetration is carried."""
@@ -124,27 +122,38 @@ class Uzawa:
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     """Nodal penalty K = factor E A/(m h), the same for every node.
 
-    A and m are area and number of nodes of the initial contact line (candidates closed at rest; all if none is), h its
-    mean edge length: a pressure per penetration of factor E/h on average. Tributary areas would do no better: they
-    vanish at the axis.
+    A and m are area and number of nodes of the initial contact line (edges of candidates closed at rest; of all
+    candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
+    penetration of factor E/h on average. Tributary areas would do no better: they vanish at the axis.
 
     Raises:
         SceneError: a factor that is not finite and positive.
     """
+    require_number(factor, "factor")
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     closed = candidates.distance(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
-    closed = closed if closed.any() else np.ones_like(closed)
-    edges = np.concatenate([contact_edges(candidates, k, tool, closed) for k, tool in enumerate(scene.tools)])
-    nodes = candidates.node[edges]
+    nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
     area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
     ends = scene.mesh.nodes[nodes[:, [0, 2]]]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
 
 
-def _require_penalties(K_n: float, K_t: float) -> None:
+def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
+    """Edges (f, 3), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
+    scene = candidates.scene
+    for chosen in (closed, np.ones_like(closed)):
+        edges = [contact_edges(candidates, k, tool, chosen) for k, tool in enumerate(scene.tools)]
+        yield candidates.node[np.concatenate(edges)]
+    yield np.concatenate([scene.mesh.boundary(name) for tool in scene.tools for name in tool.candidates])
+
+
+def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
+    require_type(optimiser, Optimiser, "penalty.optimiser")
+    require_type(kind, TangentKind, "penalty.kind")
     for field, value in (("K_n", K_n), ("K_t", K_t)):
+        require_number(value, field)
         require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
 
 

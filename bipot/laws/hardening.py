@@ -10,17 +10,18 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import require
+from bipot.errors import require, require_number
 from bipot.laws.tensors import FloatArray
 
 _SOFTENING = "finite and >= 0 (softening makes the energy of an increment non-convex)"
 
 
+@runtime_checkable
 class Hardening(Protocol):
     """A hardening curve; arrays in, arrays out, peeq >= 0 and dp >= 0 broadcast together."""
 
@@ -38,7 +39,21 @@ class Hardening(Protocol):
 
 
 def _require_positive(field: str, value: float) -> None:
+    require_number(value, field)
     require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+
+
+def _require_rising(field: str, value: float) -> None:
+    require_number(value, field)
+    require(math.isfinite(value) and value >= 0, field, value, _SOFTENING)
+
+
+def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]:
+    """The values as a tuple of numbers."""
+    require(np.ndim(values) == 1, field, values, "a tuple of numbers")
+    for value in values:
+        require_number(value, field)
+    return tuple(float(value) for value in values)
 
 
 @dataclass(frozen=True)
@@ -80,7 +95,7 @@ class Linear:
 
     def __post_init__(self) -> None:
         _require_positive("sigma_y", self.sigma_y)
-        require(math.isfinite(self.modulus) and self.modulus >= 0, "modulus", self.modulus, _SOFTENING)
+        _require_rising("modulus", self.modulus)
 
     def yield_stress(self, peeq: ArrayLike) -> FloatArray:
         """σ_Y(p) = sigma_y + modulus p."""
@@ -111,9 +126,9 @@ class Voce:
 
     def __post_init__(self) -> None:
         _require_positive("sigma_y", self.sigma_y)
-        require(math.isfinite(self.saturation) and self.saturation >= 0, "saturation", self.saturation, _SOFTENING)
+        _require_rising("saturation", self.saturation)
         _require_positive("rate", self.rate)
-        require(math.isfinite(self.modulus) and self.modulus >= 0, "modulus", self.modulus, _SOFTENING)
+        _require_rising("modulus", self.modulus)
 
     def yield_stress(self, peeq: ArrayLike) -> FloatArray:
         """σ_Y(p) = sigma_y + saturation (1 - exp(-rate p)) + modulus p."""
@@ -145,6 +160,8 @@ class Tabulated:
     stress: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        for name in ("peeq", "stress"):
+            object.__setattr__(self, name, _require_numbers(name, getattr(self, name)))
         require(len(self.peeq) >= 2, "peeq", self.peeq, "at least two values")
         require(
             len(self.stress) == len(self.peeq),

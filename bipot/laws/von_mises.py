@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.errors import NotConverged, require
+from bipot.errors import NotConverged, require, require_number
 from bipot.laws.hardening import Hardening
 from bipot.laws.tensors import (
     BoolArray,
@@ -51,6 +51,8 @@ class Elasticity:
     poisson: float
 
     def __post_init__(self) -> None:
+        require_number(self.young, "young")
+        require_number(self.poisson, "poisson")
         require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
         require(-1 < self.poisson < 0.5, "poisson", self.poisson, "in the open interval (-1, 0.5)")
 

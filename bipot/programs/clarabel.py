@@ -15,7 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_number
 from bipot.programs.data import Cone, ConicProgram, ConicSolution, Ints, Outcome, Rows, Term, Timing
 
 Floats = NDArray[np.float64]
@@ -36,8 +36,9 @@ class Accuracy:
     iterations: int = 100
 
     def __post_init__(self) -> None:
+        require_number(self.tolerance, "tolerance")
         require(0 < self.tolerance < 1e-2, "tolerance", self.tolerance, "in (0, 0.01)")
-        require(self.iterations >= 1, "iterations", self.iterations, ">= 1")
+        require_count(self.iterations, "iterations")
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.coulomb.acceleration import Anderson, Memory
-from bipot.errors import require
+from bipot.errors import require, require_count, require_number, require_type
 from bipot.programs.data import ContactRows
 
 Floats = NDArray[np.float64]
@@ -94,9 +94,12 @@ class Safeguard:
     least: float = 0.1
 
     def __post_init__(self) -> None:
+        require_type(self.first, Frozen, "safeguard.first")
+        require_number(self.falls, "safeguard.falls")
         require(self.falls > 0, "safeguard.falls", self.falls, "> 0")
-        require(self.patience >= 1, "safeguard.patience", self.patience, ">= 1")
-        require(self.depth >= 1, "safeguard.depth", self.depth, ">= 1")
+        require_count(self.patience, "safeguard.patience")
+        require_count(self.depth, "safeguard.depth")
+        require_number(self.least, "safeguard.least")
         require(0 < self.least <= 1, "safeguard.least", self.least, "in (0, 1]")
 
 

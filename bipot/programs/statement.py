@@ -158,15 +158,19 @@ def solve_stated(stated: Stated, accuracy: Accuracy) -> tuple[Outcome, int, Timi
     with warnings.catch_warnings():
         # cvxpy warns of AlmostSolved; we record it as an outcome and re-check the answer ourselves.
         warnings.filterwarnings("ignore", message="Solution may be inaccurate")
-        stated.problem.solve(
-            solver=cp.CLARABEL,
-            tol_gap_abs=tolerance,
-            tol_gap_rel=tolerance,
-            tol_feas=tolerance,
-            max_iter=accuracy.iterations,
-            max_threads=1,
-            warm_start=False,
-        )
+        try:
+            stated.problem.solve(
+                solver=cp.CLARABEL,
+                tol_gap_abs=tolerance,
+                tol_gap_rel=tolerance,
+                tol_feas=tolerance,
+                max_iter=accuracy.iterations,
+                max_threads=1,
+                warm_start=False,
+            )
+        except cp.SolverError as broken:
+            # cvxpy raises where the solver stops without an answer: a failed attempt like any other.
+            raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
     total = time.perf_counter() - started
     status, stats = stated.problem.status, stated.problem.solver_stats
     if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):

@@ -1,0 +1,95 @@
+r"""Why an increment could not be solved, where the scene itself says so: a body inside a tool, a body nothing holds.
+
+A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
+candidate (none closes), and no friction where it keeps a contact closed. Candidates count however far they are, since
+they may land. That is a cone in at most three numbers v; a linear program says which contacts a motion in it can open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import linprog
+
+from bipot.fem.assembly import rigid_motions
+from bipot.laws.tensors import norm
+from bipot.response import State
+from bipot.system import System
+from bipot.typing import Bools, Floats
+
+ROUND_OFF = 1e-9
+
+
+def diagnosis(system: System, state: State) -> str | None:
+    """The fitting sentence for an increment from ``state`` that failed, None where the scene shows no reason."""
+    return _inside(system, state) or _unheld(system, state)
+
+
+def _inside(system: System, state: State) -> str | None:
+    """A body that carries nothing yet and is inside a tool."""
+    worst = int(np.argmin(state.gap))
+    depth = -float(state.gap[worst])
+    if state.forces.any() or depth <= ROUND_OFF * system.body.scene.mesh.size:
+        return None
+    number, node = system.candidates.tool[worst], system.candidates.node[worst]
+    return (
+        f"The body starts inside tools[{number}], node {node} by {depth:.3g}: "
+        "move the tool's point out of the body, or the mesh."
+    )
+
+
+def _unheld(system: System, state: State) -> str | None:
+    motion = free_motion(system, state)
+    if motion is None:
+        return None
+    shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
+    turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
+    what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
+    return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
+
+
+def free_motion(system: System, state: State) -> Floats | None:
+    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
+    space = system.body.space
+    rigid = rigid_motions(state.nodes, space.free, system.body.scene.geometry)
+    rows = system.candidates.rows(state.gap, state.tau, state.tau)
+    normal, rubs = _clean(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
+    tangent = np.zeros((rows.count, rigid.shape[1]))
+    tangent[rows.frictional] = _clean(rows.G_t @ rigid)
+    basis = np.eye(rigid.shape[1])
+    while True:
+        opened, v = _opened(normal @ basis)
+        closed = rubs & ~opened
+        if not closed.any():
+            break
+        basis, rubs = basis @ null_space(tangent[closed] @ basis, rcond=ROUND_OFF), rubs & opened
+    if not opened.any():
+        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    motion = space.spread(rigid @ basis @ v)
+    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
+        # Either way is as free.
+        motion = -motion
+    largest = float(norm(motion).max())
+    return motion / largest if largest > 0 else None
+
+
+def _clean(motion: Floats) -> Floats:
+    """Round-off of rows that do not move at all is zero."""
+    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
+
+
+def _opened(normal: Floats) -> tuple[Bools, Floats]:
+    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+
+    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v: scaled up, v opens all contacts that any v opens.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal, np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+    )
+    return found.x[free:] > 0.5, found.x[:free]

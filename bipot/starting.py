@@ -1,0 +1,46 @@
+"""A state that a march is asked to start from must be one of its scene."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bipot.errors import require, require_number
+from bipot.response import State
+from bipot.system import System
+from bipot.typing import Floats
+
+PLACED = 1e-9
+"""How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
+
+
+def require_start(start: State, system: System) -> None:
+    """Refuse a start state of another scene: it has the arrays of this scene's state at rest, its held nodes and tools.
+
+    Raises:
+        SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
+            elsewhere, gaps that are not those to the tools; the message names the field.
+    """
+    scene, at_rest = system.body.scene, system.rest()
+    require_number(start.tau, "start.tau")
+    require(0 <= start.tau <= 1, "start.tau", start.tau, "in [0, 1]")
+    for name, value in vars(at_rest).items():
+        if isinstance(value, np.ndarray):
+            _require_like(getattr(start, name), value, f"start.{name}")
+    if start.flow is not None:
+        _require_like(start.flow.strain, at_rest.plastic_strain, "start.flow.strain")
+        _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")
+    require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
+    moved = float(np.abs((start.nodes - scene.mesh.nodes).ravel()[scene.held]).max(initial=0.0))
+    allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
+    require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
+    apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
+    allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
+    require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
+
+
+def _require_like(given: ArrayLike, own: Floats, field: str) -> None:
+    """The shape of the scene's own array, and finite."""
+    shape = np.shape(given)
+    require(shape == own.shape, field, f"of shape {shape}", f"of shape {own.shape}, as in the scene")
+    require(bool(np.isfinite(np.asarray(given)).all()), field, "NaN or infinite", "finite")

@@ -1,0 +1,204 @@
+"""The main study's choices: its command line, what each run is asked, and the scene and control that follow.
+
+An option that the chosen form does not use is refused, not ignored.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bipot.errors import SceneError, require
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration
+from bipot.forms import (
+    Backend,
+    Delassus,
+    Dissipation,
+    Form,
+    FormName,
+    Newton,
+    Penalty,
+    Tangent,
+    Uzawa,
+    contact_penalty,
+)
+from bipot.laws.hardening import Hardening, hardening_from_text
+from bipot.march import Control, Schedule, system_of
+from bipot.scene import Scene, upsetting
+
+# First yield with friction defeats larger increments (fraction of the height).
+FIRST, SETTLING = 0.001, 5
+FAST = {"elements": 4, "increments": 6}
+DEFAULT = {"elements": 10, "increments": 45}
+# Refreshing the traction converges the faster the larger the penalty; it costs no accuracy there.
+UZAWA_FACTOR = 1e4
+
+
+PENALISED = (FormName.PENALTY, FormName.UZAWA)
+ROUTED = (FormName.TANGENT, FormName.DISSIPATION)
+"""Forms whose programs have two routes to the solver: through their cvxpy statement, or the same data directly."""
+
+ROUTES = {Backend.CVXPY: "cvxpy", Backend.CLARABEL: "direct"}
+ABOUT_ROUTES = """\
+routes: a conic program reaches its solver by one of two routes, of equal answers. Route "cvxpy": each increment is
+posed as the cvxpy statement of its program, which is what this study does by default. Route "direct": the same data
+go to Clarabel without cvxpy (--backend clarabel); the library's Tangent() and Dissipation() take this route unless
+told otherwise. newton, penalty, uzawa and delassus solve their passes directly; fallbacks of newton and delassus
+pose theirs in cvxpy. The route is stored with the run's parameters.
+"""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run: the scene's choices and the march's, as asked on the command line."""
+
+    mu: float
+    elements: int
+    quadrature: Quadrature
+    increments: int
+    form: FormName
+    backend: Backend
+    configuration: Configuration
+    reduction: float
+    hardening: str
+    kn: float | None = None
+    kt: float | None = None
+
+    def scene(self) -> Scene:
+        """The cylinder; raises SceneError on bad input."""
+        return upsetting(
+            mu=self.mu,
+            reduction=self.reduction,
+            hardening=self.curve(),
+            elements=self.elements,
+            quadrature=self.quadrature,
+            configuration=self.configuration,
+        )
+
+    def curve(self) -> Hardening:
+        """The hardening curve asked for."""
+        return hardening_from_text(self.hardening)
+
+    def schedule(self) -> Schedule:
+        """Start-up increments of 0.1 % of the height under friction, none without."""
+        if self.mu == 0:
+            return Schedule(self.increments)
+        shortest = FIRST * SETTLING
+        require(
+            self.reduction > shortest,
+            "reduction",
+            self.reduction,
+            f"> {shortest}, the start-up under friction",
+        )
+        return Schedule(self.increments, FIRST / self.reduction, SETTLING)
+
+    def control(self) -> Control:
+        """The form with its fallbacks; a penalised one has none, because an exact one would change the law."""
+        tangent, dissipation = Tangent(backend=self.backend), Dissipation(backend=self.backend)
+        choices: dict[FormName, tuple[Form, tuple[Form, ...]]] = {
+            FormName.TANGENT: (tangent, (dissipation,)),
+            FormName.DISSIPATION: (dissipation, ()),
+            FormName.NEWTON: (Newton(), (tangent, dissipation)),
+            FormName.DELASSUS: (Delassus(), (dissipation,)),
+            FormName.PENALTY: (Penalty(*self.penalties(1.0)), ()),
+            FormName.UZAWA: (Uzawa(*self.penalties(UZAWA_FACTOR)), ()),
+        }
+        form, fallbacks = choices[self.form]
+        return Control(form, fallbacks)
+
+    def penalties(self, factor: float) -> tuple[float, float]:
+        """K_n and K_t, N/mm per node; by default ``factor`` E/h of the contact edge (:func:`contact_penalty`)."""
+        default = contact_penalty(system_of(self.scene()).candidates, factor)
+        return default if self.kn is None else self.kn, default if self.kt is None else self.kt
+
+    def parameters(self) -> dict[str, Any]:
+        """What identifies the run in its folder."""
+        asked = {k: getattr(v, "value", v) for k, v in vars(self).items()}
+        return asked | {"mu": f"{self.mu:g}", "route": self.route()}
+
+    def route(self) -> str:
+        """How the run's conic programs reach their solver, in words."""
+        if self.form in ROUTED:
+            return ROUTES[self.backend]
+        fallbacks = f", fallbacks {ROUTES[self.backend]}" if self.control().fallbacks else ""
+        return f"direct{fallbacks}"
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line; names are those of the library's enums."""
+    p = argparse.ArgumentParser(
+        prog="studies.upsetting",
+        description="Upset the cylinder of the seed paper.",
+        epilog=ABOUT_ROUTES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
+    p.add_argument("--elements", type=int, help="elements a side (default 10, --fast 4)")
+    p.add_argument("--quadrature", choices=[q.value for q in Quadrature], default=Quadrature.RADON7.value)
+    p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
+    p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
+    p.add_argument(
+        "--backend", choices=[b.value for b in Backend], help="route of tangent and dissipation (default cvxpy)"
+    )
+    p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
+    p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
+    p.add_argument("--hardening", default="perfect:300", help="perfect:S, linear:S,H, voce:S,Q,b[,H], table:p/S,...")
+    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
+    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
+    p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
+    p.add_argument("--out", type=Path, default=Path("results/upsetting"))
+    p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    return p
+
+
+def cases(arguments: argparse.Namespace) -> list[Case]:
+    """One case a coefficient; raises SceneError naming an option that would have no effect."""
+    refuse_without_effect(arguments)
+    chosen = FAST if arguments.fast else DEFAULT
+    elements = chosen["elements"] if arguments.elements is None else arguments.elements
+    increments = chosen["increments"] if arguments.increments is None else arguments.increments
+    return [
+        Case(
+            mu,
+            elements,
+            Quadrature(arguments.quadrature),
+            increments,
+            FormName(arguments.form),
+            Backend(arguments.backend or Backend.CVXPY.value),
+            Configuration(arguments.configuration),
+            arguments.reduction,
+            arguments.hardening,
+            arguments.kn,
+            arguments.kt,
+        )
+        for mu in arguments.mu
+    ]
+
+
+def refuse_without_effect(arguments: argparse.Namespace) -> None:
+    """Refuse options that the form does not use, a --fast that changes nothing, and two runs of one folder."""
+    form, a = FormName(arguments.form), arguments
+    penalised = " or ".join(name.value for name in PENALISED)
+    routed = " or ".join(name.value for name in ROUTED)
+    for option, value, used, by in (
+        ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
+        ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
+        ("--backend", a.backend, form in ROUTED, f"--form {routed}"),
+        ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
+    ):
+        if value is not None and not used:
+            raise SceneError(f"{option} has no effect on --form {form.value} as asked: it needs {by}")
+    folders = [f"{mu:g}" for mu in a.mu]
+    require(len(set(folders)) == len(folders), "--mu", folders, "different to six digits, a folder each")
+    welds = [name for name in folders if name == "inf"]
+    require(
+        not (welds and (form in PENALISED or form is FormName.DELASSUS)),
+        "--mu",
+        "inf",
+        f"finite: {form.value} does not weld",
+    )
+    require(not (welds and a.fclib), "--mu", "inf", "finite with --fclib: a welded point is no Coulomb problem")

@@ -1,0 +1,106 @@
+"""Command lines: no abbreviated options, none without effect, and the route of the programs is said."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+from bipot.forms import FormName
+from bipot.history import load
+from studies import hard_cases, upsetting
+from studies.upsetting_case import cases, parser
+
+ROOT = Path(__file__).parents[1]
+SCRIPTS = [path for folder in ("studies", "benchmarks", "paper_figs") for path in sorted((ROOT / folder).glob("*.py"))]
+SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05", "--mu", "0"]
+
+
+def parsers():
+    """Every parser made in a script: its path and the keywords of the call."""
+    for path in SCRIPTS:
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("ArgumentParser"):
+                yield path.name, {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
+
+
+def test_no_command_line_takes_abbreviations():
+    made = list(parsers())
+    assert len(made) > 15
+    assert not [name for name, keywords in made if keywords.get("allow_abbrev") != "False"]
+
+
+@pytest.mark.parametrize("option", ["--element", "--redu", "--form=tangent --increment"])
+def test_an_abbreviated_option_is_unknown(option, capsys):
+    with pytest.raises(SystemExit) as stop:
+        upsetting.main([*option.split(), "3"])
+    assert stop.value.code == 2
+    assert "unrecognized arguments" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--kn", "1e5"], "--kn has no effect on --form tangent as asked: it needs --form penalty or uzawa"),
+        (["--form", "newton", "--kt", "1e5"], "--kt has no effect on --form newton"),
+        (["--form", "newton", "--backend", "cvxpy"], "--backend has no effect on --form newton"),
+        (["--form", "penalty", "--backend", "clarabel"], "it needs --form tangent or dissipation"),
+        (["--form", "delassus", "--backend", "cvxpy"], "--backend has no effect"),
+        (["--fast"], "--fast has no effect on --form tangent as asked: it needs --elements or --increments left to it"),
+        (["--mu", "0.3", "0.3000000001"], "--mu = ['0.3', '0.3']: must be different to six digits"),
+        (["--mu", "inf", "--form", "uzawa"], "--mu = 'inf': must be finite: uzawa does not weld"),
+        (["--mu", "inf", "--form", "delassus"], "--mu = 'inf': must be finite: delassus does not weld"),
+        (["--mu", "inf", "--fclib"], "--mu = 'inf': must be finite with --fclib"),
+    ],
+)
+def test_an_option_without_effect_is_refused(arguments, words, tmp_path, capsys):
+    assert upsetting.main([*SMALL, "--out", str(tmp_path), *arguments]) == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "route"),
+    [
+        ([], "cvxpy"),
+        (["--backend", "clarabel"], "direct"),
+        (["--form", "dissipation"], "cvxpy"),
+        (["--form", "newton"], "direct, fallbacks cvxpy"),
+        (["--form", "delassus"], "direct, fallbacks cvxpy"),
+        (["--form", "penalty"], "direct"),
+    ],
+)
+def test_the_route_is_one_of_the_parameters(arguments, route):
+    (case,) = cases(parser().parse_args([*SMALL, *arguments]))
+    assert case.parameters()["route"] == route
+
+
+def test_the_route_is_stored_and_both_are_in_the_help(tmp_path, capsys):
+    assert upsetting.main([*SMALL, "--out", str(tmp_path)]) == 0
+    assert load(tmp_path / "mu0").parameters["route"] == "cvxpy"
+    with pytest.raises(SystemExit):
+        upsetting.main(["--help"])
+    told = capsys.readouterr().out
+    assert 'Route "cvxpy"' in told
+    assert 'Route "direct"' in told
+
+
+def test_every_form_has_a_case():
+    for form in FormName:
+        (case,) = cases(parser().parse_args([*SMALL, "--form", form.value]))
+        assert case.control().form.name is form
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--elements", "0"], "argument --elements: 0: must be >= 1"),
+        (["--increments", "-1"], "argument --increments: -1: must be >= 1"),
+        (["--only", "no such case"], "--only 'no such case': no case has that in its name"),
+    ],
+)
+def test_hard_cases_refuse_what_they_once_ignored(arguments, words, tmp_path, capsys):
+    """Zero elements ran with the default number, an unknown case ran nothing and passed."""
+    with pytest.raises(SystemExit) as stop:
+        hard_cases.main([*arguments, "--out", str(tmp_path)])
+    assert stop.value.code == 2
+    assert words in capsys.readouterr().err

@@ -1,0 +1,186 @@
+"""How an increment ends that cannot be solved: as a certificate or as a sentence, never as a raw exception."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from bipot.diagnosis import free_motion
+from bipot.errors import IncrementFailed, ProgramError
+from bipot.fem.kinematics import Geometry
+from bipot.forms import Backend, Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.increment import Limits
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import Elasticity
+from bipot.march import Control, Schedule, march, system_of
+from bipot.mesh import block, cylinder
+from bipot.programs.clarabel import Accuracy
+from bipot.programs.statement import solve_stated
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from studies import upsetting as study
+from tests.scenes import posed
+
+STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+INF = float("inf")
+
+
+def tool(**changes):
+    given = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "travel": (0.0, -0.05), "candidates": ("top",), "mu": 0.1}
+    return FlatTool(**(given | changes))
+
+
+UNDER = tool(point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
+
+
+def scene(**changes):
+    given = {
+        "mesh": block(1.0, 1.0, 2, 2),
+        "geometry": Geometry.PLANE_STRAIN,
+        "material": STEEL,
+        "supports": (Support("base", 1), Support("left", 0)),
+        "tools": (tool(),),
+    }
+    return Scene(**(given | changes))
+
+
+CUT_ONCE = Control(cuts=1)
+GIVES_UP = Control(Newton(), (), Limits(passes=1), cuts=0)
+"""One pass is never enough to meet the bounds."""
+
+
+def last_words(scene, control=CUT_ONCE):
+    """The message of the march's failure."""
+    with pytest.raises(IncrementFailed) as failed:
+        list(march(scene, Schedule(2), control))
+    assert failed.value.state is not None
+    return str(failed.value)
+
+
+def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
+    def stops(*_, **__):
+        raise cp.SolverError("Solver 'CLARABEL' failed.")
+
+    stated = posed().dissipation.statement()
+    monkeypatch.setattr(cp.Problem, "solve", stops)
+    with pytest.raises(ProgramError, match="conic solver stopped without an answer"):
+        solve_stated(stated, Accuracy())
+
+
+@pytest.mark.slow
+def test_huge_friction_from_the_command_line_ends_with_an_answer_or_a_sentence(tmp_path, capsys):
+    """It escaped as ``cvxpy.error.SolverError``, without state, fallback or cut."""
+    code = study.main(["--mu", "1e9", "--fast", "--out", str(tmp_path)])
+    assert code in (0, 2)
+    assert code == 0 or capsys.readouterr().err.startswith("error: increment from tau")
+
+
+def test_a_solver_that_always_breaks_down_leaves_the_state_and_is_cut(monkeypatch):
+    def stops(*_, **__):
+        raise cp.SolverError("Solver 'CLARABEL' failed.")
+
+    monkeypatch.setattr(cp.Problem, "solve", stops)
+    form = Tangent(backend=Backend.CVXPY)
+    words = last_words(scene(), Control(form, (), cuts=1))
+    assert "stopped without an answer" in words
+    fallen = next(march(scene(), Schedule(2), Control(form, (Newton(),))))
+    assert fallen.form is Newton.name
+    assert "stopped without an answer" in fallen.reason
+
+
+@pytest.mark.parametrize(
+    ("changes", "area", "edge"),
+    [
+        ({}, 1.0, 0.5),
+        ({"tools": (tool(point=(0.0, 1.1)),)}, 1.0, 0.5),
+        # One corner touches at rest: no edge does, so the line is that of all candidates.
+        ({"tools": (tool(normal=(-0.6, -0.8), point=(1.0, 1.0), candidates=("top", "right")),)}, 2.0, 0.5),
+        # All edges hold a node that cannot move along the normal.
+        (
+            {"mesh": block(1.0, 1.0, 1, 1), "supports": (Support("left", 1), Support("left", 0))},
+            1.0,
+            1.0,
+        ),
+    ],
+)
+def test_contact_penalty_where_little_or_nothing_touches(changes, area, edge):
+    """E A/(m h) of the line of three-node edges; at most one closed node divided by zero."""
+    nodes = 2 * round(area / edge) + 1
+    K = contact_penalty(system_of(scene(**changes)).candidates)
+    assert K == pytest.approx(210e3 * area / (nodes * edge))
+
+
+@pytest.mark.parametrize(
+    ("changes", "motion"),
+    [
+        ({}, None),
+        ({"supports": (Support("base", 1),)}, None),
+        ({"supports": (Support("base", 1),), "tools": (tool(mu=0.0),)}, (1, 0)),
+        ({"supports": (Support("left", 0),)}, (0, -1)),
+        ({"supports": (), "tools": (tool(), UNDER)}, None),
+        (
+            {
+                "supports": (),
+                "tools": (tool(mu=0.0), tool(mu=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), candidates=("base",))),
+            },
+            (1, 0),
+        ),
+        ({"supports": (Support("left", 0),), "tools": (tool(mu=0.0), UNDER)}, None),
+    ],
+)
+def test_free_motion(changes, motion):
+    made = system_of(scene(**changes))
+    found = free_motion(made, made.rest())
+    if motion is None:
+        assert found is None
+    else:
+        assert found is not None
+        np.testing.assert_allclose(
+            found * np.sign(found @ motion)[:, None], np.tile(motion, (len(found), 1)), atol=1e-9
+        )
+
+
+def test_a_free_body_may_turn_too():
+    """Pushed from above and held along one point's motion only, the body turns away."""
+    made = system_of(scene(supports=()))
+    assert free_motion(made, made.rest()) is not None
+
+
+def test_about_an_axis_only_the_axial_shift_is_rigid():
+    geometry = {"geometry": Geometry.AXISYMMETRIC, "mesh": cylinder(1.0, 1.0, 2, 2)}
+    loose = system_of(scene(**geometry, supports=(Support("axis", 0),)))
+    moved = free_motion(loose, loose.rest())
+    assert moved is not None
+    np.testing.assert_allclose(moved, np.tile((0, -1), (len(moved), 1)), atol=1e-9)
+    held = system_of(scene(**geometry, supports=(Support("base", 1),)))
+    assert free_motion(held, held.rest()) is None
+    assert free_motion(system_of(upsetting(mu=0.0)), system_of(upsetting(mu=0.0)).rest()) is None
+
+
+def test_a_body_that_starts_inside_a_tool_is_named_as_that():
+    words = last_words(scene(tools=(tool(point=(0.0, 0.1)),)))
+    assert "The body starts inside tools[0], node" in words
+    assert "by 0.9: move the tool's point out of the body, or the mesh." in words
+    assert "more increments" not in words
+
+
+def test_a_body_held_by_nothing_is_named_as_that():
+    """Frictionless between two tools: it slides away along them."""
+    across = tool(mu=0.0, point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
+    words = last_words(scene(supports=(), tools=(tool(mu=0.0), across)), GIVES_UP)
+    assert "Nothing holds the body against moving along (1, 0)" in words
+    assert "more increments" not in words
+
+
+def test_where_the_scene_shows_no_reason_more_increments_are_advised():
+    words = last_words(scene(), GIVES_UP)
+    assert words.endswith("Use more increments, or a mesh that is less distorted there.")
+
+
+@pytest.mark.parametrize("form", [Penalty(1e5, 1e5), Uzawa(1e5, 1e5), Penalty(1e5, 1e5, Optimiser.CVXPY), Delassus()])
+def test_forms_that_do_not_weld_say_so(form):
+    assert "weld" in last_words(scene(tools=(tool(mu=INF),)), Control(form, (), cuts=0))
+
+
+def test_dissipation_and_tangent_do_weld():
+    for form in (Tangent(), Dissipation(), Newton()):
+        *_, last = march(scene(tools=(tool(mu=INF),)), Schedule(1, first=0.1, settling=1), Control(form, ()))
+        assert last.state.tau == 1

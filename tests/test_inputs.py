@@ -1,0 +1,430 @@
+"""Inputs that once changed the model in silence, or ended as raw exceptions, are converted or refused by name."""
+
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.certificate import Bounds
+from bipot.errors import SceneError
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.force_control import Seek
+from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
+from bipot.forms.newton import Reuse, Search
+from bipot.increment import Limits
+from bipot.landing import Locate
+from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
+from bipot.laws.von_mises import Elasticity
+from bipot.march import Control, Schedule, march
+from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.programs.clarabel import Accuracy
+from bipot.programs.fixed_point import Safeguard
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+
+STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+NAN, INF = float("nan"), float("inf")
+
+
+def tool(**changes):
+    given = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "travel": (0.0, -0.05), "candidates": ("top",), "mu": 0.1}
+    return FlatTool(**(given | changes))
+
+
+def scene(**changes):
+    given = {
+        "mesh": block(1.0, 1.0, 2, 2),
+        "geometry": Geometry.PLANE_STRAIN,
+        "material": STEEL,
+        "supports": (Support("base", 1), Support("left", 0)),
+        "tools": (tool(),),
+    }
+    return Scene(**(given | changes))
+
+
+def refused(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: scene(geometry="plane_strain"), r"'plane_strain': must be a Geometry, e.g. Geometry.PLANE_STRAIN"),
+        (lambda: scene(configuration="paper"), r"'paper': must be a Configuration, e.g. Configuration.PAPER"),
+        (lambda: scene(configuration="midpoint"), "scene.configuration = 'midpoint'"),
+        (lambda: scene(configuration=Geometry.PLANE_STRAIN), "must be a Configuration, e.g. Configuration.MIDPOINT"),
+        (lambda: scene(quadrature="gauss2"), "e.g. Quadrature.GAUSS2"),
+        (lambda: upsetting(mu=0.1, quadrature="gauss2"), "scene.quadrature = 'gauss2'"),
+        (lambda: upsetting(mu=0.1, configuration="paper"), "scene.configuration = 'paper'"),
+        (lambda: Tangent(kind="continuum"), "tangent.kind = 'continuum': must be a TangentKind"),
+        (lambda: Tangent(backend="cvxpy"), r"tangent.backend = 'cvxpy': must be a Backend, e.g. Backend.CVXPY"),
+        (lambda: Dissipation(backend="cvxpy"), "dissipation.backend"),
+        (lambda: Penalty(1.0, 1.0, optimiser="newton"), "e.g. Optimiser.NEWTON"),
+        (lambda: Uzawa(1.0, 1.0, kind="consistent"), "e.g. TangentKind.CONSISTENT"),
+        (lambda: Control(update="rate"), "control.update = 'rate': must be a StressUpdate, e.g. StressUpdate.RATE"),
+        (lambda: Control(integration="BDF2"), "control.integration = 'BDF2': must be an Integration"),
+        (lambda: Safeguard(first="threshold"), "safeguard.first = 'threshold': must be a Frozen"),
+    ],
+)
+def test_a_string_is_no_member_of_an_enumeration(make, words):
+    refused(make, words)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: upsetting(mu=0.1, hardening=300), "material.hardening = 300: must be a Hardening"),
+        (lambda: upsetting(mu=0.1, hardening=Perfect), "material.hardening = .*: must be a Hardening"),
+        (lambda: Material(210e3, Perfect(300.0)), "material.elasticity = 210000.0: must be an Elasticity"),
+        (lambda: scene(mesh="cylinder"), "scene.mesh = 'cylinder': must be a Mesh"),
+        (lambda: scene(material=Perfect(300.0)), "scene.material"),
+        (lambda: scene(tools=tool()), "scene.tools = .*: must be a tuple of FlatTool"),
+        (lambda: scene(tools=(Support("base", 1),)), r"scene.tools\[0\] = .*: must be a FlatTool"),
+        (lambda: scene(supports=Support("base", 1)), "scene.supports = .*: must be a tuple of Support"),
+        (lambda: Control(Newton), "control.form = .*: must be a Form"),
+        (lambda: Control("newton"), "control.form = 'newton': must be a Form"),
+        (lambda: Control(Tangent(), Dissipation()), "control.fallbacks = .*: must be a tuple of Form"),
+        (lambda: Control(Tangent(), (0.1,)), r"control.fallbacks\[0\]"),
+        (lambda: Control(limits=Bounds()), "control.limits = .*: must be a Limits"),
+        (lambda: Control(locate=0.1), "control.locate = 0.1: must be a Locate or None"),
+        (lambda: Limits(1e-6), "limits.bounds = 1e-06: must be a Bounds"),
+        (lambda: Limits(coupling=None), "limits.coupling = None: must be a Safeguard"),
+        (lambda: Tangent(accuracy=1e-9), "tangent.accuracy = 1e-09: must be an Accuracy"),
+        (lambda: Dissipation(accuracy=1e-9), "dissipation.accuracy"),
+        (lambda: Tangent(coupled="no"), "tangent.coupled = 'no': must be a bool"),
+        (lambda: Dissipation(polished=0), "dissipation.polished = 0: must be a bool"),
+        (lambda: Newton(reuse=0.05), "newton.reuse = 0.05: must be a Reuse"),
+        (lambda: Newton(search=4), "newton.search = 4: must be a Search"),
+        (lambda: Delassus(solver="newton"), "delassus.solver = 'newton': must be a Solver or None"),
+        (lambda: Delassus(limits=Limits()), "delassus.limits = .*: must be a Limits of bipot.coulomb"),
+        (lambda: march(scene(), Schedule(2), Newton()), r"control = Newton\(.*must be a Control"),
+        (lambda: march(scene(), 2), "schedule = 2: must be a Schedule"),
+        (lambda: march(STEEL, Schedule(2)), "scene = Material.*: must be a Scene"),
+        (lambda: march(scene(), Schedule(2), start=0.5), "start = 0.5: must be a State or None"),
+    ],
+)
+def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
+    refused(make, words)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Schedule(2.5), "increments = 2.5: must be a whole number"),
+        (lambda: Schedule(True), "increments = True: must be a whole number"),
+        (lambda: Schedule(NAN), "increments = nan"),
+        (lambda: Schedule(0), "increments = 0: must be >= 1"),
+        (lambda: Schedule(2, settling=1.5), "settling = 1.5"),
+        (lambda: Schedule(2, first=NAN), "first = nan"),
+        (lambda: Schedule(2, first="0.1"), "first = '0.1': must be a number"),
+        (lambda: Schedule(2, landings=0.5), "landings = 0.5: must be a tuple of numbers"),
+        (lambda: Schedule(2, landings=("0.5",)), "landing = '0.5': must be a number"),
+        (lambda: Schedule(2, landings=(0.5, 0.5)), "landings = .*: must be different"),
+        (lambda: scene(copies=1.5), "copies = 1.5: must be a whole number"),
+        (lambda: scene(copies=True), "copies = True"),
+        (lambda: Support("base", True), "support.direction = True"),
+        (lambda: Support("base", 1.0), "support.direction = 1.0"),
+        (lambda: Support(1, 1), "support.boundary = 1: must be a str"),
+        (lambda: Control(cuts=1.5), "cuts = 1.5"),
+        (lambda: Limits(passes=0), "limits.passes = 0: must be >= 1"),
+        (lambda: Limits(passes=2.5), "limits.passes = 2.5"),
+        (lambda: Limits(patience=0), "limits.patience = 0"),
+        (lambda: Limits(progress=-0.1), "limits.progress = -0.1: must be in"),
+        (lambda: Limits(progress=NAN), "limits.progress = nan"),
+        (lambda: Bounds(-1), "bounds.equilibrium = -1: must be > 0"),
+        (lambda: Bounds(relative_gap=NAN), "bounds.relative_gap = nan"),
+        (lambda: Bounds(cone_violation=0.0), "bounds.cone_violation = 0.0: must be > 0"),
+        (lambda: Bounds(penetration="1e-9"), "bounds.penetration = '1e-9': must be a number"),
+        (lambda: Tangent(halvings=1.5), "tangent.halvings = 1.5"),
+        (lambda: Search(halvings=2.5), "newton.search.halvings = 2.5"),
+        (lambda: Search(memory=1.5), "newton.search.memory = 1.5"),
+        (lambda: Search(slack=INF), "newton.search.slack = inf"),
+        (lambda: Reuse("0"), "newton.reuse.fall = '0': must be a number"),
+        (lambda: Safeguard(patience=1.5), "safeguard.patience = 1.5"),
+        (lambda: Safeguard(depth=1.5), "safeguard.depth = 1.5"),
+        (lambda: Locate(solves=1.5), "locate.solves = 1.5"),
+        (lambda: Seek(doublings=1.5), "seek.doublings = 1.5"),
+        (lambda: Seek(solves=1.5), "seek.solves = 1.5"),
+        (lambda: Accuracy(iterations=1.5), "iterations = 1.5"),
+        (lambda: Elasticity("210e3", 0.3), "young = '210e3': must be a number"),
+        (lambda: Elasticity(210e3, None), "poisson = None: must be a number"),
+        (lambda: Perfect("300"), "sigma_y = '300': must be a number"),
+        (lambda: Perfect(True), "sigma_y = True: must be a number"),
+        (lambda: Linear(300.0, "1"), "modulus = '1': must be a number"),
+        (lambda: Voce(300.0, "1", 1.0), "saturation = '1': must be a number"),
+        (lambda: Tabulated(0.1, (1.0, 2.0)), "peeq = 0.1"),
+        (lambda: Tabulated((0.0, 0.1), ("a", "b")), "stress = .*: must be a number"),
+        (lambda: Penalty("1", 1.0), "K_n = '1': must be a number"),
+        (lambda: cylinder(1.0, 1.0, 1.5, 1), "elements along the first axis = 1.5: must be a whole number"),
+        (lambda: cylinder("1", 1.0, 1, 1), "radius = '1': must be a number"),
+        (lambda: ring(1.0, "2", 1.0, 1, 1), "outer = '2': must be a number"),
+        (lambda: upsetting(mu=0.1, elements=2.5), "elements = 2.5: must be a whole number"),
+        (lambda: upsetting(mu="0.1"), "mu = '0.1': must be a number"),
+        (lambda: upsetting(mu=0.1, height="10"), "height = '10': must be a number"),
+        (lambda: upsetting(mu=0.1, reduction=None), "reduction = None: must be a number"),
+    ],
+)
+def test_numbers_and_counts_are_refused_by_name(make, words):
+    refused(make, words)
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert Schedule(np.int64(2), first=np.float64(0.1)).times()[-1] == 1
+    assert upsetting(mu=np.float32(0.5), elements=np.int32(1)).tools[0].mu == 0.5
+    assert Bounds(equilibrium=INF).equilibrium == INF
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"travel": (0.1,)}, r"tool.travel = \(0.1,\): must be two finite numbers"),
+        ({"travel": 0.1}, "tool.travel = 0.1: must be two finite numbers"),
+        ({"travel": (0.0, "1")}, "tool.travel"),
+        ({"travel": (0.0, 1.0, 0.0)}, "tool.travel"),
+        ({"travel": np.zeros((2, 1))}, "tool.travel"),
+        ({"point": (0.0, 1.0, 2.0)}, "tool.point"),
+        ({"point": None}, "tool.point = None"),
+        ({"normal": (1.0,)}, "tool.normal"),
+        ({"path": ((0.0, 0.0),)}, "tool.path"),
+        ({"path": (0.0, 1.0)}, "tool.path = 0.0: must be pairs"),
+        ({"path": ((0.0, 0.0, 0.0), (1.0, 1.0, 1.0))}, "tool.path"),
+        ({"path": ((0.0, 0.0), (1.0, NAN))}, "tool.path"),
+        ({"candidates": "top"}, "tool.candidates = 'top': must be a tuple of str"),
+        ({"candidates": ("top", 1)}, r"tool.candidates\[1\] = 1: must be a str"),
+        ({"candidates": ("top", "top")}, "tool.candidates = .*: must be different"),
+        ({"mu_at": {0: True}}, r"mu_at\[0\] = True"),
+        ({"mu_at": {"0": 0.1}}, "mu_at node = '0': must be a whole number"),
+        ({"mu_at": [(0, 0.1)]}, "mu_at = .*: must be a Mapping"),
+        ({"mu": INF, "mu_at": {0: 0.1}}, "mu_at = .*: must be empty where mu = inf"),
+    ],
+)
+def test_a_tool_is_checked_for_shape_and_kind(changes, words):
+    refused(lambda: tool(**changes), words)
+
+
+def test_arrays_and_lists_become_plain_numbers_in_a_tool():
+    travel = np.array([0.0, -0.1])
+    made = tool(travel=travel, path=[[0, 0], [1, 1]], candidates=["top"], mu_at={np.int64(3): 0.2})
+    travel[1] = 5.0
+    assert made.travel == (0.0, -0.1)
+    assert made.path == ((0.0, 0.0), (1.0, 1.0))
+    assert made.candidates == ("top",)
+    assert dict(made.mu_at) == {3: 0.2}
+    with pytest.raises(TypeError):
+        made.mu_at[3] = 0.5
+    assert pickle.loads(pickle.dumps(made)).moved(0.0, 1.0).tolist() == [0.0, -0.1]
+
+
+def test_a_coefficient_at_a_node_that_is_no_candidate_is_refused():
+    base = int(block(1.0, 1.0, 2, 2).boundary_nodes("base")[0])
+    refused(
+        lambda: scene(tools=(tool(mu_at={base: 0.3}),)), f"mu_at node = {base}: must be one of the tool's candidates"
+    )
+
+
+def test_a_tool_that_can_touch_nothing_is_refused():
+    """All its candidates held along its normal: it had no contact rows, and the march ended as a raw ValueError."""
+    held = (Support("base", 1), Support("left", 0), Support("top", 1))
+    refused(lambda: scene(supports=held), r"tools\[0\].candidates = \('top',\): must be .* can move along its normal")
+
+
+def test_a_body_held_everywhere_is_refused():
+    sides = [Support(name, d) for name in ("base", "left", "top", "right") for d in (0, 1)]
+    refused(
+        lambda: scene(mesh=block(1.0, 1.0, 1, 1), supports=tuple(sides)),
+        "scene.supports = .*: must be such that they leave a node free",
+    )
+
+
+def renumbered(mesh, **changes):
+    return Mesh(**({"nodes": mesh.nodes, "elements": mesh.elements, "boundaries": mesh.boundaries} | changes))
+
+
+def test_supports_and_tools_may_come_as_lists():
+    made = scene(tools=[tool()], supports=[Support("base", 1)])
+    assert isinstance(made.tools, tuple)
+    assert isinstance(made.supports, tuple)
+    assert made.quadrature is Quadrature.RADON7
+    assert made.configuration is Configuration.MIDPOINT
+    assert replace(made, copies=2).copies == 2
+
+
+def test_a_fallback_of_the_same_name_is_kept_and_the_same_form_is_not_repeated():
+    """Compared by name, ``Tangent(coupled=False)`` was dropped."""
+    other = Tangent(coupled=False)
+    assert Control(Tangent(), (other,)).forms == (Tangent(), other)
+    assert Control(Tangent(), (Tangent(), Dissipation(), other, other)).forms == (Tangent(), Dissipation(), other)
+
+
+def started(**options):
+    """A state half-way through a small upsetting."""
+    path = march(upsetting(**({"mu": 0.1, "elements": 2, "reduction": 0.02} | options)), Schedule(2, first=0.05))
+    return next(path).state
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"elements": 3}, r"start.nodes = 'of shape \(21, 2\)': must be of shape \(40, 2\), as in the scene"),
+        ({"quadrature": Quadrature.GAUSS2}, r"start.stress = 'of shape \(4, 7, 4\)': must be of shape \(4, 4, 4\)"),
+    ],
+)
+def test_a_start_state_of_another_scene_is_refused(options, words):
+    state = started()
+    refused(lambda: march(upsetting(mu=0.1, **({"elements": 2} | options)), Schedule(2), start=state), words)
+
+
+def test_a_start_state_of_the_same_mesh_under_another_path_is_refused():
+    other = upsetting(mu=0.1, elements=2, reduction=0.3)
+    refused(lambda: march(other, Schedule(2), start=started()), "start.gap = 'distances'")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (lambda s: {"stress": s.stress * NAN}, "start.stress = 'NaN or infinite'"),
+        (lambda s: {"forces": s.forces[:-1]}, "start.forces = 'of shape"),
+        (lambda s: {"nodes": s.nodes + 1.0}, "start.nodes = 'held ones': must be where the supports hold them"),
+        (lambda s: {"gap": s.gap + 0.1}, "start.gap = 'distances': must be those of start.nodes to the scene's tools"),
+        (lambda s: {"flow": replace(s.flow, strain=s.flow.strain[:1])}, "start.flow.strain = 'of shape"),
+        (lambda s: {"peeq": s.peeq - 1.0}, "start.peeq = .*: must be >= 0"),
+        (lambda _: {"tau": NAN}, "start.tau = nan"),
+        (lambda _: {"tau": 1.5}, "start.tau = 1.5: must be in"),
+    ],
+)
+def test_a_start_state_with_impossible_values_is_refused(changes, words):
+    state = started()
+    own = upsetting(mu=0.1, elements=2, reduction=0.02)
+    assert next(march(own, Schedule(2, first=0.05), start=state)).number == 1
+    refused(lambda: march(own, Schedule(2), start=replace(state, **changes(state))), words)
+
+
+SQUARE = block(1.0, 1.0, 2, 2)
+
+
+def as_meshers(edges):
+    """End, end, middle."""
+    return edges[:, [0, 2, 1]]
+
+
+@pytest.mark.parametrize("order", [(0, 2, 1), (2, 0, 1), (1, 0, 2), (2, 1, 0)])
+def test_edges_in_the_order_of_mesh_files_are_converted(order):
+    """Taken for end, middle, end they gave pressures of -198 to 1025 where 226 to 431 is right."""
+    mesh = renumbered(SQUARE, boundaries={name: edges[:, list(order)] for name, edges in SQUARE.boundaries.items()})
+    for name, edges in SQUARE.boundaries.items():
+        assert {frozenset(edge) for edge in edges.tolist()} == {frozenset(e) for e in mesh.boundary(name).tolist()}
+        np.testing.assert_array_equal(mesh.boundary(name)[:, 1], edges[:, 1])
+
+
+@pytest.mark.parametrize("kind", [np.uint64, np.uint8, np.int32, np.int64])
+def test_node_numbers_of_any_integer_type_give_one_mesh(kind):
+    mesh = renumbered(
+        SQUARE,
+        elements=SQUARE.elements.astype(kind),
+        boundaries={name: edges.astype(kind) for name, edges in SQUARE.boundaries.items()},
+    )
+    assert mesh.elements.dtype == np.intp
+    assert mesh.boundary_nodes("top", "left").dtype == np.intp
+    np.testing.assert_array_equal(scene(mesh=mesh).held, scene().held)
+
+
+def doubled():
+    return np.vstack([SQUARE.elements, SQUARE.elements[1:2]])
+
+
+def turned():
+    """A second time the same element, its nodes numbered from another corner."""
+    return np.vstack([SQUARE.elements, SQUARE.elements[1:2][:, [1, 2, 3, 0, 5, 6, 7, 4]]])
+
+
+def with_node(x=0.5, y=2.0):
+    return np.vstack([SQUARE.nodes, [x, y]])
+
+
+def overlapping():
+    """A ninth of the nodes more: a larger element laid over the first along their common edge."""
+    nodes, first = SQUARE.nodes, SQUARE.elements[0]
+    far = nodes[first[[2, 3, 5, 6, 7]]] + [0.1, 0.2]
+    new = np.arange(len(nodes), len(nodes) + 5)
+    over = [first[0], first[1], new[0], new[1], first[4], new[2], new[3], new[4]]
+    return {"nodes": np.vstack([nodes, far]), "elements": np.vstack([SQUARE.elements, over])}
+
+
+def unmerged():
+    """Two elements of one edge, each with a mid-side node of its own where only one is on it."""
+    wide = block(2.0, 1.0, 1, 1)
+    nodes = np.vstack([wide.nodes, [[0.5, -1], [1.0, -1], [0.0, -1], [0.0, -0.5], [1.0, -0.5], [0.5, 0.0]]])
+    a, b = wide.elements[0][:2]
+    mid, k = wide.elements[0][4], len(wide.nodes)
+    lower = [k + 2, k + 1, mid, a, k, k + 4, k + 5, k + 3]
+    assert b != mid
+    return {"nodes": nodes, "elements": np.vstack([wide.elements, lower]), "boundaries": {}}
+
+
+TOP = SQUARE.boundary("top")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"elements": doubled()}, r"mesh.elements = 'element \[4\]': must be there once"),
+        ({"elements": turned()}, r"mesh.elements = 'element \[4\]': must be there once"),
+        (overlapping(), "mesh.elements = 'edge .*': must be of one element a side"),
+        (unmerged(), "mesh.elements = 'mid-side node .*': must be on one edge, and no corner"),
+        ({"elements": np.zeros((1, 8), int)}, "of eight different nodes"),
+        ({"nodes": with_node()}, r"mesh.nodes = 'node \[21\]': must be a node of an element"),
+        ({"nodes": with_node(), "boundaries": {"top": [[0, 21, 1]]}}, r"mesh.nodes = 'node \[21\]'"),
+        ({"elements": SQUARE.elements.astype(float)}, "mesh.elements node index = 'of type float64'"),
+        ({"elements": SQUARE.elements[:, :4]}, r"mesh.elements = 'shape \(4, 4\)': must be of shape \(n, 8\)"),
+        ({"elements": SQUARE.elements - 1}, r"mesh.elements node index = \[-1\]"),
+        ({"nodes": SQUARE.nodes[:, :1]}, r"mesh.nodes = 'array \(21, 1\) of float64': must be numbers of shape"),
+        ({"nodes": np.full((21, 2), "a")}, "mesh.nodes"),
+        ({"boundaries": {"top": TOP.astype(float)}}, "mesh boundary 'top' node index = 'of type float64'"),
+        ({"boundaries": {"top": TOP[:, :2]}}, "mesh boundary 'top' = 'shape"),
+        ({"boundaries": {"top": np.vstack([TOP, TOP[:1]])}}, "mesh boundary 'top' = 'an edge twice'"),
+        ({"boundaries": {"top": np.vstack([TOP, TOP[:1, [2, 1, 0]]])}}, "mesh boundary 'top' = 'an edge twice'"),
+        ({"boundaries": {"top": SQUARE.elements[:1, :3]}}, "must be three nodes of one edge of an element"),
+        ({"boundaries": {1: TOP}}, "mesh.boundaries, a name = 1: must be a str"),
+        ({"boundaries": [1]}, "mesh.boundaries = .*: must be a Mapping"),
+    ],
+)
+def test_meshes_that_are_none_are_refused_by_name(changes, words):
+    refused(lambda: renumbered(SQUARE, **changes), words)
+
+
+def test_a_mesh_cannot_be_changed_and_does_not_follow_what_it_was_made_of():
+    nodes, edges = SQUARE.nodes.copy(), {"top": TOP.copy()}
+    mesh = Mesh(nodes, SQUARE.elements, edges)
+    nodes[:] = 0.0
+    edges["top"][:] = 0
+    edges["side"] = TOP
+    np.testing.assert_array_equal(mesh.nodes, SQUARE.nodes)
+    np.testing.assert_array_equal(mesh.boundary("top"), TOP)
+    assert list(mesh.boundaries) == ["top"]
+    for array in (mesh.nodes, mesh.elements, mesh.boundary("top"), scene().held):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+    with pytest.raises(TypeError):
+        mesh.boundaries["top"] = TOP
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(mesh)).boundary("top"), TOP)
+
+
+def inner_edge(mesh):
+    """One edge between two elements, as end, middle, end."""
+    first, second = mesh.elements[:2]
+    for k in range(4):
+        edge = [first[k], first[4 + k], first[(k + 1) % 4]]
+        if np.isin(edge, second).all():
+            return np.array([edge])
+    raise AssertionError
+
+
+def test_a_tool_may_not_touch_an_edge_inside_the_body_nor_one_edge_by_two_names():
+    edges = dict(SQUARE.boundaries)
+    inside = renumbered(SQUARE, boundaries=edges | {"inside": inner_edge(SQUARE)})
+    refused(lambda: scene(mesh=inside, tools=(tool(candidates=("top", "inside")),)), "lies between two")
+    again = renumbered(SQUARE, boundaries=edges | {"lid": TOP[:1]})
+    refused(lambda: scene(mesh=again, tools=(tool(candidates=("top", "lid")),)), "boundaries without a common edge")
+    assert scene(mesh=inside, supports=(Support("inside", 1),)).held.size == 3
