@@ -12,15 +12,13 @@ no certificate of the nodal law holds.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.scene import Scene
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 def overlap(scene: Scene, nodes: Floats, tau: float) -> float:
-    """Largest penetration of the configuration ``nodes`` (a, 2) into the tools at ``tau``, over the body size; 0 if none.
+    """Largest penetration of ``nodes`` (a, 2) and edges into the tools at ``tau``, over the body size; 0 if none.
 
     All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
     """

@@ -1,4 +1,4 @@
-"""Overlap on the contact edges: parabolas of known depth, edges that are no candidates, a run that folds onto the punch."""
+"""Overlap on the contact edges: parabolas of known depth, edges that are no candidates, a run between its nodes."""
 
 from dataclasses import replace
 
