@@ -70,13 +70,14 @@ def contact_line(run: History, row: int) -> Line:
     along = force @ np.array([[n_x, n_y], [n_y, -n_x]]).T
     means = edge_tractions(nodes, edges, Geometry(run.scene["geometry"]), along)
     return Line(
-        nodes[line, 0],
-        pressure[line],
-        shear[line],
-        status[line],
-        nodes[edges[:, [0, 2]], 0],
-        *means.T,
-        float(nodes[mesh.boundary_nodes("top"), 0].max()),
+        radius=nodes[line, 0],
+        pressure=pressure[line],
+        shear=shear[line],
+        status=status[line],
+        ends=nodes[edges[:, [0, 2]], 0],
+        mean_pressure=means[:, 0],
+        mean_shear=means[:, 1],
+        corner=float(nodes[mesh.boundary_nodes("top"), 0].max()),
     )
 
 

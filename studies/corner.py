@@ -162,7 +162,15 @@ def profile(system: System, accepted: Accepted) -> Profile:
     along = np.flatnonzero(top[edges].all(axis=1))
     ends = np.sort(radius[edges[along][:, [0, 2]]], axis=1)
     order = np.argsort(ends[:, 0])
-    return Profile(radius[line], pressure[line], shear[line], ends[order], *means[along][order].T)
+    mean = means[along][order]
+    return Profile(
+        radius=radius[line],
+        consistent_pressure=pressure[line],
+        consistent_shear=shear[line],
+        ends=ends[order],
+        mean_pressure=mean[:, 0],
+        mean_shear=mean[:, 1],
+    )
 
 
 def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -> tuple[Row, Profile]:
