@@ -11,6 +11,7 @@ from bipot.fem.kinematics import Configuration, rotate
 from bipot.increment import System
 from bipot.laws.tensors import equivalent_strain
 from bipot.march import Accepted
+from bipot.overlap import overlap
 
 Value = float | int | str
 
@@ -55,12 +56,23 @@ def flow_gap(system: System, accepted: Accepted) -> float:
 
 FLOW_GAP = Column("flow_gap", "dissipation that the direction of the stored flow misses, fraction", flow_gap)
 
+OVERLAP = Column(
+    "overlap",
+    "largest penetration anywhere on the edges that may touch a tool over body size",
+    lambda system, a: overlap(system.body.scene, a.state.nodes, a.state.tau),
+)
+ENERGY_ERROR = Column(
+    "energy_error",
+    "work minus elastic, plastic and friction over the work, all so far, fraction",
+    lambda _, a: a.energies.energy_error,
+)
+
 
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
-    """Work, elastic, plastic, friction of the whole body since the start, times ``factor`` to ``unit``.
+    """Work, elastic, plastic, friction of the whole body so far, times ``factor`` to ``unit``, and the energy error.
 
     >>> [column.name for column in energies("J", 1e-3)]
-    ['work_J', 'elastic_J', 'plastic_J', 'friction_J']
+    ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """
     meanings = {
         "work": "work of the tools",
@@ -73,7 +85,7 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
         value = _scaled(lambda a: getattr(a.energies, name), factor)
         return Column(f"{name}_{unit}", f"{meaning}, {unit}", value)
 
-    return tuple(column(name, meaning) for name, meaning in meanings.items())
+    return (*(column(name, meaning) for name, meaning in meanings.items()), ENERGY_ERROR)
 
 
 def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:

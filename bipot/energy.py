@@ -57,6 +57,11 @@ class Energies:
         """work - (elastic + plastic + friction), energy units."""
         return self.work - (self.elastic + self.plastic + self.friction)
 
+    @property
+    def energy_error(self) -> float:
+        """:attr:`imbalance` over the work so far, a fraction; 0 where no work was done."""
+        return self.imbalance / self.work if self.work != 0 else 0.0
+
     def after(
         self, system: System, start: State, end: State, solved: Solved, rule: Rule = Rule.TRAPEZOIDAL
     ) -> Energies:

@@ -15,6 +15,7 @@ from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.delassus import reduce
 from bipot.response import TangentKind
+from bipot.traction import LEAST_MOTION, largest_displacement
 
 
 @dataclass(frozen=True)
@@ -32,21 +33,31 @@ class ContactProblem:
 def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
-    The increment's own contact forces solve it as exactly as the increment was solved. Candidates farther from their
-    tool than the march itself looks are left out.
+    The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate that
+    carries force or is tied, those whose gap at the end is within :data:`bipot.increment.NEAR` of the increment's own
+    motion (of the tools or of the body, whichever is larger; closed ones also where both rest), and the nearest.
 
     Raises:
         ProgramError: a welded point, or a singular stiffness.
     """
     response, rows = accepted.solved.response, accepted.solved.rows
-    travel = np.linalg.norm(tool_travel(system, accepted.start.tau, accepted.state.tau), axis=1).max()
-    near = rows.motion(response.x)[:, 0] < NEAR * travel
+    near = _near(system, accepted)
     taken = rows.take(near)
     K = system.body.stiffness(response, TangentKind.CONSISTENT)
     f = K @ response.x - response.internal
     program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
     problem = reduce(condense(program).program).problem
     return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
+
+
+def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
+    """The candidates (c,) of the increment's contact problem."""
+    solved = accepted.solved
+    travel = np.linalg.norm(tool_travel(system, accepted.start.tau, accepted.state.tau), axis=1).max()
+    body = largest_displacement(system.candidates, solved.response.x)
+    motion = max(float(travel), body, LEAST_MOTION * system.body.scene.mesh.size)
+    gap = solved.rows.motion(solved.response.x)[:, 0]
+    return (gap <= max(NEAR * motion, float(gap.min()))) | (solved.r != 0).any(axis=1) | solved.rows.tied
 
 
 def export_fclib(path: Path, system: System, accepted: Accepted) -> None:

@@ -104,7 +104,7 @@ def create(path: Path, system: System, parameters: Parameters, units: Mapping[st
     own.attrs["status"] = json.dumps({**{s.name.lower(): int(s) for s in Status}, "no_candidate": NO_CANDIDATE})
     own.attrs["status_thresholds"] = (
         f"steps/force_tol = {FORCE_TOLERANCE:g} x largest contact force, "
-        f"steps/slip_tol = {SLIP_TOLERANCE:g} x tool travel of the increment"
+        f"steps/slip_tol = {SLIP_TOLERANCE:g} x motion of the tools in the increment, of the body where they rest"
     )
     own.create_group("steps")
     _write_mesh(own.create_group("mesh"), scene.mesh)
@@ -115,10 +115,16 @@ def create(path: Path, system: System, parameters: Parameters, units: Mapping[st
 
 
 def increment_traction(system: System, accepted: Accepted) -> Traction:
-    """Traction and status at the end of an accepted increment, on its configuration of equilibrium."""
-    solved, start, end = accepted.solved, accepted.start, accepted.state
-    nodes = start.nodes if system.body.scene.configuration is Configuration.PAPER else end.nodes
-    return traction(system.candidates, solved.rows, solved.response.x, nodes, solved.r, end.tau - start.tau)
+    """Recovered traction and status at the end of an accepted increment, on its configuration of equilibrium."""
+    solved, nodes = accepted.solved, equilibrium_nodes(system, accepted)
+    times = accepted.start.tau, accepted.state.tau
+    return traction(system.candidates, solved.rows, solved.response.x, nodes, solved.r, *times)
+
+
+def equilibrium_nodes(system: System, accepted: Accepted) -> Floats:
+    """The configuration (a, d) in which an accepted increment is in equilibrium: ``paper`` stays at its start."""
+    paper = system.body.scene.configuration is Configuration.PAPER
+    return accepted.start.nodes if paper else accepted.state.nodes
 
 
 def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:
@@ -143,8 +149,8 @@ def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dic
     return {
         "velocity": padded(accepted.state.velocity),
         "contact_force": padded(force),
-        "pressure": scatter(tractions.pressure, np.nan),
-        "shear": scatter(tractions.shear, np.nan),
+        "recovered_pressure": scatter(tractions.recovered_pressure, np.nan),
+        "recovered_shear": scatter(tractions.recovered_shear, np.nan),
         "gap": scatter(gap, np.nan),
         "status": scatter(tractions.status, NO_CANDIDATE),
     }

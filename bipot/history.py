@@ -19,7 +19,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.columns import Column, Value
+from bipot.columns import ENERGY_ERROR, Column, Value
 from bipot.errors import IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, RunFile, create
 from bipot.laws.flow import Flow
@@ -38,7 +38,7 @@ class Recorder:
 
     Leaving it normally at the end of the path marks the run complete; an :class:`IncrementFailed` on its way
     out gets the :class:`History` so far attached. ``parameters`` (JSON values) identify the run; ``units`` are
-    stored as given.
+    stored as given. Every history has the column ``energy_error``: where ``columns`` lacks it, it comes last.
 
     Raises:
         ResultsError: the folder cannot be written, or holds a run of other parameters (names the field).
@@ -56,7 +56,8 @@ class Recorder:
         names = [column.name for column in columns]
         require(len(set(names)) == len(names), "columns", names, "of different names")
         _refuse_other(folder, parameters)
-        self.folder, self.columns, self.parameters, self.units = folder, tuple(columns), parameters, units
+        missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
+        self.folder, self.columns, self.parameters, self.units = folder, (*columns, *missing), parameters, units
         self.system = system_of(scene)
         self._fields: RunFile
         self._curves: TextIO

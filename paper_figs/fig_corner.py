@@ -1,4 +1,7 @@
-r"""Contact pressure along the punch by quadrature rule, and how its oscillation falls with the mesh.
+r"""Recovered contact pressure along the punch by quadrature rule, and how its oscillation falls with the mesh.
+
+Above the edge means, in the middle the nodal values of the consistent mass, which leave sign and cone and whose
+oscillation is measured below.
 
 python -m paper_figs.fig_corner [--results results/corner] [--out DIR]
 """
@@ -6,7 +9,7 @@ python -m paper_figs.fig_corner [--results results/corner] [--out DIR]
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -37,32 +40,54 @@ FILLS: dict[str, Any] = {"line": "full", "inside": "none"}
 
 
 def draw(rows: Rows, profiles: Path) -> Figure:
-    """A column a coefficient: pressure on the middle mesh above, oscillations over the mesh below."""
+    """A column a coefficient: edge means and nodal pressure on the middle mesh, oscillations over the mesh below."""
     mus = sorted({float(row["mu"]) for row in rows})
     meshes = sorted({int(row["elements"]) for row in rows})
-    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
-    axes = figure.subplots(2, len(mus), squeeze=False)
+    figure = Figure(figsize=(WIDTH, 7.4), layout="constrained")
+    axes = figure.subplots(3, len(mus), squeeze=False)
+    shown = meshes[len(meshes) // 2]
     for column, mu in enumerate(mus):
-        top, bottom = axes[:, column]
-        pressures(top, profiles, mu, meshes[len(meshes) // 2])
+        top, middle, bottom = axes[:, column]
+        edge_means(top, profiles, mu, shown)
+        nodal(middle, profiles, mu, shown)
         oscillations(bottom, [row for row in rows if row["mu"] == mu])
-        top.set(xlabel="radius [mm]", title=rf"$\mu$ = {mu:g}, {meshes[len(meshes) // 2]} elements a side")
+        top.set(ylim=(0, None), title=rf"$\mu$ = {mu:g}, {shown} elements a side")
+        middle.axhline(0, color="0.5", lw=0.5, zorder=0)
+        middle.set(xlabel="radius [mm]", xlim=top.get_xlim())
+        top.tick_params(labelbottom=False)
         bottom.set(xlabel="elements a side")
         bottom.set_xticks(meshes, [str(n) for n in meshes])
         bottom.xaxis.set_minor_formatter(NullFormatter())
-    axes[0, 0].set_ylabel("nodal contact pressure [MPa]")
-    axes[1, 0].set_ylabel("oscillation, relative")
-    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
-    axes[1, 0].legend(*_measure_keys(), loc="best")
+    axes[0, 0].set_ylabel("recovered pressure,\nedge means [MPa]")
+    axes[1, 0].set_ylabel("recovered pressure, nodal\nby consistent mass [MPa]")
+    axes[2, 0].set_ylabel("oscillation, relative")
+    figure.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    axes[2, 0].legend(*_measure_keys(), loc="best")
     return figure
 
 
-def pressures(ax: Axes, profiles: Path, mu: float, elements: int) -> None:
-    """Nodal pressure over radius, a line a rule."""
+def edge_means(ax: Axes, profiles: Path, mu: float, elements: int) -> None:
+    """Mean pressure over each edge as steps, a line a rule, marked in the middle of the edges."""
+    for rule, along in _profiles(profiles, mu, elements):
+        look, ends, mean = LOOKS[rule], along["ends"], along["mean_pressure"]
+        steps = np.append(ends[:, 0], ends[-1, 1])
+        ax.stairs(mean, steps, baseline=None, lw=1.2, color=look["color"], ls=look["ls"])
+        ax.plot(ends.mean(axis=1), mean, ms=3.5, ls="", marker=look["marker"], color=look["color"])
+    ax.margins(y=0.1)
+
+
+def nodal(ax: Axes, profiles: Path, mu: float, elements: int) -> None:
+    """Nodal pressure by the consistent mass over radius, a line a rule."""
+    for rule, along in _profiles(profiles, mu, elements):
+        ax.plot(along["radius"], along["consistent_pressure"], ms=3, lw=0.9, label=WORDS[rule], **LOOKS[rule])
+
+
+def _profiles(profiles: Path, mu: float, elements: int) -> Iterator[tuple[Quadrature, dict[str, Any]]]:
+    """The arrays of each rule's profile."""
     with h5py.File(profiles, "r") as file:
-        for rule, look in LOOKS.items():
+        for rule in LOOKS:
             group: Any = file[f"curves/{curve_name(mu, rule.value, elements)}"]
-            ax.plot(group["radius"][...], group["pressure"][...], ms=3, lw=0.9, label=WORDS[rule], **look)
+            yield rule, {name: group[name][...] for name in group}
 
 
 def oscillations(ax: Axes, rows: Rows) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_table
 from studies.penalty_vs_conic import COMMAND, NAME
@@ -20,16 +21,18 @@ Rows = list[dict[str, Value]]
 
 CURVES: dict[str, dict[str, Any]] = {
     "force_error": {"color": BLUE, "marker": "o", "label": "force"},
-    "normal_traction_error": {"color": VERMILLION, "marker": "s", "label": "pressure, $L_2$"},
-    "tangential_traction_error": {"color": GREEN, "marker": "^", "label": "shear, $L_2$"},
+    "normal_traction_error": {"color": VERMILLION, "marker": "s", "label": "recovered pressure, $L_2$"},
+    "tangential_traction_error": {"color": GREEN, "marker": "^", "label": "recovered shear, $L_2$"},
 }
 MARKS: dict[str, Any] = {"ms": 3.5, "mew": 0.8, "mfc": "none"}
+LINES = {0.2: "-", 0.45: "--"}
+SLOPE: dict[str, Any] = {"color": GREY, "lw": 0.7, "ls": ":"}
 
 
 def draw(rows: Rows) -> Figure:
     """Upper row: errors; lower row: condition and passes; a column a friction coefficient."""
     mus = sorted({float(row["mu"]) for row in rows})
-    figure = Figure(figsize=(WIDTH, 4.8), layout="constrained")
+    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
     axes = figure.subplots(2, len(mus), sharex=True, sharey="row", squeeze=False)
     for column, mu in zip(axes.T, mus, strict=True):
         mine = [row for row in rows if row["mu"] == mu and row["form"] == "penalty"]
@@ -39,21 +42,27 @@ def draw(rows: Rows) -> Figure:
         column[1].set_xlabel("$K$ over $E/h$")
     axes[0, 0].set_ylabel("error against the conic run")
     axes[1, 0].set_ylabel("condition; passes (right)")
-    axes[0, 0].legend()
+    figure.legend(handles=legend(), loc="outside lower center", ncols=3)
     return figure
+
+
+def legend() -> list[Line2D]:
+    """Handles, column by column: what is measured, and where."""
+    measured = [Line2D([], [], **style, **MARKS) for style in CURVES.values()]
+    places = [Line2D([], [], color="black", ls=ls, label=f"at {100 * at:.0f} %") for at, ls in LINES.items()]
+    return [*measured, *places, Line2D([], [], **SLOPE, label="first order")]
 
 
 def errors(ax: Axes, rows: Rows) -> None:
     """Errors over K at 20 % (full) and 45 % (dashed), with the slope of first order."""
-    for reduction, line in ((0.2, "-"), (0.45, "--")):
+    for reduction, line in LINES.items():
         chosen = [row for row in rows if row["reduction"] == reduction]
         for name, style in CURVES.items():
-            label = style["label"] if line == "-" else None
-            ax.loglog(*_series(chosen, name), **{**style, **MARKS, "label": label}, ls=line)
+            ax.loglog(*_series(chosen, name), **style, **MARKS, ls=line)
     K, error = _series([row for row in rows if row["reduction"] == 0.2], "force_error")
     if len(K) > 1:
         middle = len(K) // 2
-        ax.loglog(K, error[middle] * K[middle] / K, color=GREY, lw=0.7, ls=":")
+        ax.loglog(K, error[middle] * K[middle] / K, **SLOPE)
 
 
 def costs(ax: Axes, rows: Rows) -> None:

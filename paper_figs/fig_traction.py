@@ -1,8 +1,9 @@
 r"""Pressure and shear on the contact line, at 20 % and at the end of the stroke, with stick and slip marked.
 
-Nodal tractions solve M p = r_n with the consistent mass matrix (:mod:`bipot.traction`). Between corner and
-mid-side nodes they alternate, with seven points as with four, so the mean over each edge is drawn as a step
-and the nodal values as marks; their range, wider than the frame, is written. The envelope is mu p.
+Tractions are recovered from nodal contact forces (:mod:`bipot.traction`): the mean over each edge is drawn as a step,
+the nodal values r/A as marks. Both obey sign and cone as the forces do. Nodal values alternate between corner and
+mid-side nodes where the element locks; their range, wider than the frame, is written. The envelope is mu p of the edge
+means.
 
 python -m paper_figs.fig_traction [--results results/upsetting] [--out DIR]
 """
@@ -20,10 +21,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.fem.kinematics import Geometry
+from bipot.fem.kinematics import Configuration, Geometry
 from bipot.history import History
 from bipot.laws.coulomb import Status
-from bipot.traction import edge_means
+from bipot.traction import edge_tractions
 from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, friction, make
 
 EARLY = 0.2
@@ -42,7 +43,7 @@ MARKS: dict[Status, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class Line:
-    """The contact line of one increment: radius, tractions, status (m,) of its nodes, ends (f, 2) and means
+    """The contact line of one increment: radius, recovered tractions, status (m,) of its nodes, ends (f, 2) and means
     (f,) of its edges, and the radius of the top corner; mm and MPa.
     """
 
@@ -58,21 +59,25 @@ class Line:
 
 def contact_line(run: History, row: int) -> Line:
     """Read the contact line after the increment of ``row``."""
-    nodes, mesh = run.state(row).nodes, run.mesh
-    pressure, shear, status = (run.nodal(name, row) for name in ("pressure", "shear", "status"))
-    edges = np.concatenate([mesh.boundary(name) for name in run.scene["tools"][0]["candidates"]])
+    state, mesh, tool = run.state(row), run.mesh, run.scene["tools"][0]
+    at_start = run.scene["configuration"] == Configuration.PAPER.value
+    nodes = state.nodes - state.displacement if at_start else state.nodes
+    pressure, shear, status = (run.nodal(name, row) for name in ("recovered_pressure", "recovered_shear", "status"))
+    edges = np.concatenate([mesh.boundary(name) for name in tool["candidates"]])
     edges = edges[~np.isnan(pressure[edges]).any(axis=1)]
     line = np.unique(edges)
-    geometry = Geometry(run.scene["geometry"])
+    (n_x, n_y), force = tool["normal"], run.nodal("contact_force", row)[:, :2]
+    along = force @ np.array([[n_x, n_y], [n_y, -n_x]]).T
+    means = edge_tractions(nodes, edges, Geometry(run.scene["geometry"]), along)
     return Line(
-        nodes[line, 0],
-        pressure[line],
-        shear[line],
-        status[line],
-        nodes[edges[:, [0, 2]], 0],
-        edge_means(nodes, edges, geometry, pressure),
-        edge_means(nodes, edges, geometry, shear),
-        float(nodes[mesh.boundary_nodes("top"), 0].max()),
+        radius=nodes[line, 0],
+        pressure=pressure[line],
+        shear=shear[line],
+        status=status[line],
+        ends=nodes[edges[:, [0, 2]], 0],
+        mean_pressure=means[:, 0],
+        mean_shear=means[:, 1],
+        corner=float(nodes[mesh.boundary_nodes("top"), 0].max()),
     )
 
 
@@ -89,10 +94,12 @@ def draw(found: list[History]) -> Figure:
         ax.set_title(rf"({'abcd'[k]}) $\mu$ = {friction(found[j]):g}, reduction {reduction:.1f} %")
     highest = max(line.mean_pressure.max() for pair in lines for line in pair)
     axes[0, 0].set(xlim=(-0.15, None), ylim=(-0.36 * highest, 1.6 * highest))
+    # No ticks in the strip of statuses.
+    axes[0, 0].set_yticks([tick for tick in axes[0, 0].get_yticks() if 0 <= tick <= 1.6 * highest])
     for ax in axes[-1]:
         ax.set_xlabel("current radius $r$ [mm]")
     for ax in axes[:, 0]:
-        ax.set_ylabel("traction [MPa]")
+        ax.set_ylabel("recovered traction [MPa]")
     figure.legend(handles=legend(), loc="outside lower center", ncols=4)
     return figure
 
@@ -111,8 +118,8 @@ def panel(ax: Axes, mu: float, line: Line) -> None:
     for status, mark in MARKS.items():
         here = line.radius[line.status == status]
         ax.plot(here, np.full(len(here), STRIP / 2), ls="", transform=strip, **mark)
-    low, high = (f"{value:.0f}".replace("-", "\N{MINUS SIGN}") for value in (line.pressure.min(), line.pressure.max()))
-    ax.text(0.04, 0.95, f"nodal $p$ from {low} to {high} MPa", transform=ax.transAxes, va="top")
+    words = f"nodal $p$ from {line.pressure.min():.0f} to {line.pressure.max():.0f} MPa"
+    ax.text(0.04, 0.95, words, transform=ax.transAxes, va="top")
 
 
 def legend() -> list[Line2D]:
@@ -121,8 +128,8 @@ def legend() -> list[Line2D]:
     return [
         Line2D([], [], color=BLUE, lw=2.2, label="pressure $p$, edge mean"),
         Line2D([], [], color=VERMILLION, lw=2.2, label=r"shear $\tau$, edge mean"),
-        Line2D([], [], color=BLUE, marker="o", label="pressure $p$, nodal", **nodal),
-        Line2D([], [], color=VERMILLION, marker="+", label=r"shear $\tau$, nodal", **nodal),
+        Line2D([], [], color=BLUE, marker="o", label="pressure $p$, nodal $r_n/A$", **nodal),
+        Line2D([], [], color=VERMILLION, marker="+", label=r"shear $\tau$, nodal $r_t/A$", **nodal),
         Line2D([], [], color="black", label=r"envelope $\mu p$", **ENVELOPE),
         Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner"),
         *(Line2D([], [], ls="", **mark) for mark in MARKS.values()),

@@ -3,8 +3,9 @@ r"""Oscillation of the contact pressure near the corner, and of the pressure ins
     python -m studies.corner [--fast] [--out DIR]
 
 The seed paper's cylinder at 20 %, mu = 0.1 and 0.3, 5, 10 and 20 elements a side, all rules of
-:class:`bipot.fem.elements.Quadrature`. ``DIR/corner.csv`` has a row a run, ``DIR/corner.h5`` the same and the nodal
-pressure p_0 .. p_m along the punch, axis to corner, from the consistent mass of the contact line. Measures:
+:class:`bipot.fem.elements.Quadrature`. ``DIR/corner.csv`` has a row a run, ``DIR/corner.h5`` the same and, along the
+punch from axis to corner, tractions recovered in two ways (:mod:`bipot.traction`): edge means, and nodal p_0 .. p_m by
+the consistent mass, kept here because their oscillation is what is measured. Measures:
 
     line     sqrt(mean_i A_i^2) / p_mean,    corner   A_{m-2} / p_mean,
     A_i    = |p_{i-2} - 4 p_{i-1} + 6 p_i - 4 p_{i+1} + p_{i+2}| / 16,       2 <= i <= m - 2,
@@ -41,7 +42,7 @@ from bipot.laws.tensors import identity, trace
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
-from bipot.traction import traction
+from bipot.traction import consistent_tractions, contact_edges, edge_tractions, force_threshold
 from studies.tables import text, write_csv, write_hdf5
 from studies.upsetting_case import FIRST
 
@@ -99,11 +100,17 @@ class Row:
 
 @dataclass(frozen=True)
 class Profile:
-    """Radius (mm), nodal pressure and shear (MPa) along the punch, axis to corner, (m + 1,)."""
+    """Recovered tractions (MPa) along the punch, axis to corner, over the radius (mm).
+
+    By the consistent mass at the nodes, radius (m + 1,); as means over the edges between their ends (m/2, 2).
+    """
 
     radius: Floats
-    pressure: Floats
-    shear: Floats
+    consistent_pressure: Floats
+    consistent_shear: Floats
+    ends: Floats
+    mean_pressure: Floats
+    mean_shear: Floats
 
 
 def alternation(p: Floats) -> Floats:
@@ -142,14 +149,28 @@ def constraints(scene: Scene) -> tuple[float, float]:
 
 
 def profile(system: System, accepted: Accepted) -> Profile:
-    """The nodal traction along the punch's own boundary."""
-    solved, state, points = accepted.solved, accepted.state, system.candidates
-    dtau = state.tau - accepted.start.tau
-    found = traction(points, solved.rows, solved.response.x, state.nodes, solved.r, dtau)
-    on_top = np.isin(points.node, system.body.scene.mesh.boundary_nodes("top")) & np.isfinite(found.pressure)
-    radius = state.nodes[points.node, 0]
-    line = np.flatnonzero(on_top)[np.argsort(radius[on_top])]
-    return Profile(radius[line], found.pressure[line], found.shear[line])
+    """The recovered tractions along the punch's own boundary."""
+    r, nodes, points, scene = accepted.solved.r, accepted.state.nodes, system.candidates, system.body.scene
+    closed = r[:, 0] > force_threshold(r)
+    pressure, shear = consistent_tractions(points, nodes, r, closed)
+    top = np.isin(points.node, scene.mesh.boundary_nodes("top"))
+    edges = contact_edges(points, 0, scene.tools[0], closed)
+    means = edge_tractions(nodes[points.node], edges, scene.geometry, r)
+    radius = nodes[points.node, 0]
+    line = np.flatnonzero(top & np.isfinite(pressure))
+    line = line[np.argsort(radius[line])]
+    along = np.flatnonzero(top[edges].all(axis=1))
+    ends = np.sort(radius[edges[along][:, [0, 2]]], axis=1)
+    order = np.argsort(ends[:, 0])
+    mean = means[along][order]
+    return Profile(
+        radius=radius[line],
+        consistent_pressure=pressure[line],
+        consistent_shear=shear[line],
+        ends=ends[order],
+        mean_pressure=mean[:, 0],
+        mean_shear=mean[:, 1],
+    )
 
 
 def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -> tuple[Row, Profile]:
@@ -163,7 +184,7 @@ def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -
     mean = force / (np.pi * along.radius[-1] ** 2)
     uneven = unevenness(-trace(end.state.stress) / 3, rule.points, rule.weights)
     corner = np.isin(mesh.elements, np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes("side"))).any(axis=1)
-    amplitude, sigma_y = alternation(along.pressure), float(scene.material.hardening.yield_stress(0.0))
+    amplitude, sigma_y = alternation(along.consistent_pressure), float(scene.material.hardening.yield_stress(0.0))
     row = Row(
         mu,
         quadrature.value,

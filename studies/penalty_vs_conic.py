@@ -214,7 +214,7 @@ def _order(last: Row, row: Row) -> float:
 
 
 def curves(done: list[Done]) -> dict[str, dict[str, Any]]:
-    """Force over pseudo-time and the tractions at the end of each run."""
+    """Force over pseudo-time and the tractions that the consistent mass recovers at the end of each run."""
     arrays = {}
     for d in done:
         if d.run.snapshots:
@@ -222,7 +222,8 @@ def curves(done: list[Done]) -> dict[str, dict[str, Any]]:
             tau, force = d.run.curve(last)
             end = d.run.snapshots[last]
             name = "_".join(str(part) for part in _key(d.case))
-            arrays[name] = {"tau": tau, "force_N": force, "pressure_MPa": end.pressure, "shear_MPa": end.shear}
+            line = {"consistent_pressure_MPa": end.pressure, "consistent_shear_MPa": end.shear}
+            arrays[name] = {"tau": tau, "force_N": force, **line}
     return arrays
 
 

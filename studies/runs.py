@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import IncrementFailed, ProgramError
+from bipot.export import increment_traction
 from bipot.forms import Answer, Form, Pass, Penalty, Uzawa, Workspace
 from bipot.increment import System, tool_forces
 from bipot.laws.coulomb import Status
@@ -17,7 +18,7 @@ from bipot.programs.data import Timing
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene
-from bipot.traction import contact_edges, edge_mass, traction
+from bipot.traction import consistent_tractions, contact_edges, edge_mass
 
 Floats = NDArray[np.float64]
 
@@ -26,7 +27,8 @@ Floats = NDArray[np.float64]
 class Snapshot:
     """An accepted increment: pseudo-time, punch force (N), work of the modelled part, fields, and its own course.
 
-    Nodes and velocity (a, 2); forces r (c, 2); gap, |slip| and status (c,); pressure and shear (c,), NaN off the line.
+    Nodes and velocity (a, 2); forces r (c, 2); gap, |slip| and status (c,); pressure and shear (c,) recovered by the
+    consistent mass, in whose norm they are compared, NaN off the line.
     """
 
     tau: float
@@ -121,9 +123,9 @@ def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[floa
 
 
 def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
-    solved, state, start = accepted.solved, accepted.state, accepted.start
+    solved, state, found = accepted.solved, accepted.state, increment_traction(system, accepted)
     motion = solved.rows.motion(solved.response.x)
-    line = traction(system.candidates, solved.rows, solved.response.x, state.nodes, solved.r, state.tau - start.tau)
+    pressure, shear = consistent_tractions(system.candidates, state.nodes, solved.r, solved.r[:, 0] > found.force_tol)
     return Snapshot(
         state.tau,
         float(-tool_forces(system, solved.r)[0, 1]),
@@ -133,9 +135,9 @@ def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
         solved.r,
         motion[:, 0],
         np.abs(motion[:, 1]),
-        line.status,
-        line.pressure,
-        line.shear,
+        found.status,
+        pressure,
+        shear,
         solved.certificate.relative_gap,
         accepted.passes,
         solved.iterations,

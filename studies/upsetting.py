@@ -21,12 +21,13 @@ from bipot.columns import Column
 from bipot.errors import BipotError
 from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
-from bipot.history import History, Recorder, load
+from bipot.history import Recorder, load
 from bipot.increment import System, tool_forces
 from bipot.march import Accepted, Control, Schedule, march
 from bipot.progress import terminal
 from bipot.scene import Scene
 from studies.upsetting_case import Case, cases, parser
+from studies.upsetting_table import Result, table
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
 JOULE = 1e-3
@@ -52,6 +53,7 @@ def history_columns(reduction: float) -> list[Column]:
         *columns.energies("J", JOULE),
         *columns.COURSE,
         *columns.certificate("J", JOULE),
+        columns.OVERLAP,
         columns.FLOW_GAP,
         columns.SECONDS,
     ]
@@ -105,8 +107,8 @@ class Planned:
         recorder = Recorder(folder, scene, history_columns(case.reduction), case.parameters(), UNITS)
         return Planned(case, scene, schedule, control, recorder, fclib)
 
-    def run(self) -> str:
-        """March to the end, recording every accepted increment; returns the case's line of the table."""
+    def run(self) -> Result:
+        """March to the end, recording every accepted increment."""
         progress, began = terminal(), time.perf_counter()
         with self.recorder as recorder:
             progress.start(f"mu = {self.case.mu:g}, {self.case.form.value}")
@@ -118,7 +120,8 @@ class Planned:
                     progress.advance(accepted.state.tau, f"increment {accepted.number}")
             finally:
                 progress.close()
-        return summary(self.case, load(self.recorder.folder), time.perf_counter() - began)
+        seconds, history = time.perf_counter() - began, load(self.recorder.folder)
+        return Result(self.case.mu, history, seconds)
 
     def export(self, accepted: Accepted) -> None:
         """Write the increment's contact problem for other codes."""
@@ -127,35 +130,12 @@ class Planned:
         export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", self.recorder.system, accepted)
 
 
-TABLE = "{:>6} {:>10} {:>10} {:>10} {:>9} {:>6} {:>6} {:>5} {:>9} {:>9} {:>9} {:>8}"
-HEADER = (
-    *("mu", "reduction", "force_N", "R_max_mm", "volume", "incr", "passes", "cuts"),
-    *("equil.", "cone", "gap", "seconds"),
-)
-
-
-def summary(case: Case, history: History, seconds: float) -> str:
-    """A line of the table, from the run's own history."""
-    return TABLE.format(
-        f"{case.mu:g}",
-        f"{history['reduction'][-1]:.4f}",
-        f"{history['force_N'][-1]:.2f}",
-        f"{history['max_radius_mm'][-1]:.5f}",
-        f"{history['volume_ratio'][-1]:.6f}",
-        len(history),
-        history["passes"].sum(),
-        history["cuts"].sum(),
-        *(f"{history[name].max():.1e}" for name in ("equilibrium", "cone_violation", "relative_gap")),
-        f"{seconds:.1f}",
-    )
-
-
 def main(argv: list[str] | None = None) -> int:
     """Run all cases and print one table; exit code 2 on refused input or a failed increment."""
     arguments = parser().parse_args(argv)
-    lines: list[str] = []
+    done: list[Result] = []
     try:
-        lines.extend(
+        done.extend(
             planned.run() for planned in [Planned.of(case, arguments.out, arguments.fclib) for case in cases(arguments)]
         )
     except BipotError as error:
@@ -166,9 +146,8 @@ def main(argv: list[str] | None = None) -> int:
         code = 130
     else:
         code = 0
-    if lines:
-        print("\n".join([TABLE.format(*HEADER), *lines]))
-        print("equil., cone, gap: worst equilibrium, cone violation and relative bipotential gap of the run")
+    if done:
+        print(table(done))
         print(f"results in {arguments.out.resolve()}")
     return code
 

@@ -65,6 +65,19 @@ def test_the_trapezoidal_balance_closes_with_order_two(mu, integration, hardenin
     assert abs(defects[-1]) < 5e-5
 
 
+@pytest.mark.parametrize(
+    ("energies", "error"),
+    [
+        (Energies(), 0.0),
+        (Energies(work=0.0, elastic=1.0, plastic=-1.0), 0.0),
+        (Energies(work=8.0, elastic=1.0, plastic=4.0, friction=2.5), 0.0625),
+        (Energies(work=8.0, elastic=1.0, plastic=4.0, friction=3.5), -0.0625),
+    ],
+)
+def test_energy_error_is_what_is_missing_of_the_work(energies, error):
+    assert energies.energy_error == error
+
+
 def test_the_study_writes_both_closures(tmp_path):
     assert study.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_csv(tmp_path / "energy.csv", "")

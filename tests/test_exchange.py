@@ -1,5 +1,7 @@
 """An increment's contact problem exported, read back, and solved by every discrete solver; the march by some."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,9 +25,10 @@ from bipot.coulomb import (
 )
 from bipot.errors import NotConverged, ProgramError
 from bipot.exchange import contact_problem, export_fclib
-from bipot.forms import Delassus
+from bipot.forms import Delassus, Dissipation, Tangent
+from bipot.forms import Newton as NewtonForm
 from bipot.increment import Limits as Increments
-from bipot.march import Control, march, system_of
+from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, fresh, path
 from tests.scenes import run as upset
@@ -66,6 +69,46 @@ def test_the_motion_of_the_reduced_problem_is_that_of_the_march(exported, accept
     travel = 0.5 * (accepted.state.tau - accepted.start.tau)
     np.testing.assert_allclose(problem.velocity(r).reshape(-1, 2), motion, atol=1e-9 * travel)
     assert (np.delete(accepted.solved.r, near, axis=0) == 0).all()
+
+
+@pytest.fixture(scope="module")
+def dwell():
+    """A system whose punch presses, rests over five increments and goes back, with the increments at rest."""
+    punch = replace(SCENE.tools[0], path=((0.0, 0.0), (0.5, 1.0), (0.75, 1.0), (1.0, 0.98)))
+    scene = replace(SCENE, tools=(punch,))
+    schedule = Schedule(16, first=0.005, landings=(0.5, 0.75))
+    steps = list(march(scene, schedule, Control(NewtonForm(), (Tangent(), Dissipation()))))
+    return system_of(scene), [a for a in steps if 0.5 < a.state.tau <= 0.75]
+
+
+def test_every_closed_contact_of_a_dwell_is_written(dwell, tmp_path):
+    """No travel, displacements from 1e-11 down to round-off: nine contacts carry force in each increment."""
+    system, resting = dwell
+    assert len(resting) >= 4
+    for accepted in resting:
+        found = contact_problem(system, accepted)
+        closed = np.flatnonzero(accepted.solved.r[:, 0] > 0)
+        assert len(closed) == 9
+        assert set(closed) <= set(found.candidate)
+        assert residual(found.problem, found.r) < 1e-6
+        export_fclib(tmp_path / "dwell.hdf5", system, accepted)
+        np.testing.assert_array_equal(read_solution(tmp_path / "dwell.hdf5")["r"], found.r)
+
+
+def test_contacts_that_are_closed_without_force_are_written_too(dwell):
+    system, (*_, last) = dwell
+    idle = replace(last.solved, r=np.zeros_like(last.solved.r))
+    assert len(contact_problem(system, replace(last, solved=idle)).candidate) == 9
+
+
+def test_far_tools_leave_the_nearest_candidate():
+    """Nothing touches and nothing is near: the problem is that of the nearest candidates, without force."""
+    far = replace(SCENE.tools[0], point=(0.0, 50.0))
+    scene = replace(SCENE, tools=(far,))
+    accepted = next(march(scene, Schedule(5), Control(NewtonForm(), (Tangent(), Dissipation()))))
+    found = contact_problem(system_of(scene), accepted)
+    assert 1 <= len(found.candidate) < 17
+    assert not found.r.any()
 
 
 SOLVERS = [TrescaFixedPoint(), DeSaxceFixedPoint(), Newton(AlartCurnier()), Newton(NaturalMap()), None]

@@ -81,8 +81,8 @@ def test_vtk_reads_contact_fields_of_every_increment(run, steps):
     others = np.setdiff1d(np.arange(len(steps[0][1])), node)
     for (_, _, nodal, _), a in zip(steps, accepted, strict=True):
         result = increment_traction(system, a)
-        np.testing.assert_array_equal(nodal["pressure"][node], result.pressure)
-        np.testing.assert_array_equal(nodal["shear"][node], result.shear)
+        np.testing.assert_array_equal(nodal["recovered_pressure"][node], result.recovered_pressure)
+        np.testing.assert_array_equal(nodal["recovered_shear"][node], result.recovered_shear)
         np.testing.assert_array_equal(nodal["status"][node], result.status)
         assert (nodal["status"][others] == NO_CANDIDATE).all()
         assert np.isnan(nodal["gap"][others]).all()

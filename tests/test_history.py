@@ -31,7 +31,7 @@ COLUMNS = (INCREMENT, REDUCTION, *energies("J", 1e-3), *COURSE, *certificate("J"
 PARAMETERS = {"mu": 0.3, "elements": 2, "hardening": None, "form": "tangent"}
 UNITS = {"length": "mm", "force": "N"}
 HEADER = (
-    "increment,reduction,work_J,elastic_J,plastic_J,friction_J,passes,cuts,form,reason,"
+    "increment,reduction,work_J,elastic_J,plastic_J,friction_J,energy_error,passes,cuts,form,reason,"
     "route,contraction,coupling_steps,"
     "equilibrium,yield_violation,penetration,cone_violation,bipotential_gap_J,relative_gap,seconds"
 )
@@ -112,6 +112,19 @@ def test_text_with_commas_and_lines_survives(tmp_path, accepted):
         out.record(accepted[0])
     assert load(tmp_path / "run")["reason"].tolist() == [said]
     assert load(tmp_path / "run")["x"].tolist() == [0.1]
+
+
+def test_every_history_has_the_energy_error_asked_for_or_not(tmp_path, folder, accepted):
+    with Recorder(tmp_path / "run", SCENE, (INCREMENT,), PARAMETERS, UNITS) as out:
+        for increment in accepted:
+            out.record(increment)
+    assert list(load(tmp_path / "run").columns) == ["increment", "energy_error"]
+    history = load(folder)
+    spent = history["elastic_J"] + history["plastic_J"] + history["friction_J"]
+    expected = (history["work_J"] - spent) / history["work_J"]
+    assert np.abs(expected).max() > 1e-5
+    for found in (history, load(tmp_path / "run")):
+        np.testing.assert_allclose(found["energy_error"], expected, atol=1e-13)
 
 
 def test_every_row_is_on_disk_at_once(tmp_path, accepted):

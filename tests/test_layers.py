@@ -9,7 +9,7 @@ ROOT = Path(__file__).parents[1]
 FLOORS = (
     ("errors", "frozen", "progress", "typing", "laws", "mesh"),
     ("fem", "scene"),
-    ("contact", "programs", "response", "certificate", "coulomb", "system", "certification", "determinacy"),
+    ("contact", "overlap", "programs", "response", "certificate", "coulomb", "system", "certification", "determinacy"),
     ("forms", "increment"),
     ("diagnosis", "energy", "force_control", "landing", "march", "paper", "exchange", "starting"),
     ("columns", "export", "history", "traction", "plot"),

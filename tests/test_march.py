@@ -8,6 +8,7 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.errors import IncrementFailed, NotConverged, SceneError
+from bipot.export import increment_traction
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration
 from bipot.forms import Dissipation, FormName, Tangent
@@ -15,7 +16,6 @@ from bipot.increment import Limits, tool_forces
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
-from bipot.traction import traction
 from tests.scenes import DIRECT, path
 
 # BENCHMARKS 1, 45 %: exact elastoplastic solution without friction (N, mm, 1).
@@ -55,9 +55,7 @@ def test_frictionless_force_radius_and_volume_are_exact_to_1e_4(frictionless):
 def test_frictionless_pressure_is_uniform(frictionless):
     scene, accepted = frictionless
     end = accepted[-1]
-    solved, dtau = end.solved, end.state.tau - end.start.tau
-    points = system_of(scene).candidates
-    pressure = traction(points, solved.rows, solved.response.x, end.state.nodes, solved.r, dtau).pressure
+    pressure = increment_traction(system_of(scene), end).recovered_pressure
     on_top = pressure[np.isfinite(pressure)]
     assert len(on_top) == 21
     np.testing.assert_allclose(on_top, on_top.mean(), rtol=1e-6)

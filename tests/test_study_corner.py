@@ -1,5 +1,6 @@
 """The study of the corner oscillation in fast mode, its measures on fields that are known, and its figure."""
 
+import h5py
 import numpy as np
 import pytest
 
@@ -28,6 +29,19 @@ def test_two_by_two_oscillates_less_than_the_over_constrained_rules(results):
                 assert locking_free[measure] < 0.8 * rows[mu, rule][measure]
             assert locking_free["force_N"] < rows[mu, rule]["force_N"]
     assert all(r["worst_relative_gap"] < 1e-7 for r in rows.values())
+
+
+def test_edge_means_beside_the_oscillating_values_carry_the_force_and_have_its_sign(results):
+    rows = {(r["mu"], r["quadrature"]): r for r in read_csv(results / "corner.csv", "")}
+    with h5py.File(results / "corner.h5", "r") as file:
+        for (mu, rule), row in rows.items():
+            along = {name: data[...] for name, data in file[f"curves/{corner.curve_name(mu, rule, 4)}"].items()}
+            ends, mean = along["ends"], along["mean_pressure"]
+            np.testing.assert_allclose(ends.ravel(), np.repeat(along["radius"][::2], 2)[1:-1])
+            assert np.pi * np.diff(ends**2, axis=1)[:, 0] @ mean == pytest.approx(row["force_N"], rel=1e-8)
+            assert (mean > 0).all()
+            assert (np.abs(along["mean_shear"]) <= mu * mean * (1 + 1e-9)).all()
+            assert np.ptp(mean) < np.ptp(along["consistent_pressure"])
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ HEADER = [
     "elastic_J",
     "plastic_J",
     "friction_J",
+    "energy_error",
     "passes",
     "cuts",
     "form",
@@ -36,6 +37,7 @@ HEADER = [
     "cone_violation",
     "bipotential_gap_J",
     "relative_gap",
+    "overlap",
     "flow_gap",
     "seconds",
 ]
@@ -58,6 +60,28 @@ def test_a_run_leaves_a_folder_a_coefficient_and_prints_one_table(tmp_path, caps
         assert history["reduction"][-1] == 0.05
         assert (history["force_N"] > 0).all()
     assert len(load(tmp_path / "mu0")) == 2
+
+
+def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and_value(tmp_path, capsys):
+    """The ``paper`` configuration in few increments misses 3 % of the work, the default one 0.3 %."""
+    assert upsetting.main(["--fast", "--mu", "0.3", "--form", "newton", "--out", str(tmp_path / "a")]) == 0
+    assert "warning" not in capsys.readouterr().out
+    rough = ["--fast", "--mu", "0.1", "0.3", "--form", "newton", "--configuration", "paper"]
+    assert upsetting.main([*rough, "--out", str(tmp_path / "b")]) == 0
+    warnings = [line for line in capsys.readouterr().out.splitlines() if line.startswith("warning")]
+    assert len(warnings) == 2
+    for line, mu in zip(warnings, ("0.1", "0.3"), strict=True):
+        missed = load(tmp_path / "b" / f"mu{mu}")["energy_error"]
+        assert np.abs(missed).max() > 0.01
+        assert f"mu = {mu}: energy_error = {100 * missed[np.abs(missed).argmax()]:.2f} %" in line
+
+
+def test_the_table_shows_the_worst_overlap(tmp_path, capsys):
+    assert study(tmp_path, "--mu", "0.3", "--elements", "3", "--reduction", "0.2") == 0
+    header, row, *_ = capsys.readouterr().out.splitlines()
+    worst = load(tmp_path / "mu0.3")["overlap"].max()
+    assert worst > 1e-8
+    assert row.split()[header.split().index("overlap")] == f"{worst:.1e}"
 
 
 def test_full_cylinder_quantities(tmp_path):

@@ -1,7 +1,11 @@
-"""Tractions on the contact line: closed forms of the mass matrix, manufactured pressures, the homogeneous cylinder."""
+"""Recovered tractions: closed forms of the mass matrix, manufactured pressures, sign and cone, a bent path."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
 from bipot.export import increment_traction
@@ -11,7 +15,19 @@ from bipot.increment import Limits
 from bipot.laws.coulomb import Status
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
-from bipot.traction import FORCE_TOLERANCE, SLIP_TOLERANCE, edge_mass, edge_means, line_tractions, traction
+from bipot.traction import (
+    FORCE_TOLERANCE,
+    LEAST_MOTION,
+    SLIP_TOLERANCE,
+    consistent_tractions,
+    contact_edges,
+    edge_mass,
+    edge_tractions,
+    motion_scale,
+    nodal_tractions,
+    recovered_tractions,
+    traction,
+)
 
 EXACT = Control(Tangent(backend=Backend.CLARABEL), limits=Limits(Bounds(equilibrium=1e-11)))
 FAST = Control(Tangent(backend=Backend.CLARABEL))
@@ -39,14 +55,6 @@ def test_mass_of_a_cylindrical_edge_is_its_lateral_area():
     assert edge_mass(x, np.array([[0, 1, 2]]), Geometry.AXISYMMETRIC).sum() == pytest.approx(4 * np.pi, rel=1e-14)
 
 
-def test_edge_means_ignore_what_alternates_inside_an_edge():
-    x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    edges = np.array([[0, 1, 2]])
-    linear, alternating = np.array([1.0, 2.0, 3.0]), np.array([2.0, -1.0, 2.0])
-    assert edge_means(x, edges, Geometry.PLANE_STRAIN, linear)[0] == pytest.approx(2.0, rel=1e-14)
-    assert edge_means(x, edges, Geometry.PLANE_STRAIN, alternating)[0] == pytest.approx(0.0, abs=1e-15)
-
-
 def nodal_forces(radius, values, order=12):
     """Consistent forces of a function of r on the ring edges of nodes ``radius``, by a rule of its own."""
     points, weights = np.polynomial.legendre.leggauss(order)
@@ -62,7 +70,7 @@ def nodal_forces(radius, values, order=12):
     return out
 
 
-def test_quadratic_tractions_come_back_at_every_node():
+def test_the_consistent_mass_gives_quadratic_tractions_back_at_every_node():
     system = system_of(upsetting(mu=0.3, elements=3))
     candidates, nodes = system.candidates, system.body.scene.mesh.nodes
     top = np.isin(candidates.node, system.body.scene.mesh.boundary_nodes("top"))
@@ -73,11 +81,20 @@ def test_quadratic_tractions_come_back_at_every_node():
     r[line, 0], r[line, 1] = nodal_forces(radius, pressure), nodal_forces(radius, shear)
     # The axis is held along the punch: its share is the support's, and the answer may not depend on it.
     r[line[0], 1] = 0.0
-    p, tau = line_tractions(candidates, nodes, r, top)
+    p, tau = consistent_tractions(candidates, nodes, r, top)
     np.testing.assert_allclose(p[line], pressure(radius), rtol=1e-12)
     np.testing.assert_allclose(tau[line], shear(radius), rtol=1e-12, atol=1e-12)
     assert np.isnan(p[~top]).all()
     assert np.isnan(tau[~top]).all()
+
+
+def line_of(ends):
+    """Nodes (2 f + 1, 2) and edges (f, 3) of a straight line with these end nodes."""
+    ends = np.asarray(ends, dtype=float)
+    x = np.empty(2 * len(ends) - 1)
+    x[::2], x[1::2] = ends, (ends[1:] + ends[:-1]) / 2
+    first = np.arange(0, len(x) - 1, 2)
+    return np.column_stack([x, np.zeros_like(x)]), np.column_stack([first, first + 1, first + 2])
 
 
 def test_an_edge_with_one_closed_node_is_off_the_line():
@@ -86,9 +103,71 @@ def test_an_edge_with_one_closed_node_is_off_the_line():
     x, z = nodes[candidates.node].T
     closed = (z == z.max()) & (x < 5 / 3 + 1e-9)
     r = np.column_stack([closed.astype(float), np.zeros(len(x))])
-    p, _ = line_tractions(candidates, nodes, r, closed)
-    np.testing.assert_array_equal(np.isnan(p), ~closed)
-    assert np.isnan(line_tractions(candidates, nodes, r, np.zeros_like(closed))[0]).all()
+    for recover in (recovered_tractions, consistent_tractions):
+        p, tau = recover(candidates, nodes, r, closed)
+        np.testing.assert_array_equal(np.isnan(p), ~closed)
+        np.testing.assert_array_equal(np.isnan(tau), ~closed)
+        assert np.isnan(recover(candidates, nodes, r, np.zeros_like(closed))[0]).all()
+
+
+@pytest.mark.parametrize("geometry", list(Geometry))
+def test_a_uniform_traction_comes_back_exactly_on_uneven_edges_and_at_the_axis(geometry):
+    nodes, edges = line_of([0.0, 0.2, 0.7, 0.9, 2.0])
+    forces = edge_mass(nodes, edges, geometry).sum(axis=2)
+    r = np.zeros((len(nodes), 2))
+    np.add.at(r, edges, forces[..., None] * np.array([3.0, -0.5]))
+    np.testing.assert_allclose(nodal_tractions(nodes, edges, geometry, r), np.tile([3.0, -0.5], (9, 1)), rtol=1e-13)
+    np.testing.assert_allclose(edge_tractions(nodes, edges, geometry, r), np.tile([3.0, -0.5], (4, 1)), rtol=1e-13)
+
+
+def test_a_linear_traction_comes_back_exactly_on_equal_plane_edges():
+    nodes, edges = line_of(np.linspace(0.0, 3.0, 7))
+    r = np.zeros((len(nodes), 1))
+    mass = edge_mass(nodes, edges, Geometry.PLANE_STRAIN)
+    np.add.at(r, edges, np.einsum("fij,fj->fi", mass, 2 + 5 * nodes[edges, 0])[..., None])
+    found = nodal_tractions(nodes, edges, Geometry.PLANE_STRAIN, r)
+    np.testing.assert_allclose(found[:, 0], 2 + 5 * nodes[:, 0], rtol=1e-13)
+
+
+def test_on_a_ring_nodal_tractions_are_of_order_two_off_the_axis_and_one_at_it():
+    errors = []
+    for count in (8, 16, 32):
+        radius = np.linspace(0.0, 5.0, 2 * count + 1)
+        nodes, edges = line_of(radius[::2])
+        r = nodal_forces(radius, lambda at: 300 + 20 * at - 4 * at**2)
+        found = nodal_tractions(nodes, edges, Geometry.AXISYMMETRIC, r[:, None])[:, 0]
+        error = np.abs(found - (300 + 20 * radius - 4 * radius**2))
+        errors.append((error[0], error[radius >= 1.25].max()))
+    axis, off = np.log2(np.divide(errors[:-1], errors[1:])).T
+    np.testing.assert_allclose(axis, 1.0, atol=0.15)
+    np.testing.assert_allclose(off, 2.0, atol=0.15)
+
+
+def test_a_jump_between_two_edges_shows_by_five_sixths():
+    nodes, edges = line_of([0.0, 1.0, 2.0])
+    r = np.zeros((5, 1))
+    np.add.at(r, edges, np.array([[1.0], [7.0]])[:, None] * np.array([1, 4, 1])[None, :, None] / 6)
+    means = edge_tractions(nodes, edges, Geometry.PLANE_STRAIN, r)[:, 0]
+    assert means[1] - means[0] == pytest.approx(5.0, rel=1e-14)
+
+
+@settings(deadline=None, max_examples=60)
+@given(seed=st.integers(0, 10_000), geometry=st.sampled_from(list(Geometry)))
+def test_forces_in_the_cone_give_tractions_in_the_cone_and_edge_means_their_resultant(seed, geometry):
+    """Whatever the edges: uneven, curved, with mid-side nodes off the middle, from the axis or a bore."""
+    rng = np.random.default_rng(seed)
+    bore = rng.choice([0.0, 0.01, 1.0])
+    nodes, edges = line_of(bore + np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 2.0, 5))]))
+    nodes[edges[:, 1]] += rng.uniform(-0.04, 0.04, (5, 2))
+    mu = 0.3
+    p = rng.exponential(size=len(nodes)) * rng.integers(0, 2, len(nodes))
+    r = np.column_stack([p, mu * p * rng.uniform(-1, 1, len(nodes))])
+    means = edge_tractions(nodes, edges, geometry, r)
+    area = edge_mass(nodes, edges, geometry).sum(axis=(1, 2))
+    np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12, atol=1e-12)
+    for found in (nodal_tractions(nodes, edges, geometry, r), means):
+        assert (found[:, 0] >= 0).all()
+        assert (np.abs(found[:, 1]) <= mu * found[:, 0] * (1 + 1e-12)).all()
 
 
 @pytest.mark.parametrize("configuration", list(Configuration))
@@ -97,11 +176,14 @@ def test_frictionless_homogeneous_upsetting_has_uniform_pressure(configuration):
     *_, last = march(scene, Schedule(10), EXACT)
     system = system_of(scene)
     result = increment_traction(system, last)
-    on_line = ~np.isnan(result.pressure)
+    on_line = ~np.isnan(result.recovered_pressure)
     top = np.isin(system.candidates.node, scene.mesh.boundary_nodes("top"))
     np.testing.assert_array_equal(on_line, top)
-    np.testing.assert_allclose(result.pressure[on_line], 300.0, rtol=1e-6)
-    np.testing.assert_array_equal(result.shear[on_line], 0.0)
+    np.testing.assert_allclose(result.recovered_pressure[on_line], 300.0, rtol=1e-6)
+    np.testing.assert_array_equal(result.recovered_shear[on_line], 0.0)
+
+
+PRESSED = upsetting(mu=0.3, elements=3, reduction=0.1)
 
 
 @pytest.fixture(scope="module")
@@ -128,25 +210,77 @@ def test_status_agrees_with_forces_and_motion(sticky):
     assert (np.linalg.norm(r[is_[Status.OPEN]], axis=1) <= result.force_tol).all()
 
 
+def test_recovered_tractions_obey_sign_and_cone_where_the_consistent_ones_do_not(sticky):
+    system, last = sticky
+    r, nodes = last.solved.r, last.state.nodes
+    result = increment_traction(system, last)
+    p, tau = result.recovered_pressure, result.recovered_shear
+    line = ~np.isnan(p)
+    assert (p[line] >= 0).all()
+    assert (np.abs(tau[line]) <= 0.3 * p[line]).all()
+    # A slipping node is on the envelope, because the quotient is that of the forces.
+    slip = line & (result.status == Status.SLIP)
+    np.testing.assert_allclose(np.abs(tau[slip]), 0.3 * p[slip], rtol=1e-6)
+    pressure, shear = consistent_tractions(system.candidates, nodes, r, r[:, 0] > result.force_tol)
+    np.testing.assert_array_equal(np.isnan(pressure), ~line)
+    assert (np.abs(shear[line]) > 0.3 * pressure[line] + 1.0).any()
+
+
+def test_round_off_of_the_forces_does_not_leave_the_cone(sticky):
+    """An open node on the line with a pull of a billionth, a slipping one beyond its limit by as much."""
+    system, last = sticky
+    r, scale = last.solved.r.copy(), np.abs(last.solved.r).max()
+    result = increment_traction(system, last)
+    slip = np.flatnonzero(result.status == Status.SLIP)
+    r[slip[0], 1] *= 1 + 1e-9
+    r[slip[1]] = -1e-9 * scale, 1e-9 * scale
+    p, tau = recovered_tractions(system.candidates, last.state.nodes, r, last.solved.r[:, 0] > result.force_tol)
+    assert p[slip[1]] == tau[slip[1]] == 0
+    assert abs(tau[slip[0]]) == 0.3 * p[slip[0]]
+
+
 def test_thresholds_are_relative_and_kept_beside_the_data(sticky):
     system, last = sticky
-    solved, dtau = last.solved, last.state.tau - last.start.tau
+    solved, times = last.solved, (last.start.tau, last.state.tau)
     result = increment_traction(system, last)
     assert result.force_tol == FORCE_TOLERANCE * np.linalg.norm(solved.r, axis=1).max()
-    assert result.slip_tol == pytest.approx(SLIP_TOLERANCE * 0.2 * 5 * dtau, rel=1e-14)
-    larger = traction(system.candidates, solved.rows, solved.response.x, last.state.nodes, 1e3 * solved.r, dtau)
+    assert result.slip_tol == pytest.approx(SLIP_TOLERANCE * 0.2 * 5 * (times[1] - times[0]), rel=1e-12)
+    larger = traction(system.candidates, solved.rows, solved.response.x, last.state.nodes, 1e3 * solved.r, *times)
     np.testing.assert_array_equal(larger.status, result.status)
-    np.testing.assert_allclose(larger.pressure, 1e3 * result.pressure, rtol=1e-12)
+    np.testing.assert_allclose(larger.recovered_pressure, 1e3 * result.recovered_pressure, rtol=1e-12)
 
 
-def test_tractions_carry_the_punch_force(sticky):
+def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
+    """Two hundredths of the stroke in half the path: fifty times less than travel times pseudo-time; then none."""
+    punch = replace(PRESSED.tools[0], path=((0.0, 0.0), (0.5, 1.0), (0.75, 0.99), (1.0, 0.99)))
+    scene = replace(PRESSED, tools=(punch,))
+    steps = list(march(scene, Schedule(4, first=0.005, landings=(0.5, 0.75)), FAST))
+    system = system_of(scene)
+    for a in steps:
+        tolerance, resting = increment_traction(system, a).slip_tol, a.start.tau >= 0.75
+        body = np.linalg.norm(a.state.displacement, axis=1).max()
+        moved = max(body, LEAST_MOTION * 5) if resting else np.hypot(*punch.moved(a.start.tau, a.state.tau))
+        assert tolerance == pytest.approx(SLIP_TOLERANCE * moved, rel=1e-12)
+    back = [increment_traction(system, a).slip_tol for a in steps if 0.5 <= a.start.tau < 0.75]
+    assert sum(back) == pytest.approx(SLIP_TOLERANCE * 0.01 * 0.5, rel=1e-9)
+
+
+def test_a_body_that_moves_between_resting_tools_has_its_own_motion(sticky):
     system, last = sticky
-    scene, nodes = system.body.scene, last.state.nodes
-    result = increment_traction(system, last)
-    p = np.full(len(nodes), np.nan)
-    p[system.candidates.node] = result.pressure
-    edges = np.concatenate([scene.mesh.boundary("top"), scene.mesh.boundary("side")])
-    edges = edges[~np.isnan(p[edges]).any(axis=1)]
+    x = last.solved.response.x
+    still = last.start.tau, last.start.tau
+    assert motion_scale(system.candidates, x, *still) == np.linalg.norm(last.state.displacement, axis=1).max()
+    assert motion_scale(system.candidates, 0 * x, *still) == LEAST_MOTION * 5
+
+
+def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):
+    system, last = sticky
+    scene, r = system.body.scene, last.solved.r
+    nodes = last.state.nodes[system.candidates.node]
+    closed = r[:, 0] > increment_traction(system, last).force_tol
+    edges = contact_edges(system.candidates, 0, scene.tools[0], closed)
+    means = edge_tractions(nodes, edges, scene.geometry, r)
     area = edge_mass(nodes, edges, scene.geometry).sum(axis=(1, 2))
-    total = np.sum(area * edge_means(nodes, edges, scene.geometry, p))
-    assert total == pytest.approx(last.solved.r[:, 0].sum(), rel=1e-12)
+    np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12)
+    assert (means[:, 0] > 0).all()
+    assert (np.abs(means[:, 1]) <= 0.3 * means[:, 0] * (1 + 1e-9)).all()
