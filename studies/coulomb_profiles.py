@@ -4,10 +4,10 @@
                                        [--workers 2] [--fast] [--require N N N N] [--out DIR]
 
 Over every FCLIB file of the folders, each solver gets `limit` seconds a problem. Written to `out`:
-`solved.csv` (one row a problem and solver, as they come), `table.csv` (problems solved at 1e-4 … 1e-10, by
-`residual()`, the distance to the law against the load, whatever the solver said), `profile.csv` and `profile.png` (Dolan-More: the
-share of problems solved within tau times the best solver's time). `--require 55 54 54 52` fails unless `solve()`
-solved that many at 1e-4, 1e-6, 1e-8 and 1e-10.
+`solved.csv` (one row a problem and solver, as they come), `table.csv` (problems solved at 1e-4 … 1e-10 by
+`residual()`, the distance to the law against the load, whatever the solver said), `profile.csv` and
+`profile.png` (Dolan-More: the share of problems solved within tau times the best solver's time).
+`--require 55 54 54 52` fails unless `solve()` solved that many at 1e-4, 1e-6, 1e-8 and 1e-10.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ def _draw(profile: dict[str, NDArray[np.float64]], path: Path) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
     parser.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
     parser.add_argument("--limit", type=float, default=30.0, help="seconds a problem and solver")
