@@ -251,7 +251,7 @@ def test_thresholds_are_relative_and_kept_beside_the_data(sticky):
 
 
 def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
-    """Two hundredths of the stroke in half the path: fifty times less than travel times pseudo-time; then none."""
+    """A hundredth of the stroke back in a quarter of the path: 25 times less than travel times tau; then rest."""
     punch = replace(PRESSED.tools[0], path=((0.0, 0.0), (0.5, 1.0), (0.75, 0.99), (1.0, 0.99)))
     scene = replace(PRESSED, tools=(punch,))
     steps = list(march(scene, Schedule(4, first=0.005, landings=(0.5, 0.75)), FAST))
