@@ -156,7 +156,8 @@ def march(
     its first increment 1 and its work, dissipation and stored energy start at zero.
 
     Raises:
-        IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
+        IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
+            what a landing left of it, halved ``control.cuts`` times.
     """
     system = system_of(scene, control.update)
     state = system.rest() if start is None else start
@@ -165,6 +166,7 @@ def march(
     number = 0
     for target in schedule.times():
         size, known = target - state.tau, frozenset[int]()
+        least = size / 2**control.cuts
         while state.tau < target:
             began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
             solve = partial(attempt_increment, system, state, control=control, workspace=workspace, largest=largest)
@@ -176,7 +178,8 @@ def march(
                 reasons += attempt.failures
                 if attempt.solved is not None:
                     break
-                if cuts == control.cuts:
+                # Counted from what was scheduled: from the last success they creep up to a wall without an end.
+                if tau - state.tau < 2 * least * (1 - 1e-9):
                     raise IncrementFailed(_advice(state, tau, reasons), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
@@ -209,6 +212,7 @@ def march(
                 None if landing is None else landing.node,
             )
             state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
+            least = least if landing is None else size / 2**control.cuts
 
 
 def attempt_increment(
