@@ -133,12 +133,16 @@ class Accepted:
 
 
 class Attempt(NamedTuple):
-    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed."""
+    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
+
+    ``last`` is the failure of the last form that was tried.
+    """
 
     solved: Solved | None
     form: FormName
     passes: int
     failures: list[str]
+    last: Exception | None = None
 
 
 def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
@@ -180,7 +184,7 @@ def march(
                     break
                 # Counted from what was scheduled: from the last success they creep up to a wall without an end.
                 if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise IncrementFailed(_advice(state, tau, reasons), state)
+                    raise IncrementFailed(_advice(state, tau, attempt), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -219,7 +223,7 @@ def attempt_increment(
     system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
 ) -> Attempt:
     """Try the forms in turn on the increment from ``state`` to ``tau``; ``largest`` is as in solve_increment."""
-    passes, failures = 0, []
+    passes, failures, last = 0, [], None
     second = control.integration is Integration.BDF2
     begun = system.body.carried_on(state, tool_travel(system, state.tau, tau)) if second else state
 
@@ -232,13 +236,14 @@ def attempt_increment(
             solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count)
         except FAILURES as failure:
             failures.append(f"{form.name.value}: {failure}")
+            last = failure
         else:
             return Attempt(solved, form.name, passes, failures)
-    return Attempt(None, control.forms[-1].name, passes, failures)
+    return Attempt(None, control.forms[-1].name, passes, failures, last)
 
 
-def _advice(state: State, tau: float, reasons: list[str]) -> str:
-    return (
-        f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). "
-        "Use more increments, or a mesh that is less distorted there."
-    )
+def _advice(state: State, tau: float, attempt: Attempt) -> str:
+    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
+    if isinstance(attempt.last, InvertedElement):
+        return failed + "Remesh there: shorter increments fold the element too."
+    return failed + "Use more increments, or a mesh that is less distorted there."

@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import InvertedElement, SceneError, require
-from bipot.fem.elements import Quadrature, quad8
-from bipot.fem.kinematics import Configuration, Geometry, gradients
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.orientation import refuse_folded
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
@@ -124,7 +125,7 @@ class Scene:
         for tool in self.tools:
             self.mesh.boundary_nodes(*tool.candidates)
         try:
-            gradients(self.mesh.nodes, self.mesh.elements, quad8(self.quadrature), self.geometry)
+            refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
             raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
         held = [2 * self.mesh.boundary_nodes(s.boundary) + s.direction for s in self.supports]

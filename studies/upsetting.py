@@ -141,6 +141,7 @@ def history_columns(reduction: float) -> list[Column]:
         *columns.energies("J", JOULE),
         *columns.COURSE,
         *columns.certificate("J", JOULE),
+        columns.MIN_JACOBIAN,
         columns.FLOW_GAP,
         columns.SECONDS,
     ]

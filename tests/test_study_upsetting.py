@@ -36,6 +36,7 @@ HEADER = [
     "cone_violation",
     "bipotential_gap_J",
     "relative_gap",
+    "min_jacobian",
     "flow_gap",
     "seconds",
 ]
