@@ -106,7 +106,8 @@ def solve_increment(
 
     Raises:
         NotConverged: after ``limits``, naming the measures above their bounds.
-        InvertedElement, ProgramError: from an iterate.
+        InvertedElement: from an iterate, or the answer is folded anywhere in an element.
+        ProgramError: from an iterate.
     """
     body = system.body
     rows = system.candidates.rows(state.gap, state.tau, tau)
@@ -153,6 +154,7 @@ def solve_increment(
                 certificate = certify_response(system, least, rows, r, tau, largest)
                 if not watch.accepts(certificate, answer.posed, coupling.report):
                     raise watch.failure("the least of the body's free rigid motions leaves")
+            body.refuse_folded(least)
             return Solved(
                 response=least,
                 rows=rows,

@@ -164,12 +164,16 @@ class Accepted:
 
 
 class Attempt(NamedTuple):
-    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed."""
+    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
+
+    ``last`` is the failure of the last form that was tried.
+    """
 
     solved: Solved | None
     form: FormName
     passes: int
     failures: list[str]
+    last: Exception | None = None
 
 
 def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
@@ -188,7 +192,8 @@ def march(
 
     Raises:
         SceneError: at once, a wrong type or a start state of another scene, naming its field.
-        IncrementFailed: with the last accepted state attached, when an increment fails after all its cuts.
+        IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
+            what a landing left of it, halved ``control.cuts`` times.
     """
     require_type(scene, Scene, "scene")
     require_type(schedule, Schedule, "schedule")
@@ -207,6 +212,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
     number = 0
     for target in schedule.times():
         size, known = target - state.tau, frozenset[int]()
+        least = size / 2**control.cuts
         while state.tau < target:
             began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
             solve = partial(attempt_increment, system, state, control=control, workspace=workspace, largest=largest)
@@ -218,8 +224,9 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 reasons += attempt.failures
                 if attempt.solved is not None:
                     break
-                if cuts == control.cuts:
-                    raise IncrementFailed(_advice(system, state, tau, reasons), state)
+                # Counted from what was scheduled: from the last success they creep up to a wall without an end.
+                if tau - state.tau < 2 * least * (1 - 1e-9):
+                    raise IncrementFailed(_advice(system, state, tau, attempt), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -251,13 +258,14 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 None if landing is None else landing.node,
             )
             state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
+            least = least if landing is None else size / 2**control.cuts
 
 
 def attempt_increment(
     system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
 ) -> Attempt:
     """Try the forms in turn on the increment from ``state`` to ``tau``; ``largest`` is as in solve_increment."""
-    passes, failures = 0, []
+    passes, failures, last = 0, [], None
     second = control.integration is Integration.BDF2
     begun = system.body.carried_on(state, tool_travel(system, state.tau, tau)) if second else state
 
@@ -270,11 +278,17 @@ def attempt_increment(
             solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count)
         except FAILURES as failure:
             failures.append(f"{form.name.value}: {failure}")
+            last = failure
         else:
             return Attempt(solved, form.name, passes, failures)
-    return Attempt(None, control.forms[-1].name, passes, failures)
+    return Attempt(None, control.forms[-1].name, passes, failures, last)
 
 
-def _advice(system: System, state: State, tau: float, reasons: list[str]) -> str:
-    advice = diagnosis(system, state) or "Use more increments, or a mesh that is less distorted there."
-    return f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({reasons[-1]}). {advice}"
+def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:
+    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
+    found = diagnosis(system, state)
+    if found:
+        return failed + found
+    if isinstance(attempt.last, InvertedElement):
+        return failed + "Remesh there: shorter increments fold the element too."
+    return failed + "Use more increments, or a mesh that is less distorted there."

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.geometric import Scratch, element_tangent
 from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
+from bipot.fem.orientation import refuse_folded
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import deviator, deviatoric_basis, equivalent_strain, identity, trace
 from bipot.laws.von_mises import Returned, consistent_tangent, continuum_tangent, radial_return, yield_function
@@ -161,6 +162,20 @@ class Body:
             returned = self._unreturned(state, rotated, kin.strain)
         forces = element_force(kin.shape, returned.stress, kin.volume)
         return Response(state, x, kin, rotated, trial, returned, forces, space_.vector(forces))
+
+    def refuse_folded(self, response: Response) -> None:
+        """Demand elements that are folded nowhere: where strain is taken or equilibrium asked, and at the end.
+
+        Raises:
+            InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
+        """
+        start, du = response.state.nodes, self.space.spread(response.x)
+        placements = {"at the end of the increment": start + du}
+        if self.scene.configuration is Configuration.MIDPOINT:
+            placements["at the middle of the increment"] = start + du / 2
+        else:
+            placements["at the start of the increment"] = start
+        refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""

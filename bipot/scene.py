@@ -23,8 +23,9 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.fem.elements import Quadrature, quad8
-from bipot.fem.kinematics import Configuration, Geometry, gradients
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.orientation import refuse_folded
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
@@ -155,7 +156,7 @@ class Scene:
         require(len(self.tools) > 0, "tools", self.tools, "at least one tool")
         require_count(self.copies, "copies")
         try:
-            gradients(self.mesh.nodes, self.mesh.elements, quad8(self.quadrature), self.geometry)
+            refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
             raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
         held = [2 * self.mesh.boundary_nodes(s.boundary) + s.direction for s in self.supports]

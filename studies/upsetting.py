@@ -54,6 +54,7 @@ def history_columns(reduction: float) -> list[Column]:
         *columns.COURSE,
         *columns.certificate("J", JOULE),
         columns.OVERLAP,
+        columns.MIN_JACOBIAN,
         columns.FLOW_GAP,
         columns.SECONDS,
     ]

@@ -1,4 +1,4 @@
-"""Element quality: closed forms of rectangles, rhombi, moved mid-sides and folded corners."""
+"""Element quality: closed forms of rectangles, rhombi, moved mid-sides, folded corners and edges."""
 
 import numpy as np
 import pytest
@@ -46,6 +46,18 @@ def test_a_folded_corner_is_negative():
     x = SQUARE.copy()
     x[4, 0] -= 0.3
     assert quality(x, ELEMENT).jacobian[0] < 0
+
+
+def test_a_fold_between_corners_and_points_is_negative():
+    # The lower edge is a parabola b(xi) with b(0.3) = 1.05, the upper one y = 1: det J = 1 - b.
+    def b(xi):
+        return 1.05 * (1 - ((xi - 0.3) / 0.3) ** 2)
+
+    x = SQUARE.copy()
+    x[[0, 4, 1], 1] = b(np.array([0.0, 0.5, 1.0]))
+    x[5, 1] = (1 + b(1.0)) / 2
+    area = 1 - 1.05 * (1 - (0.7**3 + 0.3**3) / 3 / 0.3**2)
+    assert quality(x, ELEMENT).jacobian[0] == pytest.approx(-0.05 / area, rel=1e-3)
 
 
 def terms(points):

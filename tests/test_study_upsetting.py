@@ -38,6 +38,7 @@ HEADER = [
     "bipotential_gap_J",
     "relative_gap",
     "overlap",
+    "min_jacobian",
     "flow_gap",
     "seconds",
 ]

@@ -1,0 +1,253 @@
+r"""Whether elements are folded anywhere, not only where they are integrated.
+
+An eight-node quadrilateral is a quadratic Bezier patch x = sum B_i B_j P_ij whose middle point P_11 is given by the
+others, because the square of both coordinates is not among its shapes. Its derivatives have degrees (1, 2) and (2, 1),
+so that det J has degree (3, 3) and is its sixteen Bernstein coefficients D_mn over the whole element:
+
+    det J = x,1 x y,2 - y,1 x,2,    min D_mn <= det J <= max D_mn,    mean det J = mean D_mn,
+
+with D at the four corners equal to det J there. Where the least D is not positive while the corners are, the patch is
+halved in both directions (de Casteljau), which takes D to det J with the square of its size.
+
+Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
+negative on the edges, where it is a parabola. End nodes and whole edges may lie on the axis, r = 0; the rest may not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import InvertedElement
+from bipot.fem.kinematics import Geometry
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+LEVELS = 12
+"""Halvings before a sign is given up: det J below some 4^-12 of its mean is then told from zero no more."""
+
+ROUND_OFF = 1e-12
+"""Of extent times derivative: above 5000 units in the last place, what products of sums of eight terms can gather."""
+
+AXIS = 1e-12
+"""A node this near the axis, over the largest radius, lies on it."""
+
+
+def _control() -> Floats:
+    """Control points P (9, 8) from nodal values: corners, edges (4 m - a - b) / 2, middle without (2, 2) term."""
+    points = np.zeros((3, 3, 8))
+    corners = ((0, 0), (2, 0), (2, 2), (0, 2))
+    for k, (i, j) in enumerate(corners):
+        points[i, j, k] = 1
+    for k, middle in enumerate(((1, 0), (2, 1), (1, 2), (0, 1))):
+        points[middle][[k, (k + 1) % 4, 4 + k]] = -0.5, -0.5, 2
+    points[1, 1] = np.repeat([-0.75, 1.0], 4)
+    return points
+
+
+def _derivatives() -> Floats:
+    """Coefficients (8, 12) of d/dxi in degree (1, 2), then of d/deta in degree (2, 1), from nodal values."""
+    points = _control()
+    along = 2 * np.diff(points, axis=0).reshape(6, 8), 2 * np.diff(points, axis=1).reshape(6, 8)
+    return np.ascontiguousarray(np.vstack(along).T)
+
+
+def _products() -> Floats:
+    """Coefficients (36, 16) in degree (3, 3) of products of those two: B_i^1 B_k^2 is binomial times B_{i+k}^3."""
+    table = np.zeros((2, 3, 3, 2, 4, 4))
+    for i, j, k, m in np.ndindex(2, 3, 3, 2):
+        weight = comb(1, i) * comb(2, k) * comb(2, j) * comb(1, m) / (comb(3, i + k) * comb(3, j + m))
+        table[i, j, k, m, i + k, j + m] = weight
+    return table.reshape(36, 16)
+
+
+DERIVATIVES, PRODUCTS = _derivatives(), _products()
+_FIRST = np.array([[comb(m, n) / 2**m for n in range(4)] for m in range(4)])
+HALVES = np.stack([_FIRST, _FIRST[::-1, ::-1]])
+"""De Casteljau's matrices (2, 4, 4): a cubic's coefficients on the first and on the second half."""
+
+
+def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
+    """Bernstein coefficients D (e, 4, 4) of det J of elements x (e, 8, 2), and the round-off (e,) they may hold."""
+    D, local, both = _coefficients(x)
+    extent, steepest = (np.abs(of).max(axis=(0, 2)) for of in (local, both))
+    return D, 2 * ROUND_OFF * extent * steepest
+
+
+def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
+    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and the coefficients (2, e, 12) of derivatives."""
+    e = len(x)
+    # Direction first: one dense product instead of one an element.
+    local = np.ascontiguousarray(x.transpose(2, 0, 1))
+    local -= local[:, :, :1].copy()
+    both = (local.reshape(-1, 8) @ DERIVATIVES).reshape(2, e, 12)
+    first, second = both[:, :, :6, None], both[:, :, None, 6:]
+    cross = first[0] * second[1]
+    cross -= first[1] * second[0]
+    return (cross.reshape(e, 36) @ PRODUCTS).reshape(e, 4, 4), local, both
+
+
+@dataclass(frozen=True)
+class Least:
+    """Bounds of the least value (g,) of groups of patches; ``upper`` is taken in patch ``where`` at ``at`` (g, 2)."""
+
+    lower: Floats
+    upper: Floats
+    where: Ints
+    at: Floats
+
+
+def least(D: Floats, group: Ints, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
+    """Bounds of the least value of the polynomials with coefficients D (e, 4, 4) in each ``group`` (e,) of them.
+
+    A patch is halved until ``settled(lower, upper, group)`` (p,), told its own lower and its group's upper bounds.
+    """
+    count = int(group.max()) + 1
+    lower, upper = np.full(count, np.inf), np.full(count, np.inf)
+    where, at = np.zeros(count, dtype=np.intp), np.zeros((count, 2))
+    patch, origin, size = np.arange(len(D)), np.zeros((len(D), 2)), 1.0
+    for level in range(LEVELS + 1):
+        corners = D[:, ::3, ::3].reshape(-1, 4)
+        high = corners.min(axis=1)
+        # From the highest down: what is written last, and stays, is the least of its group.
+        order = np.argsort(-high)
+        order = order[high[order] < upper[group[order]]]
+        corner = corners[order].argmin(axis=1)
+        upper[group[order]], where[group[order]] = high[order], patch[order]
+        at[group[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
+        low = D.min(axis=(1, 2))
+        done = settled(low, upper[group], group) | (level == LEVELS)
+        np.minimum.at(lower, group[done], low[done])
+        if done.all():
+            break
+        left, size = ~done, size / 2
+        halves = HALVES[:, None] @ D[left][:, None, None] @ HALVES.swapaxes(1, 2)
+        D, group, patch = halves.reshape(-1, 4, 4), np.repeat(group[left], 4), np.repeat(patch[left], 4)
+        shift = size * np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
+        origin = (origin[left][:, None] + shift).reshape(-1, 2)
+    return Least(lower, upper, where, at)
+
+
+def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
+    """min det J over the element / mean det J (e,): a lower bound, below it by ``tolerance`` of it at most.
+
+    1 for parallelograms, not positive where folded (within 4^-LEVELS); minus infinity where the mean is not positive.
+
+    >>> x = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.3, 0], [1, 0.5], [0.5, 1], [0, 0.5]])
+    >>> scaled_jacobians(x, np.arange(8)[None]).round(12)
+    array([0.2])
+    """
+    D, mean = _scaled(nodes, elements)
+    out = np.full(len(D), -np.inf)
+    turned = np.flatnonzero(mean > 0)
+    if turned.size:
+        out[turned] = least(D[turned], np.arange(len(turned)), _within(tolerance)).lower
+    return out
+
+
+def min_scaled_jacobian(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> float:
+    """The smallest of :func:`scaled_jacobians`, for less than all of them."""
+    D, mean = _scaled(nodes, elements)
+    if mean.min() <= 0:
+        return -np.inf
+    return float(least(D, np.zeros(len(D), dtype=np.intp), _within(tolerance)).lower[0])
+
+
+def _scaled(nodes: Floats, elements: Ints) -> tuple[Floats, Floats]:
+    """Coefficients over their mean (e, 4, 4), where that is positive, and the mean (e,)."""
+    D, _ = determinant_coefficients(nodes[elements])
+    mean = D.mean(axis=(1, 2))
+    return np.divide(D, mean[:, None, None], out=D, where=mean[:, None, None] > 0), mean
+
+
+def _within(tolerance: float) -> Callable[[Floats, Floats, Ints], Bools]:
+    return lambda low, upper, _: low >= upper - tolerance * np.abs(upper)
+
+
+def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Geometry) -> None:
+    """Refuse nodes (a, 2) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
+
+    The ``placements`` are told apart in words. What no halving decides is refused too.
+
+    Raises:
+        InvertedElement: naming an element, the placement, the place and the value.
+    """
+    x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
+    D, local, both = _coefficients(x)
+    fault = None
+    # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
+    if not D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max():
+        fault = _folded(x)
+    if fault is None and geometry is Geometry.AXISYMMETRIC:
+        fault = _off_axis(x)
+    if fault is not None:
+        count = len(elements)
+        when = list(placements)[fault.patch // count]
+        place = tuple(np.round(shapes(fault.at) @ x[fault.patch], 6).tolist())
+        raise InvertedElement(f"element {fault.patch % count} at {place}, {when}: {fault.what}")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong at reference point ``at`` (2,) of which element."""
+
+    patch: int
+    at: Floats
+    what: str
+
+
+def shapes(at: Floats) -> Floats:
+    """Shape functions (8,) at a point (2,) of the reference square."""
+    first, second = (np.array([(1 - t) ** 2, 2 * t * (1 - t), t**2]) for t in at)
+    return np.einsum("i,j,ijk->k", first, second, _control())
+
+
+def _folded(x: Floats) -> Fault | None:
+    """The worst of the elements whose least det J is not above round-off, or not known to be."""
+    D, noise = determinant_coefficients(x)
+    suspect = np.flatnonzero(~(D.min(axis=(1, 2)) > noise))
+    if not suspect.size:
+        return None
+    D, noise = D[suspect], noise[suspect]
+    found = least(D, np.arange(len(D)), lambda low, upper, group: (low > noise[group]) | ~(upper > noise[group]))
+    bad = np.flatnonzero(~(found.lower > noise))
+    if not bad.size:
+        return None
+    worst = bad[np.argmin(found.upper[bad])]
+    value = found.upper[worst]
+    known = "is not positive" if value <= noise[worst] else f"is not known to be above {found.lower[worst]:.3g}"
+    return Fault(int(suspect[worst]), found.at[worst], f"Jacobian determinant {value:.3g} {known}")
+
+
+def _parabolas(r: Floats) -> tuple[Floats, Floats, Floats]:
+    """Coefficients a, b, c (e, 4) of the radius on the edges, a (1 - t)^2 + 2 b t (1 - t) + c t^2, from r (e, 8)."""
+    a = r[:, :4]
+    c = a[:, [1, 2, 3, 0]]
+    return a, 2 * r[:, 4:] - (a + c) / 2, c
+
+
+def _off_axis(x: Floats) -> Fault | None:
+    """The edge with the least radius of those on which it is not positive off the axis."""
+    r = x[..., 0]
+    if r.min() >= 0 and _parabolas(r)[1].min() >= 0:
+        return None
+    tiny = AXIS * np.abs(r).max()
+    a, b, c = _parabolas(np.where(np.abs(r) <= tiny, 0.0, r))
+    # A parabola that is >= 0 at its ends vanishes between them where b <= -sqrt(a c).
+    between = b + np.sqrt(np.maximum(a, 0) * np.maximum(c, 0)) > tiny
+    bad = (a < 0) | (c < 0) | ~(between | ((np.abs(b) <= tiny) & (a * c == 0)))
+    if not bad.any():
+        return None
+    curve = a - 2 * b + c
+    t = np.clip(np.divide(a - b, curve, out=np.where(a < c, 0.0, 1.0), where=curve > 0), 0, 1)
+    value = a * (1 - t) ** 2 + 2 * b * t * (1 - t) + c * t**2
+    patch, edge = np.unravel_index(np.argmin(np.where(bad, value, np.inf)), value.shape)
+    ends = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    at = (1 - t[patch, edge]) * ends[edge] + t[patch, edge] * ends[(edge + 1) % 4]
+    return Fault(int(patch), at, f"radius {value[patch, edge]:.3g} is not positive")
