@@ -99,10 +99,12 @@ def solve_increment(
     workspace: Workspace,
     largest: float,
     observe: Callable[[Trial], None] = lambda trial: None,
+    near_to: Solved | None = None,
 ) -> Solved:
     """Solve the increment from ``state`` to pseudo-time ``tau``.
 
-    ``largest`` is the largest contact force of the run so far, the scale of the cone measure.
+    ``largest`` is the largest contact force of the run so far, the scale of the cone measure. ``near_to`` solved the
+    same increment with a little other flow carried on: the iteration starts there.
 
     Raises:
         NotConverged: after ``limits``, naming the measures above their bounds.
@@ -112,14 +114,17 @@ def solve_increment(
     body = system.body
     rows = system.candidates.rows(state.gap, state.tau, tau)
     units = _units(system, state, tau)
-    x = _predicted(system, state, tau, workspace).ravel()[body.space.free]
+    if near_to is None:
+        x, r = _predicted(system, state, tau, workspace).ravel()[body.space.free], state.forces
+    else:
+        x, r = near_to.response.x, near_to.r
     assembled = workspace.assembly.seconds
     with workspace.assembly:
         response = body.respond(state, x)
     near = _near(rows, x, units) if form.nearby else np.ones(rows.count, dtype=bool)
     taken = rows.take(near)
-    coupling = Coupling.start(image(rows, state.forces, x), limits.coupling, form.shifts)
-    r, force = state.forces, np.zeros(body.space.size)
+    coupling = Coupling.start(image(rows, r, x), limits.coupling, form.shifts)
+    force = np.zeros(body.space.size)
     watch = _Watch(limits, form.exact)
     iterations, almost, timing = 0, 0, Timing()
     for number in range(1, limits.passes + 1):
@@ -224,8 +229,8 @@ class _Watch:
 
 def advance(system: System, start: State, solved: Solved, tau: float) -> State:
     """The state at ``tau`` after the increment that was ``solved`` from ``start``."""
-    travel, gap = tool_travel(system, start.tau, tau), solved.rows.motion(solved.response.x)[:, 0]
-    return system.body.advance(start, solved.response, tau, travel, solved.r, gap)
+    gap = solved.rows.motion(solved.response.x)[:, 0]
+    return system.body.advance(start, solved.response, tau, solved.r, gap)
 
 
 def _predicted(system: System, state: State, tau: float, workspace: Workspace) -> Floats:

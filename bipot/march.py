@@ -11,10 +11,10 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import NamedTuple
 
 import numpy as np
 
+from bipot.carrying import Attempt, Dissipated, carry_on
 from bipot.contact import candidates
 from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
@@ -36,7 +36,7 @@ from bipot.laws.flow import Integration
 from bipot.response import Body, State, StressUpdate, body_space
 from bipot.scene import Scene
 from bipot.starting import require_start
-from bipot.system import System, tool_travel
+from bipot.system import System
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -163,19 +163,6 @@ class Accepted:
     landed: int | None = None
 
 
-class Attempt(NamedTuple):
-    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
-
-    ``last`` is the failure of the last form that was tried.
-    """
-
-    solved: Solved | None
-    form: FormName
-    passes: int
-    failures: list[str]
-    last: Exception | None = None
-
-
 def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
     """Body and contact candidates of a scene."""
     space = body_space(scene)
@@ -264,24 +251,35 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
 def attempt_increment(
     system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
 ) -> Attempt:
-    """Try the forms in turn on the increment from ``state`` to ``tau``; ``largest`` is as in solve_increment."""
-    passes, failures, last = 0, [], None
-    second = control.integration is Integration.BDF2
-    begun = system.body.carried_on(state, tool_travel(system, state.tau, tau)) if second else state
+    """Try the increment from ``state`` to ``tau``, each time with the forms in turn.
 
-    def count(trial: Trial) -> None:
-        nonlocal passes
-        passes += 1
+    ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.carrying` says.
+    """
 
-    for form in control.forms:
-        try:
-            solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count)
-        except FAILURES as failure:
-            failures.append(f"{form.name.value}: {failure}")
-            last = failure
-        else:
-            return Attempt(solved, form.name, passes, failures)
-    return Attempt(None, control.forms[-1].name, passes, failures, last)
+    def solve(begun: State, near_to: Solved | None) -> Attempt:
+        passes, failures, last = 0, list[str](), None
+
+        def count(trial: Trial) -> None:
+            nonlocal passes
+            passes += 1
+
+        for form in control.forms:
+            try:
+                solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count, near_to)
+            except FAILURES as failure:
+                failures.append(f"{form.name.value}: {failure}")
+                last = failure
+            else:
+                return Attempt(solved, form.name, passes, failures)
+        return Attempt(None, control.forms[-1].name, passes, failures, last)
+
+    def refused(attempt: Attempt) -> str:
+        assert attempt.solved is not None
+        dissipation = Dissipated.of(system, state, attempt.solved)
+        return dissipation.negative(control.limits.bounds.relative_gap, exact[attempt.form])
+
+    exact = {form.name: form.exact for form in control.forms}
+    return carry_on(system, state, tau, solve, refused, control.integration is Integration.BDF2)
 
 
 def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:

@@ -125,16 +125,19 @@ class Body:
     space: Space
     update: StressUpdate = StressUpdate.RETURN
 
-    def carried_on(self, state: State, travel: Floats) -> State:
-        """The state from which BDF2 takes an increment with the tools' ``travel`` (tools, d): the last flow gone on.
+    def carried_on(self, state: State, flow: Flow) -> State:
+        """The state from which BDF2 takes an increment: ``flow`` has gone on from ``state`` at fixed strain.
 
         See :mod:`bipot.laws.flow`.
         """
-        if state.flow is None:
-            return state
-        strain, peeq = state.flow.carried(travel)
-        stress = state.stress - 2 * self.scene.material.elasticity.shear * strain
-        return replace(state, stress=stress, plastic_strain=state.plastic_strain + strain, peeq=state.peeq + peeq)
+        stress = state.stress - 2 * self.scene.material.elasticity.shear * flow.strain
+        plastic_strain = state.plastic_strain + flow.strain
+        return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
+
+    def turned(self, response: Response, tensor: Floats) -> Floats:
+        """A tensor (e, q, s) of the increment's start turned with the body to its end."""
+        midpoint = self.scene.configuration is Configuration.MIDPOINT
+        return rotate(tensor, response.kinematics.angle) if midpoint else tensor
 
     def respond(self, state: State, x: Floats) -> Response:
         """Response to the free displacements x (n,).
@@ -247,23 +250,19 @@ class Body:
             self.scene.material.elasticity.shear,
         )
 
-    def advance(
-        self, start: State, response: Response, tau: float, travel: Floats, forces: Floats, gap: Floats
-    ) -> State:
+    def advance(self, start: State, response: Response, tau: float, forces: Floats, gap: Floats) -> State:
         """The state after accepting the response: (30), stress and internals as returned.
 
-        ``start`` is the last accepted state; the response's own may have its flow carried on. ``travel`` (tools, d) is
-        that of the tools; forces (c, d) and gaps (c,) are those of the candidates at the end.
+        ``start`` is the last accepted state; the response's own may have its flow carried on. Forces (c, d) and gaps
+        (c,) are those of the candidates at the end.
         """
-        plastic, before = response.state.plastic_strain, start.plastic_strain
-        if self.scene.configuration is Configuration.MIDPOINT:
-            angle = response.kinematics.angle
-            plastic, before = rotate(plastic, angle), rotate(before, angle)
+        plastic = self.turned(response, response.state.plastic_strain)
+        before = self.turned(response, start.plastic_strain)
         returned = response.returned
         plastic = plastic + returned.plastic_strain
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
-        flow = Flow(travel, flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
+        flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
         du = self.space.spread(response.x)
         return State(
             tau=tau,

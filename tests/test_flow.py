@@ -9,16 +9,9 @@ from bipot import Control, Newton, Schedule, march, upsetting
 from bipot.columns import flow_gap
 from bipot.errors import SceneError
 from bipot.increment import tool_forces
-from bipot.laws.flow import FARTHEST, Flow, Integration
+from bipot.laws.flow import FARTHEST, Flow, Integration, fraction
 from bipot.march import system_of
 from bipot.response import StressUpdate
-
-NONE = np.zeros((1, 1))
-
-
-def travel(length):
-    """That of one tool moving down."""
-    return np.array([[0.0, -length]])
 
 
 def end_force(integration, increments, mu=0.05, reduction=0.3):
@@ -34,17 +27,21 @@ def test_a_smooth_flow_is_differenced_to_second_order(ratio):
     """For y = t^2 the two-step formula dy = a dy_0 + (1 - a dt_0/dt) dt y' is exact, whatever the lengths."""
     length, last = 0.3 * ratio, 0.3
     y, rate = (lambda t: t**2), (lambda t: 2 * t)
-    now = 1.0
-    before = np.array([[y(now) - y(now - last)]])
-    _, carried = Flow(travel(last), before[..., None], before).carried(travel(length))
-    fraction = carried[0, 0] / before[0, 0]
-    own = (length - fraction * last) * rate(now + length)
-    assert carried[0, 0] + own == pytest.approx(y(now + length) - y(now), rel=1e-12)
+    now, a = 1.0, fraction(ratio)
+    carried = a * (y(now) - y(now - last))
+    own = (length - a * last) * rate(now + length)
+    assert carried + own == pytest.approx(y(now + length) - y(now), rel=1e-12)
 
 
-def test_growing_increments_carry_on_no_more_than_is_stable():
-    _, carried = Flow(travel(0.01), NONE[..., None], NONE + 1.0).carried(travel(1.0))
-    assert carried[0, 0] == FARTHEST
+@pytest.mark.parametrize(("ratio", "most"), [(100.0, FARTHEST), (0.0, 0.0), (-1.0, 0.0)])
+def test_what_grows_is_carried_no_farther_than_is_stable_and_what_turns_back_not_at_all(ratio, most):
+    assert fraction(ratio) == most
+
+
+def test_a_part_of_a_flow_is_taken_point_by_point():
+    flow = Flow(np.ones((1, 2, 4)), np.array([[1.0, 2.0]])).times(np.array([[0.5, 0.0]]))
+    assert flow.peeq.tolist() == [[0.5, 0.0]]
+    assert flow.strain.sum(axis=-1).tolist() == [[2.0, 0.0]]
 
 
 @pytest.mark.parametrize("after", [1.0, 1.05, 0.9])

@@ -161,7 +161,7 @@ def test_a_run_without_the_flow_of_its_increments_is_read_and_resumes(tmp_path, 
     shutil.copytree(folder, tmp_path / "old")
     whole = load(tmp_path / "old").state(4)
     with h5py.File(tmp_path / "old/run.h5", "r+") as file:
-        del file["bipot/steps/flow_travel"]
+        del file["bipot/steps/flow_strain"]
     state = load(tmp_path / "old").state(4)
     assert whole.flow is not None
     assert state.flow is None

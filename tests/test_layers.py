@@ -11,7 +11,7 @@ FLOORS = (
     ("fem", "scene"),
     ("contact", "overlap", "programs", "response", "certificate", "coulomb", "system", "certification", "determinacy"),
     ("forms", "increment"),
-    ("diagnosis", "energy", "force_control", "landing", "march", "paper", "exchange", "starting"),
+    ("carrying", "diagnosis", "energy", "force_control", "landing", "march", "paper", "exchange", "starting"),
     ("columns", "export", "history", "traction", "plot"),
 )
 FLOOR = {name: k for k, names in enumerate(FLOORS) for name in names} | {"traction": 2}

@@ -1,7 +1,7 @@
 r"""How plastic flow is integrated over an increment: backward Euler, or two-step backward differences (BDF2).
 
 A radial return takes the direction of the flow from the whole increment but the stress from its end, which is backward
-Euler: of first order wherever the direction turns, as friction makes it. BDF2 with increments of length ratio rho,
+Euler: of first order wherever the direction turns, as friction makes it. BDF2 with flows of length ratio rho,
 
     de_p = a de_p0 + gamma n,    a = rho^2/(1 + 2 rho),    de_p0 the flow of the increment before,
 
@@ -10,6 +10,7 @@ lets the last flow go on by the fraction a, at fixed strain, before the incremen
     sigma* = sigma_n - 2 mu a de_p0,    e_p* = e_p + a de_p0,    p* = p + a dp_0.
 
 The increment from that state is an ordinary one: the same convex programs, return map, tangent and certificate.
+The law knows no time: rho is the ratio of the flows themselves, which :mod:`bipot.carrying` finds.
 """
 
 from __future__ import annotations
@@ -17,10 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 FARTHEST = 1.0
 """Largest fraction a carried on: growth above 1 + sqrt(2) is unstable in BDF2, less than a is still consistent."""
@@ -35,20 +33,24 @@ class Integration(Enum):
 
 @dataclass(frozen=True)
 class Flow:
-    """Plastic flow of an increment in which the tools moved by ``travel`` (tools, d): strain (e, q, s), turned with the
-    body to its end, and peeq (e, q), both zero at points that stayed elastic.
+    """Plastic flow of an increment: strain (e, q, s), turned with the body to its end, and peeq (e, q).
+
+    Both are zero at points that stayed elastic.
     """
 
-    travel: Floats
     strain: Floats
     peeq: Floats
 
-    def carried(self, travel: Floats) -> tuple[Floats, Floats]:
-        """(a de_p0, a dp_0) for a next increment with ``travel`` (tools, d).
+    def times(self, fraction: Floats) -> Flow:
+        """The ``fraction`` (e, q) of it."""
+        return Flow(fraction[..., None] * self.strain, fraction * self.peeq)
 
-        The law knows no time: rho is how far the tools go on along their last travel, 0 where they stop or turn back.
-        """
-        before = float(np.vdot(self.travel, self.travel))
-        ratio = max(float(np.vdot(self.travel, travel)), 0.0) / before if before > 0 else 0.0
-        a = min(ratio**2 / (1 + 2 * ratio), FARTHEST)
-        return a * self.strain, a * self.peeq
+
+def fraction(ratio: float) -> float:
+    """a = rho^2/(1 + 2 rho), at most FARTHEST, of the ratio rho of a flow to the last one; 0 where it turned back.
+
+    >>> fraction(1.0) == 1 / 3
+    True
+    """
+    rho = max(ratio, 0.0)
+    return min(rho**2 / (1 + 2 * rho), FARTHEST)

@@ -1,0 +1,196 @@
+r"""Which plastic flow goes on into an increment: BDF2's ratio and its guards, found from what the material does.
+
+The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`), first by the ratio rho of the two
+increments in pseudo-time, which means nothing to the material: a guess. What the body then did tells
+
+* where the flow did not go on: de_p0 : gamma n <= 0, the point stayed elastic or returned against its last flow;
+* the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried, de_p zero where it stopped.
+
+Where the share of the flow that was wrongly carried exceeds SHARE, |a(rho) - a(rho_used)| > SHARE rho, the increment is
+solved again with the measured ratio, starting from the last solution. Where it does not, points that stopped lose what
+they carried, for good, and it is solved again with the ratio of the others; unless what they would dissipate of it is
+below NEGLIGIBLE of the increment's dissipation and nowhere negative. After RATIOS wrong ratios, REPEATS in all, or a
+failure, no flow is carried: backward Euler.
+
+So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
+stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
+and friction's with it, before an increment is accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.forms import FormName
+from bipot.increment import Solved
+from bipot.laws.flow import Flow, fraction
+from bipot.laws.tensors import equivalent_strain
+from bipot.response import State
+from bipot.system import System
+from bipot.typing import Bools, Floats
+
+SHARE = 0.1
+NEGLIGIBLE = 1e-6
+RATIOS, REPEATS = 2, 8
+
+
+class Attempt(NamedTuple):
+    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
+
+    ``last`` is the failure of the last form that was tried.
+    """
+
+    solved: Solved | None
+    form: FormName
+    passes: int
+    failures: list[str]
+    last: Exception | None = None
+
+
+Solve = Callable[[State, Solved | None], Attempt]
+"""``solve(begun, near_to)`` attempts the increment from a state in which flow has gone on, starting the iteration at a
+solution with other flow carried on."""
+
+
+@dataclass(frozen=True)
+class Carried:
+    """The flow carried on: the last one times a(``ratio``) at the points ``on`` (e, q).
+
+    ``wrong`` counts the ratios before it that the material did not confirm.
+    """
+
+    last: Flow
+    ratio: float
+    on: Bools
+    wrong: int = 0
+
+    @staticmethod
+    def guess(state: State, tau: float) -> Carried | None:
+        """By the lengths in pseudo-time of the increment to ``tau`` and the last one; None without a last flow."""
+        if state.flow is None or not state.length > 0:
+            return None
+        return Carried(state.flow, (tau - state.tau) / state.length, np.asarray(state.flow.strain.any(axis=-1)))
+
+    @property
+    def fraction(self) -> Floats:
+        """a (e, q), zero where nothing is carried."""
+        return np.where(self.on, fraction(self.ratio), 0.0)
+
+    def after(self, course: Course) -> Carried:
+        """What to carry instead where the material took another course: itself if it did not."""
+        if abs(fraction(course.overall) - fraction(self.ratio)) > SHARE * course.overall:
+            return replace(self, ratio=course.overall, wrong=self.wrong + 1)
+        if course.stopped.any():
+            return replace(self, ratio=course.ratio, on=self.on & ~course.stopped)
+        return self
+
+
+@dataclass(frozen=True)
+class Course:
+    """What the material did: points (e, q) whose flow did not go on, the ratio of it at the others, and overall.
+
+    ``overall`` counts the flow of points that stopped as zero. Both are 0 where no flow went on.
+    """
+
+    stopped: Bools
+    ratio: float
+    overall: float
+
+    @staticmethod
+    def of(system: System, carried: Carried, solved: Solved) -> Course:
+        """Measured on the increment that was ``solved`` with the flow ``carried``."""
+        response, a = solved.response, carried.fraction
+        own, weight = response.returned.plastic_strain, response.kinematics.volume
+        last = system.body.turned(response, carried.last.strain)
+        flow = own + a[..., None] * last
+        stopped = carried.on & (np.vecdot(own, last) <= 0)
+        dissipation = weight * np.vecdot(response.returned.stress, flow)
+        yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
+        lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
+        if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
+            stopped = np.zeros_like(stopped)
+        going = carried.on & ~stopped
+        along = max(float(np.sum((weight * np.vecdot(flow, last))[going])), 0.0)
+        square = weight * np.vecdot(last, last)
+        return Course(stopped, *(along / float(np.sum(square[on])) if along > 0 else 0.0 for on in (going, carried.on)))
+
+
+def carry_on(
+    system: System, state: State, tau: float, solve: Solve, refused: Callable[[Attempt], str], second: bool
+) -> Attempt:
+    """Attempt the increment from ``state`` to ``tau``, with the last flow carried on if ``second``, else without.
+
+    ``refused`` says in words why a solution is not accepted, nothing if it is. The attempt returned has the passes and
+    the failures of all.
+    """
+    tried, why = list[Attempt](), ""
+    carried = Carried.guess(state, tau) if second else None
+    while carried is not None and carried.fraction.any() and not why:
+        begun = system.body.carried_on(state, carried.last.times(carried.fraction))
+        tried.append(solve(begun, tried[-1].solved if tried else None))
+        solved = tried[-1].solved
+        after = carried if solved is None else carried.after(Course.of(system, carried, solved))
+        if solved is None:
+            why = "no solution with it"
+        elif after is carried:
+            why = refused(tried[-1])
+            if not why:
+                return _joined(tried)
+        elif after.wrong > RATIOS or len(tried) > REPEATS:
+            why = f"unsettled after {len(tried)} solutions"
+        carried = after
+    if why:
+        tried[-1].failures.append(f"flow not carried on: {why}")
+    return _joined([*tried, _without(state, solve, refused, tried[-1].solved if tried else None)])
+
+
+def _without(state: State, solve: Solve, refused: Callable[[Attempt], str], near_to: Solved | None) -> Attempt:
+    """The attempt by backward Euler, without its solution if that is refused."""
+    attempt = solve(state, near_to)
+    why = refused(attempt) if attempt.solved is not None else ""
+    return (
+        attempt._replace(solved=None, failures=[*attempt.failures, f"{attempt.form.value}: {why}"]) if why else attempt
+    )
+
+
+def _joined(tried: list[Attempt]) -> Attempt:
+    """The last attempt with the passes and failures of all."""
+    failures = [failure for attempt in tried for failure in attempt.failures]
+    return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures)
+
+
+class Dissipated(NamedTuple):
+    """Plastic and frictional dissipation of an increment, and the energy they are measured by (energy units).
+
+    sum_q w sigma : de_p with de_p as the states carry it, - sum_c r_t . du_t, and
+    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, what the body takes up and what it has stored.
+    """
+
+    plastic: float
+    friction: float
+    scale: float
+
+    @staticmethod
+    def of(system: System, start: State, solved: Solved) -> Dissipated:
+        """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
+        response, body = solved.response, system.body
+        stress, kin = response.returned.stress, response.kinematics
+        carried = body.turned(response, response.state.plastic_strain - start.plastic_strain)
+        slip = solved.rows.motion(response.x)[:, 1:]
+        compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
+        taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
+        return Dissipated(
+            float(np.vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain))),
+            -float(np.vdot(solved.r[:, 1:], slip)),
+            float(np.vdot(kin.volume, taken)),
+        )
+
+    def negative(self, margin: float, friction: bool) -> str:
+        """Which dissipation is below - ``margin`` times the energy, in words; friction's only if asked."""
+        found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
+        below = [f"{name} dissipation is negative, {d:.2g}" for name, d in found.items() if d < -margin * self.scale]
+        return " and ".join(below)
