@@ -37,8 +37,8 @@ LIMITS = {
 """Ten times the library's bounds; stresses and flow, which it has none for, are held to equilibrium's."""
 
 POSED_BY_ALL = ("equilibrium", "yielding", "elastic", "flow")
-DISSIPATES = -1e-6
-"""Least share of its magnitudes that an increment's plastic or frictional dissipation may be."""
+DISSIPATES = -TEN * BOUNDS.relative_gap
+"""Least plastic or frictional dissipation over the largest energy of the increment."""
 
 DISAGREEMENT = 1e-5
 SECONDS = 20.0
@@ -109,10 +109,11 @@ def energy_error(all_measures: list[Measures]) -> float:
     return float(abs(work - sum(parts)) / abs(work)) if work else 0.0
 
 
-def disagreement(base: Ran, other: Ran, seen: Variant) -> tuple[float, float, int]:
+def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tuple[float, float, int]:
     """Largest difference of forces and of displacements over the runs' largest, while both took the same increments.
 
-    The third number is that of the increments compared. What is not unique is not compared.
+    Forces within twice the ``resolution`` are not told apart. The third number is that of the increments compared. What
+    is not unique is not compared.
     """
     mine, theirs = setting_of(base.scene), setting_of(other.scene)
     forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
@@ -125,7 +126,7 @@ def disagreement(base: Ran, other: Ran, seen: Variant) -> tuple[float, float, in
         s = seen.sign * forces_by_node(other.scene, theirs, b.state)[:, seen.number] / seen.force
         u = a.state.nodes - base.scene.mesh.nodes
         v = seen.sign * (b.state.nodes - other.scene.mesh.nodes)[seen.number] / seen.length
-        forces.append(np.array([np.abs(r - s).max(), np.abs(r).max()]))
+        forces.append(np.array([np.abs(r - s).max() - 2 * resolution, np.abs(r).max()]))
         moves.append(np.array([np.abs(u - v).max() - _blur(base.scene), np.abs(u).max()]))
     return _share(forces), _share(moves), count
 
@@ -162,10 +163,10 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
     exact = drawn.form != "penalty"
     all_measures = measured(base)
     wrong = [f"increment {k}: {what}" for k, m in enumerate(all_measures, 1) for what in broken(m, exact)]
-    worst = 0.0
+    worst, resolution = 0.0, max((m.resolution for m in all_measures), default=0.0)
     for seen in variants(drawn.scene, row.seed) if others else ():
         other = run(drawn, seen.scene)
-        force, move, count = disagreement(base, other, seen)
+        force, move, count = disagreement(base, other, seen, resolution)
         worst = max(worst, force, move)
         where = f"{seen.name}, {count} increments"
         wrong += [f"{where}: {what}" for m in measured(other) for what in broken(m, exact)][:1]

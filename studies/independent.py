@@ -12,7 +12,7 @@ cancel), so that a body without force or a travel far below the size of the body
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
   the node;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
-* plastic, friction: what the increment dissipates over the sum of the parts' magnitudes.
+* plastic, friction: what the increment dissipates over the largest of its energies.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent_contact import contact_measures
-from studies.independent_data import EPS, Floats, Setting, Step, beyond, signed
+from studies.independent_data import EPS, Floats, Setting, Step, beyond
 from studies.independent_element import (
     Placed,
     displacement_gradient,
@@ -37,7 +37,10 @@ from studies.independent_element import (
 
 @dataclass(frozen=True)
 class Measures:
-    """The module docstring's numbers, then the increment's work and its elastic, plastic and frictional parts."""
+    """The module docstring's numbers, then the increment's work and its elastic, plastic and frictional parts.
+
+    ``resolution`` is the contact force that round-off of the gaps can make.
+    """
 
     equilibrium: float
     yielding: float
@@ -49,6 +52,7 @@ class Measures:
     plastic: float
     friction: float
     energies: tuple[float, float, float, float]
+    resolution: float
 
 
 def _size(t: Floats) -> Floats:
@@ -73,7 +77,8 @@ def measure(setting: Setting, step: Step) -> Measures:
     Q = rotation(angle)
     blur = _blur(s, step, strained, u)
     contact = contact_measures(s, step, ended)
-    elastic, flow, yielding, dissipated = _material(s, step, strain, Q, blur, ended)
+    elastic, flow, yielding, stored, plastic, unsure = _material(s, step, strain, Q, blur, ended)
+    energies = contact.work, stored, plastic, contact.lost
     middles = [start + step.displacement / 2] if s.midpoint else []
     return Measures(
         equilibrium=_equilibrium(s, step, ended, blur),
@@ -83,9 +88,10 @@ def measure(setting: Setting, step: Step) -> Measures:
         penetration=contact.penetration,
         law=contact.law,
         orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
-        plastic=dissipated[2],
-        friction=contact.friction,
-        energies=(contact.work, dissipated[0], dissipated[1], contact.lost),
+        plastic=_share(plastic, unsure, energies),
+        friction=_share(contact.lost, contact.unsure, energies),
+        energies=energies,
+        resolution=contact.resolution,
     )
 
 
@@ -113,8 +119,8 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
 
 def _material(
     s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats, placed: Placed
-) -> tuple[float, float, float, tuple[float, float, float]]:
-    """Elastic law, flow rule and yield, and energies: elastic, plastic, plastic over the sum of its magnitudes."""
+) -> tuple[float, float, float, float, float, float]:
+    """Elastic law, flow rule and yield; energy stored, plastic dissipation and the round-off of that."""
     start, end = step.start, step.end
     before = turned(start.stress, Q)
     flowed = end.plastic_strain - turned(start.plastic_strain, Q)
@@ -135,10 +141,16 @@ def _material(
     begun = np.exp(-np.trace(strain, axis1=-2, axis2=-1)) if s.midpoint else np.ones(sigma_y.shape)
     S = (begun[..., None, None] * before + end.stress) / 2
     stored = float((placed.volume * np.einsum("eqij,eqij->eq", S, compliance)).sum())
-    parts = placed.volume * np.einsum("eqij,eqij->eq", end.stress, flowed)
-    lost = float(np.einsum("eq,eqij,eqij->", placed.volume, S, flowed))
+    lost = float((placed.volume * np.einsum("eqij,eqij->eq", end.stress, flowed)).sum())
     unsure = float((placed.volume * _size(end.stress) * blur).sum() / (2 * s.shear))
-    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0), (stored, lost, signed(parts, unsure))
+    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0), stored, lost, unsure
+
+
+def _share(lost: float, unsure: float, energies: tuple[float, ...]) -> float:
+    """What is dissipated, or at least what round-off leaves of a loss, over the largest of the increment's energies."""
+    if lost >= -unsure:
+        return max(lost, 0.0) / (max(map(abs, energies)) or 1.0)
+    return (lost + unsure) / max(map(abs, energies))
 
 
 def _flow_left(step: Step, flowed: Floats, direction: Floats, Q: Floats) -> tuple[Floats, Floats]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.independent_data import Bools, Floats, Setting, Step, beyond, signed
+from studies.independent_data import Bools, Floats, Setting, Step, beyond
 from studies.independent_element import Placed, nodal_stiffness
 
 EPS = 8 * float(np.finfo(np.float64).eps)
@@ -24,13 +24,17 @@ FREE = 1e-12
 
 @dataclass(frozen=True)
 class ContactMeasures:
-    """Penetration over size, law over the largest force, signed share of friction, work of the tools, friction's."""
+    """Penetration over size, law over the largest force, work of the tools, that of friction, the round-off of both.
+
+    ``resolution`` is the force that round-off of the gaps and slips can make.
+    """
 
     penetration: float
     law: float
-    friction: float
     work: float
     lost: float
+    unsure: float
+    resolution: float
 
 
 def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
@@ -49,14 +53,15 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     r = step.end.forces
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
     mean = (step.start.forces + r) / 2
-    along = -mean[:, 1] * slip
     work = mean[:, 0] * np.vecdot(c.normal, du) + mean[:, 1] * np.vecdot(c.tangent, c.motion)
+    force = rho * blur
     return ContactMeasures(
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
-        law=beyond(off, rho * (1 + mu) * blur + 1e-15 * step.largest, step.largest),
-        friction=signed(-r[:, 1] * slip, float(np.vdot(np.abs(r[:, 1]), blur))),
+        law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
-        lost=float(along.sum()),
+        lost=-float(np.vdot(r[:, 1], slip)),
+        unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
+        resolution=float(force.max(initial=0.0)),
     )
 
 
@@ -82,5 +87,5 @@ def _projected(r: Floats, gap: Floats, slip: Floats, mu: Floats, rho: Floats) ->
     p = r - rho[:, None] * np.column_stack([gap + mu * np.abs(slip), slip])
     length, way = np.abs(p[:, 1]), np.sign(p[:, 1])
     edge = np.maximum((p[:, 0] + mu * length) / (1 + mu**2), 0.0)
-    inside = length <= mu * p[:, 0]
+    inside = (length <= mu * p[:, 0]) & (p[:, 0] >= 0)
     return np.where(inside[:, None], p, np.column_stack([edge, way * mu * edge]))

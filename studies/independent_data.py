@@ -92,12 +92,6 @@ def beyond(value: Floats, round_off: Floats | float, scale: float) -> float:
     return 0.0 if worst == 0.0 else (worst / scale if scale > 0 else float("inf"))
 
 
-def signed(parts: Floats, unsure: float) -> float:
-    """Sum over the sum of magnitudes, 1 where that is round-off."""
-    total = float(np.abs(parts).sum())
-    return 1.0 if total <= unsure else (float(parts.sum()) + unsure) / total
-
-
 def mandel_to_full(t: Floats) -> Floats:
     """(..., 4) in the order 11, 22, 33, sqrt(2) 12 to (..., 3, 3)."""
     full = np.zeros((*t.shape[:-1], 3, 3))
