@@ -77,8 +77,10 @@ def measure(setting: Setting, step: Step) -> Measures:
     Q = rotation(angle)
     blur = _blur(s, step, strained, u)
     contact = contact_measures(s, step, ended)
-    elastic, flow, yielding, stored, plastic, unsure = _material(s, step, strain, Q, blur, ended)
-    energies = contact.work, stored, plastic, contact.lost
+    elastic, flow, yielding = _material(s, step, strain, Q, blur)
+    stored, spent, plastic = _energies(s, step, strain, Q, ended)
+    unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
+    energies = contact.work, stored, spent, contact.spent
     middles = [start + step.displacement / 2] if s.midpoint else []
     return Measures(
         equilibrium=_equilibrium(s, step, ended, blur),
@@ -117,10 +119,8 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     return beyond(np.linalg.norm(residual, axis=1), round_off, scale)
 
 
-def _material(
-    s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats, placed: Placed
-) -> tuple[float, float, float, float, float, float]:
-    """Elastic law, flow rule and yield; energy stored, plastic dissipation and the round-off of that."""
+def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -> tuple[float, float, float]:
+    """Elastic law, flow rule and yield."""
     start, end = step.start, step.end
     before = turned(start.stress, Q)
     flowed = end.plastic_strain - turned(start.plastic_strain, Q)
@@ -136,14 +136,21 @@ def _material(
     off = np.minimum(2 * s.shear * gamma, np.maximum(sigma_y - equivalent, 0.0))
     # A flow below the round-off of the plastic strain it is the difference of has no direction.
     flow = beyond(np.maximum(2 * s.shear * left, off) / sigma_y, 4 * blur / sigma_y, 1.0)
-    compliance = _compliance(s, end.stress - before)
+    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0)
+
+
+def _energies(s: Setting, step: Step, strain: Floats, Q: Floats, placed: Placed) -> tuple[float, float, float]:
+    """Energy stored and plastic dissipation by the mean of start and end, and the dissipation by the end's stress."""
+    before, end = turned(step.start.stress, Q), step.end.stress
+    flowed = step.end.plastic_strain - turned(step.start.plastic_strain, Q)
     # The volume at the start, as the strain has it.
-    begun = np.exp(-np.trace(strain, axis1=-2, axis2=-1)) if s.midpoint else np.ones(sigma_y.shape)
-    S = (begun[..., None, None] * before + end.stress) / 2
-    stored = float((placed.volume * np.einsum("eqij,eqij->eq", S, compliance)).sum())
-    lost = float((placed.volume * np.einsum("eqij,eqij->eq", end.stress, flowed)).sum())
-    unsure = float((placed.volume * _size(end.stress) * blur).sum() / (2 * s.shear))
-    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0), stored, lost, unsure
+    begun = np.exp(-np.trace(strain, axis1=-2, axis2=-1)) if s.midpoint else np.ones(placed.volume.shape)
+    S = (begun[..., None, None] * before + end) / 2
+
+    def over_volume(a: Floats, b: Floats) -> float:
+        return float(np.einsum("eq,eqij,eqij->", placed.volume, a, b))
+
+    return over_volume(S, _compliance(s, end - before)), over_volume(S, flowed), over_volume(end, flowed)
 
 
 def _share(lost: float, unsure: float, energies: tuple[float, ...]) -> float:

@@ -24,14 +24,17 @@ FREE = 1e-12
 
 @dataclass(frozen=True)
 class ContactMeasures:
-    """Penetration over size, law over the largest force, work of the tools, that of friction, the round-off of both.
+    """Penetration over size, law over the largest force, energies.
 
+    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
+    the end, known to ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips can make.
     """
 
     penetration: float
     law: float
     work: float
+    spent: float
     lost: float
     unsure: float
     resolution: float
@@ -59,6 +62,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
+        spent=-float(np.vdot(mean[:, 1], slip)),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
         resolution=float(force.max(initial=0.0)),
