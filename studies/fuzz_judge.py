@@ -41,7 +41,7 @@ DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 
 DISAGREEMENT = 1e-5
-SECONDS = 20.0
+SECONDS = 5.0
 """After these a run is left where it is: what it accepted is judged."""
 
 

@@ -28,7 +28,7 @@ class ContactMeasures:
 
     ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
     the end, known to ``unsure``.
-    ``resolution`` is the force that round-off of the gaps and slips can make.
+    ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
     """
 
     penetration: float
@@ -65,7 +65,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         spent=-float(np.vdot(mean[:, 1], slip)),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
-        resolution=float(force.max(initial=0.0)),
+        resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
     )
 
 
