@@ -63,11 +63,16 @@ def control_of(drawn: Drawn, scene: Scene) -> Control:
         "dissipation": lambda: (Dissipation(), ()),
         "newton": lambda: (Newton(), (Tangent(), Dissipation())),
         "delassus": lambda: (Delassus(limits=CoulombLimits(tol=1e-12, iterations=200, seconds=2.0)), ()),
-        "penalty": lambda: (Penalty(*[contact_penalty(system_of(scene).candidates, 10.0)] * 2), ()),
-        "uzawa": lambda: (Uzawa(*[contact_penalty(system_of(scene).candidates, 30.0)] * 2), ()),
+        "penalty": lambda: (_penalised(Penalty, scene, 10.0), ()),
+        "uzawa": lambda: (_penalised(Uzawa, scene, 30.0), ()),
     }
     form, fallbacks = forms[drawn.form]()
     return Control(form, fallbacks, cuts=2, integration=drawn.integration)
+
+
+def _penalised(make: Callable[[float, float], Form], scene: Scene, factor: float) -> Form:
+    K = contact_penalty(system_of(scene).candidates, factor)
+    return make(K, K)
 
 
 def run(drawn: Drawn, scene: Scene) -> Ran:

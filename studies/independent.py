@@ -1,7 +1,8 @@
 r"""How far an accepted increment is from the law, recomputed from plain arrays: nothing of the library is imported.
 
-Each measure has what double precision cannot tell from zero taken off first (``EPS`` times the sizes of the terms that
-cancel), so that a body without force or a travel far below the size of the body is judged as any other.
+Each measure has what double precision cannot tell from zero taken off first: ``EPS`` times the sizes of the terms that
+cancel, and strains of one unit of round-off, gaps of one unit of the size. A body without force, or a travel far below
+the size of the body, is then judged as any other.
 
 * equilibrium: largest |nodal residual| on components that are free over the largest nodal sum of |element forces|;
 * yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
@@ -101,8 +102,10 @@ def _blur(s: Setting, step: Step, placed: Placed, u: Floats) -> Floats:
     """Stress (e, q) that round-off of the displacements can make."""
     last = np.abs(u) + (np.abs(step.end.nodes[s.elements]) if step.by_difference else 0.0)
     strain = np.einsum("eai,eqaj->eq", last, np.abs(placed.slopes)) + np.einsum("ea,eqa->eq", last[..., 0], placed.hoop)
+    none = float(np.finfo(np.float64).eps)
     plastic = _size(step.end.plastic_strain) + _size(step.start.plastic_strain)
-    return EPS * ((3 * abs(s.bulk) + 2 * s.shear) * strain + 2 * s.shear * plastic + _size(step.end.stress))
+    cancelled = (3 * s.bulk + 2 * s.shear) * strain + 2 * s.shear * plastic + _size(step.end.stress)
+    return EPS * cancelled + 2 * s.shear * none
 
 
 def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:

@@ -57,6 +57,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
     mean = (step.start.forces + r) / 2
     work = mean[:, 0] * np.vecdot(c.normal, du) + mean[:, 1] * np.vecdot(c.tangent, c.motion)
+    blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     return ContactMeasures(
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
