@@ -123,7 +123,7 @@ def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tup
     mine, theirs = setting_of(base.scene), setting_of(other.scene)
     forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
     for a, b in zip(base.steps, other.steps, strict=False):
-        same = abs(a.state.tau - b.state.tau) <= 1e-12 and a.form is b.form
+        same = abs(a.state.tau - b.state.tau) <= 1e-12
         if not (same and reported_unique(a) and reported_unique(b)):
             break
         count += 1
@@ -168,11 +168,11 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
     exact = drawn.form != "penalty"
     all_measures = measured(base)
     wrong = [f"increment {k}: {what}" for k, m in enumerate(all_measures, 1) for what in broken(m, exact)]
-    worst, resolution = 0.0, max((m.resolution for m in all_measures), default=0.0)
+    worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
     for seen in variants(drawn.scene, row.seed) if others else ():
         other = run(drawn, seen.scene)
         force, move, count = disagreement(base, other, seen, resolution)
-        worst = max(worst, force, move)
+        worst, moved = max(worst, force, move), max(moved, move)
         where = f"{seen.name}, {count} increments"
         wrong += [f"{where}: {what}" for m in measured(other) for what in broken(m, exact)][:1]
         if not force <= DISAGREEMENT:
@@ -183,6 +183,7 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         outcome, reason = Outcome.REFUSED, base.reason
     else:
         outcome, reason = Outcome.CERTIFIED, f"energy error {energy_error(all_measures):.1e}"
+        reason += f", displacements differ by {moved:.1e}" if moved > DISAGREEMENT else ""
     return replace(
         row,
         outcome=outcome,

@@ -4,7 +4,7 @@ Each measure has what double precision cannot tell from zero taken off first: ``
 cancel, and strains of one unit of round-off, gaps of one unit of the size. A body without force, or a travel far below
 the size of the body, is then judged as any other.
 
-* equilibrium: largest |nodal residual| on components that are free over the largest nodal sum of |element forces|;
+* equilibrium: largest |nodal residual| on free components over the largest nodal sum of |element forces| at start and end;
 * yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
 * elastic: sigma - R sigma_n R' - C : (de - de_p), over the largest stress of the body;
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
@@ -115,7 +115,9 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     residual = nodal(s.elements, element, count)
     np.subtract.at(residual, c.node, forces)
     residual[s.held] = 0.0
-    scale = float(nodal(s.elements, np.linalg.norm(element, axis=-1), count).max())
+    # What the body carried at the start counts: unloading ends where forces are what solving has left of them.
+    carried = [element, element_forces(placed, step.start.stress)]
+    scale = max(float(nodal(s.elements, np.linalg.norm(f, axis=-1), count).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
     round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
     np.add.at(round_off, c.node, EPS * np.linalg.norm(forces, axis=1))
