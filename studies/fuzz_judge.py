@@ -91,10 +91,11 @@ def run(drawn: Drawn, scene: Scene) -> Ran:
 
 def measured(ran: Ran) -> list[Measures]:
     """The independent measures of every accepted increment."""
-    setting, largest, out = setting_of(ran.scene), 0.0, list[Measures]()
+    setting, largest, energy, out = setting_of(ran.scene), 0.0, 0.0, list[Measures]()
     for accepted in ran.steps:
         largest = max(largest, float(np.abs(accepted.state.forces).max(initial=0.0)))
-        out.append(measure(setting, step_of(ran.scene, setting, accepted, largest)))
+        out.append(measure(setting, replace(step_of(ran.scene, setting, accepted, largest), energy=energy)))
+        energy = max(energy, *map(abs, out[-1].energies))
     return out
 
 

@@ -4,7 +4,7 @@ Each measure has what double precision cannot tell from zero taken off first: ``
 cancel, and strains of one unit of round-off, gaps of one unit of the size. A body without force, or a travel far below
 the size of the body, is then judged as any other.
 
-* equilibrium: largest |nodal residual| on free components over the largest nodal sum of |element forces| at start and end;
+* equilibrium: largest |nodal residual| where free over the largest nodal sum of |element forces|, at start or end;
 * yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
 * elastic: sigma - R sigma_n R' - C : (de - de_p), over the largest stress of the body;
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
@@ -13,7 +13,7 @@ the size of the body, is then judged as any other.
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
   the node;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
-* plastic, friction: what the increment dissipates over the largest of its energies.
+* plastic, friction: what the increment dissipates over the largest energy of an increment so far.
 """
 
 from __future__ import annotations
@@ -91,8 +91,8 @@ def measure(setting: Setting, step: Step) -> Measures:
         penetration=contact.penetration,
         law=contact.law,
         orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
-        plastic=_share(plastic, unsure, energies),
-        friction=_share(contact.lost, contact.unsure, energies),
+        plastic=_share(plastic, unsure, (*energies, step.energy)),
+        friction=_share(contact.lost, contact.unsure, (*energies, step.energy)),
         energies=energies,
         resolution=contact.resolution,
     )
@@ -159,7 +159,7 @@ def _energies(s: Setting, step: Step, strain: Floats, Q: Floats, placed: Placed)
 
 
 def _share(lost: float, unsure: float, energies: tuple[float, ...]) -> float:
-    """What is dissipated, or at least what round-off leaves of a loss, over the largest of the increment's energies."""
+    """What is dissipated, or at least what round-off leaves of a loss, over the largest of ``energies``."""
     if lost >= -unsure:
         return max(lost, 0.0) / (max(map(abs, energies)) or 1.0)
     return (lost + unsure) / max(map(abs, energies))
