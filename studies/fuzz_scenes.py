@@ -27,6 +27,9 @@ Rng = np.random.Generator
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
+FORMING = 0.09
+"""Travels above this times the size are taken in smaller increments."""
+
 LEAST_JACOBIAN = 0.05
 """Of a distorted mesh, over the mean of its element."""
 
@@ -61,7 +64,7 @@ def draw(seed: int) -> Drawn:
     )
     form = str(rng.choice(FORMS, p=SHARES))
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
-    return Drawn(body, scene, _schedule(rng, tools), form, integration)
+    return Drawn(body, scene, _schedule(rng, tools, travel > FORMING * size), form, integration)
 
 
 def _mesh(rng: Rng, body: str, size: float) -> Mesh:
@@ -98,8 +101,9 @@ def _distorted(rng: Rng, mesh: Mesh) -> Mesh:
 
 
 def _travel(rng: Rng) -> float:
-    """Over the size: mostly forming, sometimes down to a billionth."""
-    return 10.0 ** (rng.uniform(-9, -4) if rng.random() < 0.3 else rng.uniform(-4, np.log10(0.3)))
+    """Over the size: from a billionth on, and often enough to fold elements."""
+    exponents = [rng.uniform(-9, -4), rng.uniform(-4, -1), np.log10(rng.uniform(0.1, 0.35))]
+    return 10.0 ** float(rng.choice(exponents, p=[0.28, 0.44, 0.28]))
 
 
 def _material(rng: Rng, stress: float) -> Material:
@@ -203,9 +207,9 @@ def _path(rng: Rng) -> tuple[tuple[float, float], ...]:
     return paths[rng.choice(4, p=[0.6, 0.18, 0.12, 0.1])]
 
 
-def _schedule(rng: Rng, tools: tuple[FlatTool, ...]) -> Schedule:
-    """2 to 5 increments, with or without a start-up, landing on the paths' bends or not."""
-    increments = int(rng.integers(2, 6))
+def _schedule(rng: Rng, tools: tuple[FlatTool, ...], forming: bool) -> Schedule:
+    """2 to 5 increments, twice that in ``forming``; with or without a start-up; landing on the paths' bends or not."""
+    increments = int(rng.integers(2, 6)) * (2 if forming else 1)
     first = float(rng.choice([0.0, 10.0 ** rng.uniform(-2.5, -1.5)], p=[0.7, 0.3]))
     bends = sorted({tau for tool in tools for tau, _ in tool.path if 0 < tau < 1})
     landings = tuple(bends) if rng.random() < 0.7 else ()

@@ -140,7 +140,9 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     left, gamma = _flow_left(step, flowed, direction, Q)
     off = np.minimum(2 * s.shear * gamma, np.maximum(sigma_y - equivalent, 0.0))
     # A flow below the round-off of the plastic strain it is the difference of has no direction.
-    flow = beyond(np.maximum(2 * s.shear * left, off) / sigma_y, 4 * blur / sigma_y, 1.0)
+    flow = beyond(
+        np.maximum(2 * s.shear * left, off) / sigma_y, (4 * blur + 2 * s.shear * EPS * _size(flowed)) / sigma_y, 1.0
+    )
     return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0)
 
 
@@ -180,9 +182,10 @@ def _flow_left(step: Step, flowed: Floats, direction: Floats, Q: Floats) -> tupl
     f = column(turned(strain, Q), peeq)
     nn, nf, ff = np.vecdot(n, n), np.vecdot(n, f), np.vecdot(f, f)
     wn, wf = np.vecdot(want, n), np.vecdot(want, f)
-    determinant = nn * ff - nf**2
-    apart = determinant > 1e-14 * nn * ff
-    both = np.divide(wf * nn - wn * nf, determinant, out=np.zeros(points), where=apart)
+    # Flow that goes on as before is nearly along n: what is across it must not be a difference of products.
+    across = f - (nf / nn)[..., None] * n
+    apart = np.vecdot(across, across)
+    both = np.divide(np.vecdot(want, across), apart, out=np.zeros(points), where=apart > 0)
     alone = np.divide(wf, ff, out=np.zeros(points), where=ff > 0)
     least, best = np.full(points, np.inf), np.zeros(points)
     for a in (0.0 * wn, 0.0 * wn + 1.0, np.clip(both, 0, 1), np.clip(alone, 0, 1)):

@@ -73,8 +73,8 @@ class Moment:
 class Step:
     """An accepted increment. ``gap`` (c,) is the one stored, or None; ``flow`` that of the increment before, or None.
 
-    ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments up
-    to the start. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
+    ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
+    before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
     """
 
     start: Moment
