@@ -102,32 +102,30 @@ def scaled(posed: Posed) -> Posed:
 def law_error(posed: Posed, r: Floats) -> float:
     """How far r is from the law in the contacts' own units, over max(|q|, |u|), what round-off can make taken off.
 
-    The largest over the contacts of (-u_n)+, of the cone violation of r and of the natural map's velocity, where a
-    force is a velocity at step 1.
+    The largest over the contacts of the distance to the nearest of the law's cases, a force counting as a velocity:
+
+        open   max(|r|, (-u_n)+),    stick   max(|u|, cone violation),    slip   max(|u_n|, |r_t + mu r_n u_t/|u_t||).
+
+    No coefficient multiplies a velocity: the natural map would call a stick wrong by mu times what it still slips.
     """
-    own = scaled(posed)
+    own, eps = scaled(posed), float(np.finfo(np.float64).eps)
     f = r * np.repeat(units(posed.W, posed.dim), posed.dim)
     u = own.W @ f + own.q
-    blur = 16 * np.finfo(np.float64).eps * (np.abs(own.W) @ np.abs(f) + np.abs(own.q))
-    f, u, blur = (x.reshape(-1, posed.dim) for x in (f, u, blur))
-    slip, force = np.linalg.norm(u[:, 1:], axis=1), np.linalg.norm(f[:, 1:], axis=1)
-    outside = np.maximum(force - posed.mu * f[:, 0] - 16 * np.finfo(float).eps * force, -f[:, 0])
-    shifted = u.copy()
-    shifted[:, 0] += posed.mu * slip
-    natural = np.linalg.norm(f - _projected(f - shifted, posed.mu), axis=1)
-    round_off = (1 + posed.mu) * np.linalg.norm(blur, axis=1) + 1e-15 * np.linalg.norm(f, axis=1)
-    worst = np.max([outside, -u[:, 0] - blur[:, 0], natural - round_off], axis=0).max()
+    blur = 16 * eps * (np.abs(own.W) @ np.abs(f) + np.abs(own.q)).reshape(-1, posed.dim).sum(axis=1)
     scale = max(float(np.linalg.norm(own.q)), float(np.linalg.norm(u)))
-    return float(max(worst, 0.0) / scale) if scale > 0 else float(max(worst, 0.0))
-
-
-def _projected(p: Floats, mu: Floats) -> Floats:
-    """Nearest point of the cone |p_t| <= mu p_n (c, d)."""
-    length = np.linalg.norm(p[:, 1:], axis=1)
-    edge = np.maximum((p[:, 0] + mu * length) / (1 + mu**2), 0.0)
-    shrink = np.divide(mu * edge, length, out=np.zeros_like(length), where=length > 0)
-    inside = (length <= mu * p[:, 0]) & (p[:, 0] >= 0)
-    return np.where(inside[:, None], p, np.column_stack([edge, shrink[:, None] * p[:, 1:]]))
+    f, u = f.reshape(-1, posed.dim), u.reshape(-1, posed.dim)
+    size, slip = np.linalg.norm(f, axis=1), np.linalg.norm(u[:, 1:], axis=1)
+    along = np.divide(u[:, 1:], slip[:, None], out=np.zeros_like(u[:, 1:]), where=slip[:, None] > 0)
+    outside = np.maximum(np.linalg.norm(f[:, 1:], axis=1) - posed.mu * f[:, 0], -f[:, 0])
+    opposed = np.linalg.norm(f[:, 1:] + (posed.mu * f[:, 0])[:, None] * along, axis=1)
+    unsure = 16 * eps * size
+    cases = [
+        np.maximum(size, -u[:, 0] - blur),
+        np.maximum(np.linalg.norm(u, axis=1) - blur, outside - unsure),
+        np.max([np.abs(u[:, 0]) - blur, opposed - unsure, -f[:, 0]], axis=0),
+    ]
+    worst = max(float(np.min(cases, axis=0).max()), 0.0)
+    return worst / scale if scale > 0 else worst
 
 
 def least_violation(posed: Posed) -> float:

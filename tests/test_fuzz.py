@@ -210,6 +210,12 @@ def test_a_discrete_answer_is_measured_without_its_force_as_a_scale():
     assert fuzz_coulomb.law_error(runaway, np.array([5.6e9, -5.6e9])) > 0.1
 
 
+def test_what_a_stick_still_slips_is_not_multiplied_by_the_coefficient():
+    """Forces 1e-11 from those that stick, at mu = 1e6: the natural map would say 1e-5."""
+    stick = posed(np.eye(2), [-1.0, 0.5], 1e6)
+    assert fuzz_coulomb.law_error(stick, np.array([1.0, -0.5 + 1e-11])) == pytest.approx(1e-11, rel=0.2)
+
+
 def test_a_discrete_answer_called_solved_that_is_not_is_wrong(monkeypatch):
     monkeypatch.setattr(fuzz_coulomb, "draw", lambda seed: posed(np.eye(2), [-1.0, 0.1], 0.3))
     assert fuzz_coulomb.judge_coulomb(0).outcome is Outcome.CERTIFIED
