@@ -157,6 +157,9 @@ def judge_scene(seed: int, others: bool = True) -> Row:
             drawn = draw(seed)
             row = replace(row, kind=f"scene {drawn.body}", form=drawn.form)
             row = _judged(row, drawn, others)
+    except BipotError as error:
+        # A scene or variant that is refused when it is made.
+        row = replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
     except Warning as warning:
         row = replace(row, outcome=Outcome.WARNING, reason=f"{type(warning).__name__}: {warning}")
     except Exception as error:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bipot.errors import NotConverged
+from bipot.errors import NotConverged, SceneError
 from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Geometry, gradients, strain_operator
@@ -172,6 +172,13 @@ def test_how_a_run_ends_is_its_outcome(monkeypatch, error, outcome):
     row = fuzz_judge.judge_scene(GOOD_SEED)
     assert row.outcome is outcome
     assert str(error) in row.reason
+
+
+def test_a_scene_refused_when_it_is_made_is_refused(monkeypatch):
+    monkeypatch.setattr(fuzz_judge, "draw", raises(SceneError("mu = -1: must be >= 0")))
+    row = fuzz_judge.judge_scene(GOOD_SEED)
+    assert row.outcome is Outcome.REFUSED
+    assert "must be" in row.reason
 
 
 def test_a_warning_of_numpy_is_an_outcome(monkeypatch):
