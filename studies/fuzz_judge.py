@@ -1,0 +1,199 @@
+"""A random scene marched and judged: each increment by the independent measures, the run by its variants."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.certificate import Bounds
+from bipot.coulomb import Limits as CoulombLimits
+from bipot.errors import BipotError
+from bipot.forms import Backend, Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.march import Accepted, Control, march, system_of
+from bipot.scene import Scene
+from studies.fuzz_record import forces_by_node, reported_unique, setting_of, step_of
+from studies.fuzz_row import Outcome, Row
+from studies.fuzz_scenes import Drawn, draw
+from studies.fuzz_variants import Variant, variants
+from studies.independent import Measures, measure
+
+Floats = NDArray[np.float64]
+
+TEN = 10.0
+BOUNDS = Bounds()
+LIMITS = {
+    "equilibrium": TEN * BOUNDS.equilibrium,
+    "yielding": TEN * BOUNDS.yield_violation,
+    "penetration": TEN * BOUNDS.penetration,
+    "law": TEN * 1e-6,
+    "elastic": TEN * BOUNDS.equilibrium,
+    "flow": TEN * BOUNDS.equilibrium,
+}
+"""Ten times the library's bounds; stresses and flow, which it has none for, are held to equilibrium's."""
+
+POSED_BY_ALL = ("equilibrium", "yielding", "elastic", "flow")
+DISSIPATES = -TEN * BOUNDS.relative_gap
+"""Least plastic or frictional dissipation over the largest energy of the increment."""
+
+DISAGREEMENT = 1e-5
+SECONDS = 4.0
+"""Of processor time; after these a run is left where it is, and what it accepted is judged."""
+
+
+@dataclass(frozen=True)
+class Ran:
+    """The accepted increments of a run and how it ended: a BipotError's sentence, or ""."""
+
+    scene: Scene
+    steps: list[Accepted]
+    reason: str
+
+
+def control_of(drawn: Drawn, scene: Scene) -> Control:
+    """The drawn form and its fallbacks, made for ``scene`` (penalties have its units)."""
+    forms: dict[str, Callable[[], tuple[Form, tuple[Form, ...]]]] = {
+        "tangent": lambda: (Tangent(), (Dissipation(),)),
+        "tangent-cvxpy": lambda: (Tangent(backend=Backend.CVXPY), (Dissipation(backend=Backend.CVXPY),)),
+        "uncoupled": lambda: (Tangent(coupled=False), ()),
+        "dissipation": lambda: (Dissipation(), ()),
+        "newton": lambda: (Newton(), (Tangent(), Dissipation())),
+        "delassus": lambda: (Delassus(limits=CoulombLimits(tol=1e-12, iterations=200, seconds=2.0)), ()),
+        "penalty": lambda: (_penalised(Penalty, scene, 10.0), ()),
+        "uzawa": lambda: (_penalised(Uzawa, scene, 30.0), ()),
+    }
+    form, fallbacks = forms[drawn.form]()
+    return Control(form, fallbacks, cuts=2, integration=drawn.integration)
+
+
+def _penalised(make: Callable[[float, float], Form], scene: Scene, factor: float) -> Form:
+    K = contact_penalty(system_of(scene).candidates, factor)
+    return make(K, K)
+
+
+def run(drawn: Drawn, scene: Scene) -> Ran:
+    """March ``scene`` as drawn; BipotErrors end it in words, anything else is raised."""
+    steps, began, reason = list[Accepted](), time.process_time(), ""
+    try:
+        for accepted in march(scene, drawn.schedule, control_of(drawn, scene)):
+            steps.append(accepted)
+            if time.process_time() - began > SECONDS:
+                reason = f"left after {SECONDS:g} s of processor time"
+                break
+    except BipotError as error:
+        reason = f"{type(error).__name__}: {error}"
+    return Ran(scene, steps, reason)
+
+
+def measured(ran: Ran) -> list[Measures]:
+    """The independent measures of every accepted increment."""
+    setting, largest, energy, out = setting_of(ran.scene), 0.0, 0.0, list[Measures]()
+    for accepted in ran.steps:
+        largest = max(largest, float(np.abs(accepted.state.forces).max(initial=0.0)))
+        out.append(measure(setting, replace(step_of(ran.scene, setting, accepted, largest), energy=energy)))
+        energy = max(energy, *map(abs, out[-1].energies))
+    return out
+
+
+def broken(m: Measures, exact: bool) -> list[str]:
+    """The measures that are beyond their limits, in words; a form that poses another law is asked for less."""
+    names = list(LIMITS) if exact else POSED_BY_ALL
+    out = [f"{name} {getattr(m, name):.1e}" for name in names if not getattr(m, name) <= LIMITS[name]]
+    if not m.orientation > 0:
+        out.append(f"orientation {m.orientation:.1e}")
+    shares = {"plastic": m.plastic, "friction": m.friction} if exact else {"plastic": m.plastic}
+    return out + [f"{name} dissipation {share:.1e}" for name, share in shares.items() if not share >= DISSIPATES]
+
+
+def energy_error(all_measures: list[Measures]) -> float:
+    """|work - elastic - plastic - friction| over work at the end; 0 without work."""
+    work, *parts = np.sum([m.energies for m in all_measures], axis=0) if all_measures else np.zeros(4)
+    return float(abs(work - sum(parts)) / abs(work)) if work else 0.0
+
+
+def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tuple[float, float, int]:
+    """Largest difference of forces and of displacements over the runs' largest, while both took the same increments.
+
+    Forces within twice the ``resolution`` are not told apart. The third number is that of the increments compared. What
+    is not unique is not compared.
+    """
+    mine, theirs = setting_of(base.scene), setting_of(other.scene)
+    forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
+    for a, b in zip(base.steps, other.steps, strict=False):
+        same = abs(a.state.tau - b.state.tau) <= 1e-12
+        if not (same and reported_unique(a) and reported_unique(b)):
+            break
+        count += 1
+        r = forces_by_node(base.scene, mine, a.state)
+        s = seen.sign * forces_by_node(other.scene, theirs, b.state)[:, seen.number] / seen.force
+        u = a.state.nodes - base.scene.mesh.nodes
+        v = seen.sign * (b.state.nodes - other.scene.mesh.nodes)[seen.number] / seen.length
+        forces.append(np.array([np.abs(r - s).max() - 2 * resolution, np.abs(r).max()]))
+        moves.append(np.array([np.abs(u - v).max() - _blur(base.scene), np.abs(u).max()]))
+    return _share(forces), _share(moves), count
+
+
+def _blur(scene: Scene) -> float:
+    """Displacements as differences of positions carry their round-off."""
+    return 8 * float(np.finfo(np.float64).eps) * float(np.abs(scene.mesh.nodes).max())
+
+
+def _share(pairs: list[Floats]) -> float:
+    difference, size = np.max(pairs, axis=0)
+    return float(difference / size) if difference > 0 and size > 0 else 0.0
+
+
+def judge_scene(seed: int, others: bool = True) -> Row:
+    """The row of a seed's scene; ``others`` says whether its variants are run too."""
+    began = time.perf_counter()
+    row = Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            drawn = draw(seed)
+            row = replace(row, kind=f"scene {drawn.body}", form=drawn.form)
+            row = _judged(row, drawn, others)
+    except BipotError as error:
+        # A scene or variant that is refused when it is made.
+        row = replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
+    except Warning as warning:
+        row = replace(row, outcome=Outcome.WARNING, reason=f"{type(warning).__name__}: {warning}")
+    except Exception as error:
+        row = replace(row, outcome=Outcome.RAW, reason=f"{type(error).__name__}: {error}")
+    return replace(row, seconds=time.perf_counter() - began)
+
+
+def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
+    base = run(drawn, drawn.scene)
+    exact = drawn.form != "penalty"
+    all_measures = measured(base)
+    wrong = [f"increment {k}: {what}" for k, m in enumerate(all_measures, 1) for what in broken(m, exact)]
+    worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
+    for seen in variants(drawn.scene, row.seed) if others else ():
+        other = run(drawn, seen.scene)
+        force, move, count = disagreement(base, other, seen, resolution)
+        worst, moved = max(worst, force, move), max(moved, move)
+        where = f"{seen.name}, {count} increments"
+        wrong += [f"{where}: {what}" for m in measured(other) for what in broken(m, exact)][:1]
+        if not force <= DISAGREEMENT:
+            wrong.append(f"{where}: forces differ by {force:.1e}")
+    if wrong:
+        outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
+    elif base.reason:
+        outcome, reason = Outcome.REFUSED, base.reason
+    else:
+        outcome, reason = Outcome.CERTIFIED, f"energy error {energy_error(all_measures):.1e}"
+        reason += f", displacements differ by {moved:.1e}" if moved > DISAGREEMENT else ""
+    return replace(
+        row,
+        outcome=outcome,
+        reason=reason,
+        increments=len(base.steps),
+        worst_residual=max((m.equilibrium for m in all_measures), default=0.0),
+        worst_law=max((m.law for m in all_measures), default=0.0) if exact else float("nan"),
+        worst_disagreement=worst,
+    )

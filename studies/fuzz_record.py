@@ -1,0 +1,132 @@
+"""The one place where the fuzz study reads the library's results: accepted increments as plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
+from bipot.march import Accepted
+from bipot.response import State
+from bipot.scene import FlatTool, Scene
+from studies.independent_contact import FREE
+from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+
+def setting_of(scene: Scene) -> Setting:
+    """What stays the same in a run."""
+    held = np.zeros(scene.mesh.nodes.shape, dtype=bool)
+    for support in scene.supports:
+        held[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+    return Setting(
+        elements=scene.mesh.elements,
+        axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,
+        midpoint=scene.configuration is Configuration.MIDPOINT,
+        quadrature=scene.quadrature.value,
+        young=scene.material.elasticity.young,
+        poisson=scene.material.elasticity.poisson,
+        yield_stress=_curve(scene.material.hardening),
+        held=held,
+        size=float(np.ptp(scene.mesh.nodes, axis=0).max()),
+    )
+
+
+def candidates_of(scene: Scene, setting: Setting) -> tuple[Ints, Ints]:
+    """Node and tool (c,) of every candidate: the nodes of a tool's boundaries that can move along its normal."""
+    nodes, tools = [], []
+    for k, tool in enumerate(scene.tools):
+        mine = np.unique(np.concatenate([scene.mesh.boundaries[name].ravel() for name in tool.candidates]))
+        movable = (~setting.held[mine] & (np.abs(tool.normal) > FREE)).any(axis=1)
+        nodes.append(mine[movable])
+        tools.append(np.full(int(movable.sum()), k))
+    return np.concatenate(nodes), np.concatenate(tools)
+
+
+def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) -> Step:
+    """The increment as stored; ``largest`` is the largest contact force of the run up to its end."""
+    node, tool = candidates_of(scene, setting)
+    start, end = accepted.start, accepted.state
+    if len(node) != len(end.forces):
+        raise ValueError(f"{len(end.forces)} contact forces for {len(node)} candidate nodes")
+    stored: Any = getattr(end, "displacement", None)
+    flow = start.flow
+    return Step(
+        start=_moment(start),
+        end=_moment(end),
+        displacement=end.nodes - start.nodes if stored is None else stored,
+        by_difference=stored is None,
+        contacts=_contacts(scene, node, tool, start.tau, end.tau),
+        gap=getattr(end, "gap", None),
+        flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
+        largest=largest,
+    )
+
+
+def reported_unique(accepted: Accepted) -> bool:
+    """Whether the library named nothing of the increment as undetermined."""
+    return not getattr(accepted.solved, "undetermined", ())
+
+
+def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
+    """Contact forces as vectors (tools, a, d)."""
+    node, tool = candidates_of(scene, setting)
+    normal = np.array([t.normal for t in scene.tools])[tool]
+    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
+    out = np.zeros((len(scene.tools), *scene.mesh.nodes.shape))
+    out[tool, node] = state.forces[:, :1] * normal + state.forces[:, 1:] * tangent
+    return out
+
+
+def _moment(state: State) -> Moment:
+    stress, plastic = mandel_to_full(state.stress), mandel_to_full(state.plastic_strain)
+    return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
+
+
+def _contacts(scene: Scene, node: Ints, tool: Ints, tau: float, tau_end: float) -> Contacts:
+    normal = np.array([t.normal for t in scene.tools])
+    point = np.array([t.point for t in scene.tools])
+    begun, ended = (np.array([_moved(t, at) for t in scene.tools]) for at in (tau, tau_end))
+    # A difference of multiples: positions of a tool far away would lose small travels.
+    motion = np.array([_multiple(t, tau_end) - _multiple(t, tau) for t in scene.tools])[:, None]
+    mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
+    return Contacts(
+        node=node,
+        normal=normal[tool],
+        mu=mu,
+        offset=np.vecdot(normal, point + begun)[tool],
+        offset_end=np.vecdot(normal, point + ended)[tool],
+        motion=(motion * np.array([t.travel for t in scene.tools]))[tool],
+    )
+
+
+def _multiple(tool: FlatTool, tau: float) -> float:
+    taus, multiples = np.transpose(tool.path)
+    return float(np.interp(tau, taus, multiples))
+
+
+def _moved(tool: FlatTool, tau: float) -> Floats:
+    return _multiple(tool, tau) * np.array(tool.travel)
+
+
+def _curve(hardening: Hardening) -> Callable[[Floats], Floats]:
+    """The yield stress written a second time, from the curve's numbers."""
+    if isinstance(hardening, Perfect):
+        sigma = hardening.sigma_y
+        return lambda p: sigma + 0 * p
+    if isinstance(hardening, Linear):
+        sigma, slope = hardening.sigma_y, hardening.modulus
+        return lambda p: sigma + slope * p
+    if isinstance(hardening, Voce):
+        h = hardening
+        return lambda p: h.sigma_y + h.saturation * (1 - np.exp(-h.rate * p)) + h.modulus * p
+    if isinstance(hardening, Tabulated):
+        x, y = np.array(hardening.peeq), np.array(hardening.stress)
+        return lambda p: np.interp(p, x, y)
+    raise TypeError(f"no curve known for {hardening!r}")

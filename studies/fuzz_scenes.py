@@ -1,0 +1,219 @@
+"""Random scenes for the fuzz study: body, material, supports, tools, path, form, each drawn from one seed.
+
+A drawn scene is small (a few elements, a few increments) but its numbers are not: sizes and stresses over many orders,
+travels from a billionth of the body on, materials from rubber-like ratios E/sigma_Y to ones that never yield, bodies
+held by tools alone or by nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.errors import SceneError
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration, Geometry
+from bipot.laws.flow import Integration
+from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
+from bipot.laws.von_mises import Elasticity
+from bipot.march import Schedule
+from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.scene import FlatTool, Material, Scene, Support
+from studies.independent_element import orientation
+
+Rng = np.random.Generator
+
+FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
+SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
+FORMING = 0.09
+"""Travels above this times the size are taken in smaller increments."""
+
+LEAST_JACOBIAN = 0.05
+"""Of a distorted mesh, over the mean of its element."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A scene with how it is marched. ``body`` is block, cylinder or ring."""
+
+    body: str
+    scene: Scene
+    schedule: Schedule
+    form: str
+    integration: Integration
+
+
+def draw(seed: int) -> Drawn:
+    """The scene of ``seed``; always the same."""
+    rng = np.random.default_rng([seed, 0])
+    body = str(rng.choice(["block", "cylinder", "ring"], p=[0.45, 0.35, 0.2]))
+    size, stress = 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
+    mesh = _distorted(rng, _mesh(rng, body, size))
+    travel = size * _travel(rng)
+    tools = _tools(rng, body, mesh, travel)
+    scene = Scene(
+        mesh=mesh,
+        geometry=Geometry.PLANE_STRAIN if body == "block" else Geometry.AXISYMMETRIC,
+        material=_material(rng, stress),
+        supports=_supports(rng, body, two=len(tools) > 1),
+        tools=tools,
+        quadrature=Quadrature(rng.choice([q.value for q in Quadrature])),
+        configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
+    )
+    form = str(rng.choice(FORMS, p=SHARES))
+    integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
+    return Drawn(body, scene, _schedule(rng, tools, travel > FORMING * size), form, integration)
+
+
+def _mesh(rng: Rng, body: str, size: float) -> Mesh:
+    """A body whose longest side is about ``size``, of 1 to 4 elements a side (seldom 5)."""
+    n, m = (int(k) for k in rng.choice([1, 2, 3, 4, 5], size=2, p=[0.2, 0.35, 0.27, 0.13, 0.05]))
+    aspect = 2.0 ** rng.uniform(-1.5, 1.5)
+    width, height = size * min(1.0, aspect), size * min(1.0, 1 / aspect)
+    if body == "block":
+        return block(width, height, n, m)
+    if body == "cylinder":
+        return cylinder(width, height, n, m)
+    inner = width * rng.uniform(0.2, 2.0)
+    return ring(inner, inner + width, height, n, m)
+
+
+def _distorted(rng: Rng, mesh: Mesh) -> Mesh:
+    """Inner nodes moved, sides straight or curved, as long as Jacobians stay positive everywhere."""
+    if rng.random() < 0.5:
+        return mesh
+    elements = mesh.elements
+    spread = np.linalg.norm(mesh.nodes[elements[:, 0]] - mesh.nodes[elements[:, 2]], axis=1).min()
+    outer = mesh.boundary_nodes(*mesh.boundaries)
+    curved = rng.random() < 0.5
+    shift = rng.uniform(-1, 1, mesh.nodes.shape)
+    shift[outer] = 0.0
+    for part in (0.25, 0.12, 0.05):
+        nodes = mesh.nodes + part * spread * shift
+        if not curved:
+            corners = np.stack([elements[:, :4], np.roll(elements[:, :4], -1, axis=1)])
+            nodes[elements[:, 4:]] = nodes[corners].mean(axis=0)
+        if orientation(nodes, elements, axisymmetric=False) > LEAST_JACOBIAN:
+            return Mesh(nodes, elements, mesh.boundaries)
+    return mesh
+
+
+def _travel(rng: Rng) -> float:
+    """Over the size: from a billionth on, and often enough to fold elements."""
+    exponents = [rng.uniform(-9, -4), rng.uniform(-4, -1), np.log10(rng.uniform(0.1, 0.35))]
+    return 10.0 ** float(rng.choice(exponents, p=[0.28, 0.44, 0.28]))
+
+
+def _material(rng: Rng, stress: float) -> Material:
+    """``stress`` is the yield stress; E over it 50 to 1e4, sometimes to 1e12."""
+    young = stress * 10.0 ** (rng.uniform(4, 12) if rng.random() < 0.2 else rng.uniform(np.log10(50), 4))
+    poisson = float(rng.choice([rng.uniform(-0.5, 0.2), rng.uniform(0.2, 0.4), 0.49, 0.499, 0.4999]))
+    curves: list[Callable[[], Hardening]] = [
+        lambda: Perfect(stress),
+        lambda: Linear(stress, stress * 10.0 ** rng.uniform(-2, 1)),
+        lambda: Voce(stress, stress * rng.uniform(0, 2), 10.0 ** rng.uniform(-1, 2), stress * rng.uniform(0, 0.5)),
+        lambda: Tabulated((0.0, 0.02, 0.2), (stress, stress * 1.2, stress * rng.uniform(1.2, 2))),
+    ]
+    return Material(Elasticity(young, poisson), curves[rng.integers(len(curves))]())
+
+
+def _supports(rng: Rng, body: str, two: bool) -> tuple[Support, ...]:
+    """Symmetry, clamps, unilateral contact alone where there are ``two`` tools, and seldom nothing at all."""
+    axis = (Support("axis", 0),) if body == "cylinder" else ()
+    sideways = {"block": "left", "ring": "bore"}.get(body)
+    base = (Support("base", 1),)
+    kind = rng.choice(
+        ["symmetric", "base", "clamped", "none"], p=[0.5, 0.15, 0.1, 0.25] if two else [0.7, 0.15, 0.12, 0.03]
+    )
+    if kind == "none":
+        return axis
+    if kind == "clamped":
+        return (*axis, *base, Support("base", 0))
+    return (*axis, *base, Support(sideways, 0)) if kind == "symmetric" and sideways else (*axis, *base)
+
+
+def _friction(rng: Rng) -> float:
+    return float(
+        rng.choice(
+            [0.0, rng.uniform(0.05, 0.6), 10.0 ** rng.uniform(-3, np.log10(3)), np.inf], p=[0.15, 0.5, 0.25, 0.1]
+        )
+    )
+
+
+def _gap(rng: Rng, size: float, travel: float) -> float:
+    """At rest: touching, apart, apart by round-off, or inside."""
+    choices = [0.0, travel * rng.uniform(0, 0.9), 1e-14 * size, -size * 10.0 ** rng.uniform(-6, -2.5)]
+    return float(rng.choice(choices, p=[0.6, 0.2, 0.06, 0.14]))
+
+
+def _tools(rng: Rng, body: str, mesh: Mesh, travel: float) -> tuple[FlatTool, ...]:
+    """A punch from above, sometimes inclined; sometimes with a base that slides or a wall."""
+    side = "right" if body == "block" else "side"
+    punch = _punch(rng, body, mesh, travel, ("top", side) if rng.random() < 0.6 else ("top",))
+    kind = rng.choice(["alone", "base", "wall"], p=[0.6, 0.25, 0.15])
+    if kind == "alone":
+        return (punch,)
+    if kind == "wall":
+        push = -travel * rng.uniform(0, 1) if rng.random() < 0.5 else 0.0
+        gap = _gap(rng, mesh.size, travel)
+        return punch, _tool(mesh, (-1.0, 0.0), (push, 0.0), (side,), gap, _friction(rng), _path(rng))
+    if body != "block" or rng.random() < 0.5:
+        return punch, _tool(mesh, (0.0, 1.0), (0.0, 0.0), ("base",), 0.0, _friction(rng), punch.path)
+    along = (rng.uniform(-1, 1) * travel, 0.0)
+    if rng.random() < 0.3:
+        return punch, _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, _friction(rng), punch.path)
+    held, later = ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)), ((0.0, 0.0), (0.5, 0.0), (1.0, 1.0))
+    return replace(punch, path=held), _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, _friction(rng), later)
+
+
+def _punch(rng: Rng, body: str, mesh: Mesh, travel: float, boundaries: tuple[str, ...]) -> FlatTool:
+    """From above, straight or inclined, sometimes moving sideways too, sometimes with friction node by node."""
+    angle = rng.uniform(-0.2, 0.2) if rng.random() < 0.25 else 0.0
+    slide = rng.uniform(-1, 1) * travel if body == "block" and rng.random() < 0.4 else 0.0
+    normal, gap = (float(np.sin(angle)), -float(np.cos(angle))), _gap(rng, mesh.size, travel)
+    punch = _tool(mesh, normal, (slide, -travel), boundaries, gap, _friction(rng), _path(rng))
+    if punch.welded or rng.random() < 0.7:
+        return punch
+    nodes = mesh.boundary_nodes(*boundaries)
+    return replace(punch, mu_at={int(a): float(rng.uniform(0, 1)) for a in rng.choice(nodes, size=len(nodes) // 2 + 1)})
+
+
+def _tool(
+    mesh: Mesh,
+    normal: tuple[float, float],
+    travel: tuple[float, float],
+    boundaries: tuple[str, ...],
+    gap: float,
+    mu: float,
+    path: tuple[tuple[float, float], ...],
+) -> FlatTool:
+    """A plane ``gap`` away from the nearest node of its boundaries."""
+    nodes = mesh.nodes[mesh.boundary_nodes(*boundaries)]
+    nearest = nodes[np.argmin(nodes @ np.array(normal))]
+    point = nearest - gap * np.array(normal)
+    return FlatTool((float(point[0]), float(point[1])), normal, travel, boundaries, mu, path)
+
+
+def _path(rng: Rng) -> tuple[tuple[float, float], ...]:
+    """Once, partly back, all the way back and again, hold."""
+    paths = (
+        ((0.0, 0.0), (1.0, 1.0)),
+        ((0.0, 0.0), (0.5, 1.0), (1.0, rng.uniform(0, 1))),
+        ((0.0, 0.0), (0.4, 1.0), (0.7, -0.1), (1.0, 1.2)),
+        ((0.0, 0.0), (0.6, 1.0), (1.0, 1.0)),
+    )
+    return paths[rng.choice(4, p=[0.6, 0.18, 0.12, 0.1])]
+
+
+def _schedule(rng: Rng, tools: tuple[FlatTool, ...], forming: bool) -> Schedule:
+    """2 to 5 increments, twice that in ``forming``; with or without a start-up; landing on the paths' bends or not."""
+    increments = int(rng.integers(2, 6)) * (2 if forming else 1)
+    first = float(rng.choice([0.0, 10.0 ** rng.uniform(-2.5, -1.5)], p=[0.7, 0.3]))
+    bends = sorted({tau for tool in tools for tau, _ in tool.path if 0 < tau < 1})
+    landings = tuple(bends) if rng.random() < 0.7 else ()
+    try:
+        return Schedule(increments, first=first, settling=1, growth=4.0, landings=landings)
+    except SceneError:
+        return Schedule(increments, landings=landings)

@@ -1,0 +1,112 @@
+"""The same scene in other units, mirrored, or renumbered, and how its results come back to the original's terms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.fem.kinematics import Geometry
+from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
+from bipot.laws.von_mises import Elasticity
+from bipot.mesh import Mesh
+from bipot.scene import FlatTool, Material, Scene
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5), 1: (3, 2, 1, 0, 6, 5, 4, 7)}
+"""An element's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A scene that is the original seen otherwise.
+
+    Original nodal vectors are ``sign * vectors[number] / scale``; ``number`` (a,) is each original node's here.
+    """
+
+    name: str
+    scene: Scene
+    number: Ints
+    sign: Floats
+    length: float
+    force: float
+
+
+def variants(scene: Scene, seed: int) -> list[Variant]:
+    """One of each kind, drawn from ``seed``."""
+    rng = np.random.default_rng([seed, 2])
+    length, stress = 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6)
+    sideways = scene.geometry is Geometry.PLANE_STRAIN and rng.random() < 0.5
+    return [
+        in_units(scene, length, stress),
+        mirrored(scene, 0 if sideways else 1),
+        renumbered(scene, rng.permutation(len(scene.mesh.nodes)), rng.permutation(len(scene.mesh.elements))),
+    ]
+
+
+def in_units(scene: Scene, length: float, stress: float) -> Variant:
+    """Lengths times ``length``, stresses times ``stress``; forces are those of unit thickness in plane strain."""
+    mesh, elastic = scene.mesh, scene.material.elasticity
+    material = Material(
+        Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
+    )
+    tools = tuple(_moved(tool, lambda x: x * length, lambda x: x * length) for tool in scene.tools)
+    other = replace(
+        scene, mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries), material=material, tools=tools
+    )
+    force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
+    return Variant("units", other, np.arange(len(mesh.nodes)), np.ones(2), length, force)
+
+
+def mirrored(scene: Scene, axis: int) -> Variant:
+    """Coordinate ``axis`` reversed."""
+    mesh, sign = scene.mesh, np.ones(2)
+    sign[axis] = -1.0
+    tools = tuple(_moved(tool, lambda x: x * sign, lambda x: x * sign, lambda n: n * sign) for tool in scene.tools)
+    other = replace(scene, mesh=Mesh(mesh.nodes * sign, mesh.elements[:, ACROSS[axis]], mesh.boundaries), tools=tools)
+    return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
+
+
+def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
+    """Node a becomes ``nodes[a]``; elements in the order ``elements``."""
+    mesh = scene.mesh
+    x = np.empty_like(mesh.nodes)
+    x[nodes] = mesh.nodes
+    boundaries = {name: nodes[edges] for name, edges in mesh.boundaries.items()}
+    tools = tuple(replace(t, mu_at={int(nodes[a]): mu for a, mu in t.mu_at.items()}) for t in scene.tools)
+    other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries), tools=tools)
+    return Variant("renumbered", other, nodes, np.ones(2), 1.0, 1.0)
+
+
+def _moved(
+    tool: FlatTool,
+    point: Callable[[Floats], Floats],
+    travel: Callable[[Floats], Floats],
+    normal: Callable[[Floats], Floats] = lambda n: n,
+) -> FlatTool:
+    def pair(vector: Floats) -> tuple[float, float]:
+        # No signed zeros: they are other numbers to whoever compares representations.
+        return float(vector[0]) + 0.0, float(vector[1]) + 0.0
+
+    return replace(
+        tool,
+        point=pair(point(np.array(tool.point))),
+        travel=pair(travel(np.array(tool.travel))),
+        normal=pair(normal(np.array(tool.normal))),
+    )
+
+
+def _hardening(curve: Hardening, stress: float) -> Hardening:
+    if isinstance(curve, Perfect):
+        return Perfect(curve.sigma_y * stress)
+    if isinstance(curve, Linear):
+        return Linear(curve.sigma_y * stress, curve.modulus * stress)
+    if isinstance(curve, Voce):
+        return Voce(curve.sigma_y * stress, curve.saturation * stress, curve.rate, curve.modulus * stress)
+    if isinstance(curve, Tabulated):
+        return Tabulated(curve.peeq, tuple(s * stress for s in curve.stress))
+    raise TypeError(f"no units known for {curve!r}")

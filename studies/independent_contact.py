@@ -1,0 +1,96 @@
+"""Contact in the fuzz study's recomputation: gap, slip, Coulomb's law in force units, friction's work.
+
+Rows are (n, t) with n from the tool into the body and t = (n_2, -n_1); r_n >= 0 pushes, r_t opposes the slip.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.independent_data import Bools, Floats, Setting, Step, beyond
+from studies.independent_element import Placed, nodal_stiffness
+
+EPS = 8 * float(np.finfo(np.float64).eps)
+"""Round-off of a gap or slip over the coordinates it is the difference of."""
+
+TOUCHING = 1e-9
+"""A welded point is tied below this gap over the size."""
+
+FREE = 1e-12
+"""A direction with less than this on free components cannot move."""
+
+
+@dataclass(frozen=True)
+class ContactMeasures:
+    """Penetration over size, law over the largest force, energies.
+
+    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
+    the end, known to ``unsure``.
+    ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
+    """
+
+    penetration: float
+    law: float
+    work: float
+    spent: float
+    lost: float
+    unsure: float
+    resolution: float
+
+
+def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
+    """Measure the candidates of an increment whose end is ``placed``."""
+    c, du = step.contacts, step.displacement[step.contacts.node]
+    before = np.vecdot(c.normal, step.start.nodes[c.node]) - c.offset
+    gap, blur = _gap(step, before)
+    free = ~s.held[c.node]
+    rubs = (free & (np.abs(c.tangent) > FREE)).any(axis=1)
+    slip = np.where(rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
+    tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
+    mu = np.where(np.isinf(c.mu) | ~rubs, 0.0, c.mu)
+    stiffness = nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes))[c.node]
+    n = c.normal * free
+    rho = np.einsum("ci,cij,cj->c", n, stiffness, n)
+    r = step.end.forces
+    off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
+    mean = (step.start.forces + r) / 2
+    work = mean[:, 0] * np.vecdot(c.normal, du) + mean[:, 1] * np.vecdot(c.tangent, c.motion)
+    blur = blur + np.finfo(np.float64).eps * s.size
+    force = rho * blur
+    return ContactMeasures(
+        penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
+        law=beyond(off, (1 + mu) * force, step.largest),
+        work=float(work.sum()),
+        spent=-float(np.vdot(mean[:, 1], slip)),
+        lost=-float(np.vdot(r[:, 1], slip)),
+        unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
+        resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
+    )
+
+
+def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
+    """Gap at the end (c,) and its round-off: the stored one where it agrees with the positions, else theirs."""
+    c = step.contacts
+    x = step.end.nodes[c.node]
+    gap = np.vecdot(c.normal, x) - c.offset_end
+    blur = EPS * (np.abs(x).max(axis=1) + np.abs(c.offset_end))
+    if step.gap is None:
+        return gap, blur
+    agrees: Bools = np.abs(step.gap - gap) <= 2 * blur
+    moved = np.abs(step.displacement[c.node]).max(axis=1) + np.abs(c.motion).max(axis=1) + np.abs(before)
+    return np.where(agrees, step.gap, gap), np.where(agrees, np.minimum(EPS * moved, blur), 0.0)
+
+
+def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:
+    return rho * np.hypot(gap, slip)
+
+
+def _projected(r: Floats, gap: Floats, slip: Floats, mu: Floats, rho: Floats) -> Floats:
+    """P_K(r - rho (gap + mu |slip|, slip)), K = {|p_t| <= mu p_n}, found by its three cases."""
+    p = r - rho[:, None] * np.column_stack([gap + mu * np.abs(slip), slip])
+    length, way = np.abs(p[:, 1]), np.sign(p[:, 1])
+    edge = np.maximum((p[:, 0] + mu * length) / (1 + mu**2), 0.0)
+    inside = (length <= mu * p[:, 0]) & (p[:, 0] >= 0)
+    return np.where(inside[:, None], p, np.column_stack([edge, way * mu * edge]))

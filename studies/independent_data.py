@@ -1,0 +1,103 @@
+"""What the fuzz study's recomputation is given: an accepted increment in plain arrays, nothing of the library."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+EPS = 64 * float(np.finfo(np.float64).eps)
+"""Round-off over the terms that cancel: sums of up to some dozens of products."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What does not change in a run. ``held`` (a, 2) says which components a support fixes."""
+
+    elements: Ints
+    axisymmetric: bool
+    midpoint: bool
+    quadrature: str
+    young: float
+    poisson: float
+    yield_stress: Callable[[Floats], Floats]
+    held: Bools
+    size: float
+
+    @property
+    def shear(self) -> float:
+        """G."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def bulk(self) -> float:
+        """K."""
+        return self.young / (3 * (1 - 2 * self.poisson))
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Candidates in an increment: node, normal, coefficient, offset n . x of the plane at start and end, its motion."""
+
+    node: Ints
+    normal: Floats
+    mu: Floats
+    offset: Floats
+    offset_end: Floats
+    motion: Floats
+
+    @property
+    def tangent(self) -> Floats:
+        """(n_2, -n_1)."""
+        return np.column_stack([self.normal[:, 1], -self.normal[:, 0]])
+
+
+@dataclass(frozen=True)
+class Moment:
+    """A state in plain arrays: nodes, stress and plastic strain (e, q, 3, 3), peeq (e, q), forces (c, 2)."""
+
+    nodes: Floats
+    stress: Floats
+    plastic_strain: Floats
+    peeq: Floats
+    forces: Floats
+
+
+@dataclass(frozen=True)
+class Step:
+    """An accepted increment. ``gap`` (c,) is the one stored, or None; ``flow`` that of the increment before, or None.
+
+    ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
+    before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
+    """
+
+    start: Moment
+    end: Moment
+    displacement: Floats
+    by_difference: bool
+    contacts: Contacts
+    gap: Floats | None
+    flow: tuple[Floats, Floats] | None
+    largest: float
+    energy: float = 0.0
+
+
+def beyond(value: Floats, round_off: Floats | float, scale: float) -> float:
+    """Largest (value - round_off)+ over ``scale``; 0/0 is 0."""
+    worst = float(np.maximum(value - round_off, 0.0).max(initial=0.0))
+    return 0.0 if worst == 0.0 else (worst / scale if scale > 0 else float("inf"))
+
+
+def mandel_to_full(t: Floats) -> Floats:
+    """(..., 4) in the order 11, 22, 33, sqrt(2) 12 to (..., 3, 3)."""
+    full = np.zeros((*t.shape[:-1], 3, 3))
+    for k in range(3):
+        full[..., k, k] = t[..., k]
+    full[..., 0, 1] = full[..., 1, 0] = t[..., 3] / np.sqrt(2)
+    return full
