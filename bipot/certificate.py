@@ -87,7 +87,7 @@ class Balance:
 class Resolution:
     """What round-off of the stored numbers alone makes of the measures of the same names; nothing of the others."""
 
-    equilibrium: float = 0.0
+    equilibrium: float = 1e-7
     yield_violation: float = 0.0
     cone_violation: float = 0.0
     law: float = 0.0
@@ -129,7 +129,7 @@ class Bounds:
         SceneError: a bound that is not a number above zero.
     """
 
-    equilibrium: float = 5e-7
+    equilibrium: float = 1e-7
     yield_violation: float = 1e-9
     penetration: float = 1e-10
     cone_violation: float = 1e-8

@@ -185,7 +185,7 @@ def _draw(profile: dict[str, NDArray[np.float64]], path: Path) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
     parser.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
     parser.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
     parser.add_argument("--limit", type=float, default=30.0, help="seconds a problem and solver")
