@@ -6,11 +6,12 @@ increments in pseudo-time, which means nothing to the material: a guess. What th
 * where the flow did not go on: de_p0 : gamma n <= 0, the point stayed elastic or returned against its last flow;
 * the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried, de_p zero where it stopped.
 
-Where the share of the flow that was wrongly carried exceeds SHARE, |a(rho) - a(rho_used)| > SHARE rho, the increment is
-solved again with the measured ratio, starting from the last solution. Where it does not, points that stopped lose what
-they carried, for good, and it is solved again with the ratio of the others; unless what they would dissipate of it is
-below NEGLIGIBLE of the increment's dissipation and nowhere negative. After RATIOS wrong ratios, REPEATS in all, or a
-failure, no flow is carried: backward Euler.
+The increment is solved again with the measured ratio, starting from the last solution, where the excess of the flow
+carried over what it should have been, (a(rho_used) - a(rho))/rho of the flow that goes on, is above TOO_MUCH or below
+- TOO_LITTLE: too much lets stress relax for nothing, too little is nearer to backward Euler. Where the ratio is right,
+points that stopped lose what they carried, for good, and the increment is solved again with the ratio of the others;
+unless what they would dissipate of it is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After
+RATIOS wrong ratios, REPEATS in all, or a failure, no flow is carried: backward Euler.
 
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
 stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
@@ -33,7 +34,7 @@ from bipot.response import State
 from bipot.system import System
 from bipot.typing import Bools, Floats
 
-SHARE = 0.1
+TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6
 RATIOS, REPEATS = 2, 8
 
@@ -82,7 +83,8 @@ class Carried:
 
     def after(self, course: Course) -> Carried:
         """What to carry instead where the material took another course: itself if it did not."""
-        if abs(fraction(course.overall) - fraction(self.ratio)) > SHARE * course.overall:
+        excess = fraction(self.ratio) - fraction(course.overall)
+        if excess > TOO_MUCH * course.overall or -excess > TOO_LITTLE * course.overall:
             return replace(self, ratio=course.overall, wrong=self.wrong + 1)
         if course.stopped.any():
             return replace(self, ratio=course.ratio, on=self.on & ~course.stopped)

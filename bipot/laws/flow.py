@@ -18,7 +18,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from bipot.typing import Floats
+import numpy as np
+
+from bipot.typing import Floats, read_only
 
 FARTHEST = 1.0
 """Largest fraction a carried on: growth above 1 + sqrt(2) is unstable in BDF2, less than a is still consistent."""
@@ -35,11 +37,15 @@ class Integration(Enum):
 class Flow:
     """Plastic flow of an increment: strain (e, q, s), turned with the body to its end, and peeq (e, q).
 
-    Both are zero at points that stayed elastic.
+    Both are zero at points that stayed elastic, and read-only.
     """
 
     strain: Floats
     peeq: Floats
+
+    def __post_init__(self) -> None:
+        for name in ("strain", "peeq"):
+            object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
     def times(self, fraction: Floats) -> Flow:
         """The ``fraction`` (e, q) of it."""
