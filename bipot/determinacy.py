@@ -6,6 +6,11 @@ motion that the supports allow leaves every closed contact closed and every stic
 
 Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
 rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
+
+A third test costs a factorisation and is made when asked for, :func:`branches`: where the symmetric part of the
+tangent, geometry included, is positive definite on the motions that the closed contacts allow, no other solution is
+near (Hill's condition); where it is not, the body may go on in another way, as perfectly plastic ones do in free
+compression.
 """
 
 from __future__ import annotations
@@ -19,7 +24,9 @@ from scipy.linalg import null_space
 from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
 from bipot.programs.clarabel import Accuracy, solve
+from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, Cone, ConicProgram, ContactRows, Rows, Term, rows_of
+from bipot.response import Response
 from bipot.system import System
 from bipot.typing import Bools, Floats
 
@@ -29,6 +36,9 @@ inside its cone (of the largest force)."""
 
 RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
+
+STIFF = 1e4
+"""Stiffness that stops a motion, over the largest on the diagonal."""
 
 TIGHT = Accuracy(1e-12)
 
@@ -71,6 +81,18 @@ def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floa
     stopped = (rows.G_n @ rigid)[active.closed]
     held = (rows.G_t @ rigid)[np.repeat(active.sticking[rows.frictional], rows.tangents)]
     return rigid @ null_space(np.vstack([stopped, held]), rcond=RANK)
+
+
+def branches(system: System, response: Response, rows: ContactRows, r: Floats) -> bool:
+    """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
+    body = system.body
+    active = Active.of(rows, rows.motion(response.x), r, body.scene.mesh.size)
+    held = rows_of(rows.G_t, np.repeat(active.sticking[rows.frictional], rows.tangents))
+    stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
+    K = body.space.matrix(body.tangent(response))
+    stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
+    lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
+    return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
 
 
 def settled(rows: ContactRows, x: Floats, N: Floats) -> Floats:

@@ -8,16 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.determinacy import branches
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import FlatTool, Scene
+from bipot.system import System
 from studies.independent_contact import FREE
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
+
+IDLE = 1e-11
+"""Stress over elastic modulus times motion over size below which a body counts as moved without force."""
 
 
 def setting_of(scene: Scene) -> Setting:
@@ -69,9 +74,23 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
     )
 
 
-def reported_unique(accepted: Accepted) -> bool:
-    """Whether the library named nothing of the increment as undetermined."""
-    return not getattr(accepted.solved, "undetermined", ())
+def reported_unique(system: System, accepted: Accepted) -> bool:
+    """Whether the library named nothing of the increment as undetermined, and sees no branch."""
+    solved = accepted.solved
+    return not solved.undetermined and not branches(system, solved.response, solved.rows, solved.r)
+
+
+def idle(scene: Scene, setting: Setting, accepted: Accepted) -> bool:
+    """Whether stress and contact forces are round-off of what the motion would make if it were strain.
+
+    Then there is nothing to judge, and the library may call measures below its resolution.
+    """
+    state, size = accepted.state, setting.size
+    tools = [_moved(t, state.tau) - _moved(t, accepted.start.tau) for t in scene.tools]
+    moved = max(float(np.abs(state.displacement).max()), float(np.abs(tools).max()))
+    stress = IDLE * (3 * setting.bulk + 2 * setting.shear) * moved / size
+    force = stress * (size**2 if setting.axisymmetric else size)
+    return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:

@@ -54,6 +54,8 @@ def test_slope_matches_finite_differences(curve, p):
 @given(p=strain, dp=strain)
 @quick
 def test_energy_matches_quadrature(curve, p, dp):
+    # Lengths near the least number there is are no task for the quadrature.
+    dp = 0.0 if dp < 1e-14 else dp
     inner = [float(k) - p for k in KINKS if p < k < p + dp]
     ends = [0.0, *inner, dp]
     integral = sum(quad(lambda s: float(curve.yield_stress(p + s)), a, b)[0] for a, b in pairwise(ends))

@@ -71,7 +71,9 @@ class _Best:
 
     def settles(self, program: PenaltyProgram, x: Floats) -> bool:
         """Take ``x`` in if it is better; whether there is nothing left to gain."""
-        error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
+        # A body without force has nothing to measure by: the ratio is then infinite.
+        with np.errstate(over="ignore"):
+            error = float(np.abs(program.gradient(x)).max() / program.largest(x))
         self.waited = self.waited + 1 if error >= self.error / 2 else 0
         if error < self.error:
             self.x, self.error = x, error
