@@ -1,8 +1,9 @@
 r"""What an accepted increment leaves open: contact forces that share their nodes, a body that may still move.
 
 Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
-where it sticks) than independent directions on the node's free unknowns. The *position* is not determined where a rigid
-motion that the supports allow leaves every closed contact closed and every sticking one at rest. Both are rank tests.
+where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
+rigid motion that the supports allow leaves every closed contact closed and every sticking one at rest. Both are rank
+tests.
 
 Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
 rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
@@ -34,6 +35,9 @@ CARRIES, STICKS, TOUCHES = 1e-8, 1e-8, 1e-10
 """A contact is closed with this fraction of the largest force, or this near (of the body size); it sticks this far
 inside its cone (of the largest force)."""
 
+STILL = 1e-9
+"""Slip below this fraction of the largest is none."""
+
 RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
@@ -45,19 +49,21 @@ TIGHT = Accuracy(1e-12)
 
 @dataclass(frozen=True)
 class Active:
-    """Which contacts (c,) are closed, and which of these stick."""
+    """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge."""
 
     closed: Bools
     sticking: Bools
+    still: Bools
 
     @staticmethod
     def of(rows: ContactRows, motion: Floats, r: Floats, size: float) -> Active:
-        """By force and gap; a contact at the edge of its cone counts as sliding."""
+        """By force, gap and slip."""
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | (r[:, 0] > CARRIES * largest) | (motion[:, 0] <= TOUCHES * size)
         limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
-        return Active(closed, sticking)
+        slip = norm(motion[:, 1:])
+        return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
 
 
 def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) -> tuple[int, ...]:
@@ -65,7 +71,7 @@ def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) 
     active = Active.of(rows, motion, r, system.body.scene.mesh.size)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
     contacts = np.bincount(node[active.closed], minlength=count)
-    unknowns = contacts + rows.tangents * np.bincount(node[active.sticking], minlength=count)
+    unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions.
     suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
@@ -120,7 +126,7 @@ def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) 
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
         tangents = rows_of(rows.G_t, np.repeat(rows.frictional == c, rows.tangents)).toarray()
-        if active.sticking[c]:
+        if active.still[c]:
             out += [normal, tangents]
         else:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)

@@ -162,6 +162,14 @@ class Accepted:
     seconds: float
     landed: int | None = None
 
+    @property
+    def unique(self) -> bool:
+        """Whether nothing is undetermined and the first form found the answer at once.
+
+        What was found after failures and cuts may be one of several exact answers to so long an increment.
+        """
+        return not self.solved.undetermined and not self.reason
+
 
 def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
     """Body and contact candidates of a scene."""

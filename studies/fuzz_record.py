@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.certificate import Bounds
 from bipot.determinacy import branches
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
@@ -20,9 +21,6 @@ from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
-
-IDLE = 1e-11
-"""Stress over elastic modulus times motion over size below which a body counts as moved without force."""
 
 
 def setting_of(scene: Scene) -> Setting:
@@ -75,20 +73,18 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
 
 
 def reported_unique(system: System, accepted: Accepted) -> bool:
-    """Whether the library named nothing of the increment as undetermined, and sees no branch."""
+    """Whether the library says that the answer is the only one and is resolved, and sees no branch."""
     solved = accepted.solved
-    return not solved.undetermined and not branches(system, solved.response, solved.rows, solved.r)
+    blurred = solved.certificate.below_resolution(Bounds())
+    return accepted.unique and not blurred and not branches(system, solved.response, solved.rows, solved.r)
 
 
-def idle(scene: Scene, setting: Setting, accepted: Accepted) -> bool:
-    """Whether stress and contact forces are round-off of what the motion would make if it were strain.
-
-    Then there is nothing to judge, and the library may call measures below its resolution.
-    """
+def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bool:
+    """Whether stress and contact forces are below a ``share`` of what the motion would make as elastic strain."""
     state, size = accepted.state, setting.size
     tools = [_moved(t, state.tau) - _moved(t, accepted.start.tau) for t in scene.tools]
     moved = max(float(np.abs(state.displacement).max()), float(np.abs(tools).max()))
-    stress = IDLE * (3 * setting.bulk + 2 * setting.shear) * moved / size
+    stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
     return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)
 

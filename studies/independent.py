@@ -139,11 +139,12 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     direction = deviator / np.maximum(_size(deviator), np.finfo(float).tiny)[..., None, None]
     left, gamma = _flow_left(step, flowed, direction, Q)
     off = np.minimum(2 * s.shear * gamma, np.maximum(sigma_y - equivalent, 0.0))
-    # A flow below the round-off of the plastic strain it is the difference of has no direction.
-    flow = beyond(
-        np.maximum(2 * s.shear * left, off) / sigma_y, (4 * blur + 2 * s.shear * EPS * _size(flowed)) / sigma_y, 1.0
-    )
-    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS, 1.0)
+    # A flow below the round-off of the plastic strain it is the difference of has no direction, nor has a deviator
+    # below that of the pressure it stands beside.
+    turned_by = EPS * _size(end.stress) / np.maximum(_size(deviator), np.finfo(float).tiny)
+    unsure = 4 * blur + 2 * s.shear * (EPS + turned_by) * _size(flowed)
+    flow = beyond(np.maximum(2 * s.shear * left, off) / sigma_y, unsure / sigma_y, 1.0)
+    return elastic, flow, beyond(equivalent / sigma_y - 1, EPS * (1 + _size(end.stress) / sigma_y), 1.0)
 
 
 def _energies(s: Setting, step: Step, strain: Floats, Q: Floats, placed: Placed) -> tuple[float, float, float]:
