@@ -110,11 +110,12 @@ class Course:
         last = system.body.turned(response, carried.last.strain)
         flow = own + a[..., None] * last
         stopped = carried.on & (np.vecdot(own, last) <= 0)
-        dissipation = weight * np.vecdot(response.returned.stress, flow)
-        yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
-        lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
-        if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
-            stopped = np.zeros_like(stopped)
+        if stopped.any():
+            dissipation = weight * np.vecdot(response.returned.stress, flow)
+            yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
+            lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
+            if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
+                stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
         along = max(float(np.sum((weight * np.vecdot(flow, last))[going])), 0.0)
         square = weight * np.vecdot(last, last)
