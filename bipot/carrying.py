@@ -11,7 +11,10 @@ carried over what it should have been, (a(rho_used) - a(rho))/rho of the flow th
 - TOO_LITTLE: too much lets stress relax for nothing, too little is nearer to backward Euler. Where the ratio is right,
 points that stopped lose what they carried, for good, and the increment is solved again with the ratio of the others;
 unless what they would dissipate of it is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After
-RATIOS wrong ratios, REPEATS in all, or a failure, no flow is carried: backward Euler.
+RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
+
+Where no solution is found, backward Euler is asked what the material does. It stands if less than TOO_LITTLE goes on;
+else the increment is solved from there with the flow, or has failed. So a solver's luck does not choose the integration.
 
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
 stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
@@ -61,13 +64,15 @@ solution with other flow carried on."""
 class Carried:
     """The flow carried on: the last one times a(``ratio``) at the points ``on`` (e, q).
 
-    ``wrong`` counts the ratios before it that the material did not confirm.
+    ``wrong`` counts the ratios before it that the material did not confirm; ``found`` says that it was found by a
+    solution with backward Euler.
     """
 
     last: Flow
     ratio: float
     on: Bools
     wrong: int = 0
+    found: bool = False
 
     @staticmethod
     def guess(state: State, tau: float) -> Carried | None:
@@ -81,14 +86,26 @@ class Carried:
         """a (e, q), zero where nothing is carried."""
         return np.where(self.on, fraction(self.ratio), 0.0)
 
+    def is_wrong(self, ratio: float) -> bool:
+        """Whether this carries too much or too little where flow goes on by the measured ``ratio``."""
+        excess = fraction(self.ratio) - fraction(ratio)
+        return excess > TOO_MUCH * ratio or -excess > TOO_LITTLE * ratio
+
     def after(self, course: Course) -> Carried:
         """What to carry instead where the material took another course: itself if it did not."""
-        excess = fraction(self.ratio) - fraction(course.overall)
-        if excess > TOO_MUCH * course.overall or -excess > TOO_LITTLE * course.overall:
+        if self.is_wrong(course.overall):
             return replace(self, ratio=course.overall, wrong=self.wrong + 1)
         if course.stopped.any():
             return replace(self, ratio=course.ratio, on=self.on & ~course.stopped)
         return self
+
+    def found_by(self, system: System, euler: Solved) -> Carried | None:
+        """What to carry by what the material does with backward Euler; None where that is as well."""
+        none = replace(self, ratio=0.0)
+        ratio = Course.of(system, none, euler).overall
+        if not none.is_wrong(ratio):
+            return None
+        return replace(self, ratio=ratio if self.is_wrong(ratio) else self.ratio, found=True)
 
 
 @dataclass(frozen=True)
@@ -110,11 +127,12 @@ class Course:
         last = system.body.turned(response, carried.last.strain)
         flow = own + a[..., None] * last
         stopped = carried.on & (np.vecdot(own, last) <= 0)
-        dissipation = weight * np.vecdot(response.returned.stress, flow)
-        yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
-        lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
-        if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
-            stopped = np.zeros_like(stopped)
+        if stopped.any():
+            dissipation = weight * np.vecdot(response.returned.stress, flow)
+            yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
+            lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
+            if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
+                stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
         along = max(float(np.sum((weight * np.vecdot(flow, last))[going])), 0.0)
         square = weight * np.vecdot(last, last)
@@ -135,10 +153,17 @@ def carry_on(
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
         tried.append(solve(begun, tried[-1].solved if tried else None))
         solved = tried[-1].solved
-        after = carried if solved is None else carried.after(Course.of(system, carried, solved))
         if solved is None:
-            why = "no solution with it"
-        elif after is carried:
+            if carried.found:
+                return _joined(tried)
+            tried.append(_without(state, solve, refused, None))
+            euler = tried[-1].solved
+            carried = None if euler is None else carried.found_by(system, euler)
+            if carried is None:
+                return _joined(tried)
+            continue
+        after = carried.after(Course.of(system, carried, solved))
+        if after is carried:
             why = refused(tried[-1])
             if not why:
                 return _joined(tried)
@@ -154,9 +179,10 @@ def _without(state: State, solve: Solve, refused: Callable[[Attempt], str], near
     """The attempt by backward Euler, without its solution if that is refused."""
     attempt = solve(state, near_to)
     why = refused(attempt) if attempt.solved is not None else ""
-    return (
-        attempt._replace(solved=None, failures=[*attempt.failures, f"{attempt.form.value}: {why}"]) if why else attempt
-    )
+    if why:
+        attempt.failures.append(f"{attempt.form.value}: {why}")
+        attempt = attempt._replace(solved=None)
+    return attempt
 
 
 def _joined(tried: list[Attempt]) -> Attempt:

@@ -185,15 +185,45 @@ def test_a_ratio_that_does_not_settle_ends_with_backward_euler(monkeypatch):
     assert not carries(attempt)
 
 
-def test_an_increment_without_solution_with_the_flow_is_solved_without():
-    system, state, tau, solve = flowing()
+def failing(solve, start, times):
+    """``solve`` that finds no solution with flow carried on the first ``times`` times."""
+    left = [8] * times
 
     def fails(begun, near_to):
-        return solve(begun, near_to) if begun is state else Attempt(None, Newton().name, 8, ["newton: stalled"])
+        found = begun is start or not left
+        return solve(begun, near_to) if found else Attempt(None, Newton().name, left.pop(), ["newton: stalled"])
 
-    attempt = carry_on(system, state, tau, fails, accepted, second=True)
-    assert attempt.failures == ["newton: stalled", "flow not carried on: no solution with it"]
-    assert attempt.passes == 8 + attempt.solved.passes
+    return fails
+
+
+def test_where_no_solution_is_found_with_the_flow_it_is_sought_from_the_one_without():
+    system, state, tau, solve = flowing()
+    at_once = carry_on(system, state, tau, solve, accepted, second=True)
+    attempt = carry_on(system, state, tau, failing(solve, state, 1), accepted, second=True)
+    assert attempt.failures == ["newton: stalled"]
+    np.testing.assert_allclose(attempt.solved.r, at_once.solved.r, atol=1e-6 * np.abs(at_once.solved.r).max())
+
+
+def test_backward_euler_does_not_stand_in_where_flow_goes_on():
+    system, state, tau, solve = flowing()
+    attempt = carry_on(system, state, tau, failing(solve, state, 2), accepted, second=True)
+    assert attempt.failures == ["newton: stalled"] * 2
+    assert attempt.solved is None
+    assert attempt.passes > 16
+
+
+def test_backward_euler_does_where_next_to_nothing_of_the_flow_goes_on():
+    system, state, _, _ = flowing()
+    tau = state.tau + state.length / 50
+
+    def solve(begun, near_to):
+        solved = solve_increment(system, begun, tau, Newton(), Limits(), Workspace(), 0.0, near_to=near_to)
+        return Attempt(solved, Newton().name, solved.passes, [])
+
+    misled = replace(state, length=state.length / 50)
+    attempt = carry_on(system, misled, tau, failing(solve, misled, 1), accepted, second=True)
+    assert attempt.failures == ["newton: stalled"]
+    assert not carries(attempt)
 
 
 @pytest.mark.parametrize(("wrong", "part"), [(3.0, 0.05), (1 / 3, 0.7)])
