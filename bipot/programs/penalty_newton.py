@@ -162,7 +162,9 @@ def _search(program: PenaltyProgram, x: Floats) -> Floats:
     enough = -FLATTER * float(g @ d)
     low, high, a = 0.0, 1.0, 1.0
     for _ in range(BISECTIONS):
-        slope = float(program.gradient(x + a * d) @ d)
+        # A step that overflows is too long, like one that leads uphill.
+        with np.errstate(over="ignore", invalid="ignore"):
+            slope = float(program.gradient(x + a * d) @ d)
         if abs(slope) <= enough or (slope < 0 and a == 1.0):
             return x + a * d
         low, high = (a, high) if slope < 0 else (low, a)
