@@ -13,8 +13,8 @@ points that stopped lose what they carried, for good, and the increment is solve
 unless what they would dissipate of it is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After
 RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
-Where no solution is found, backward Euler is asked what the material does. It stands if less than TOO_LITTLE goes on;
-else the increment is solved from there with the flow, or has failed. So a solver's luck does not choose the integration.
+Where no solution is found, backward Euler is asked what the material does. It stands if less than TOO_LITTLE goes
+on; else the increment is solved from there with the flow, or has failed. A solver's luck does not choose.
 
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
 stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,

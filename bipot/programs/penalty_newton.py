@@ -52,8 +52,10 @@ def newton(program: PenaltyProgram, start: Floats) -> Minimum:
     """
     began = time.perf_counter()
     best = _Best(start)
-    if not _full_steps(program, start, best):
-        _searches(program, best)
+    # A body that nothing holds runs away; its residual is then no number below LOST, and that is the answer.
+    with np.errstate(over="ignore", invalid="ignore"):
+        if not _full_steps(program, start, best):
+            _searches(program, best)
     if not best.error <= LOST:
         raise ProgramError(f"penalised Newton left a residual of {best.error:.1e}: use a smaller penalty or increment")
     outcome = Outcome.SOLVED if best.error <= SOLVED else Outcome.ALMOST
@@ -71,9 +73,7 @@ class _Best:
 
     def settles(self, program: PenaltyProgram, x: Floats) -> bool:
         """Take ``x`` in if it is better; whether there is nothing left to gain."""
-        # A body without force has nothing to measure by: the ratio is then infinite.
-        with np.errstate(over="ignore"):
-            error = float(np.abs(program.gradient(x)).max() / program.largest(x))
+        error = float(np.abs(program.gradient(x)).max() / program.largest(x))
         self.waited = self.waited + 1 if error >= self.error / 2 else 0
         if error < self.error:
             self.x, self.error = x, error
@@ -162,9 +162,7 @@ def _search(program: PenaltyProgram, x: Floats) -> Floats:
     enough = -FLATTER * float(g @ d)
     low, high, a = 0.0, 1.0, 1.0
     for _ in range(BISECTIONS):
-        # A step that overflows is too long, like one that leads uphill.
-        with np.errstate(over="ignore", invalid="ignore"):
-            slope = float(program.gradient(x + a * d) @ d)
+        slope = float(program.gradient(x + a * d) @ d)
         if abs(slope) <= enough or (slope < 0 and a == 1.0):
             return x + a * d
         low, high = (a, high) if slope < 0 else (low, a)
