@@ -45,7 +45,7 @@ RATIOS, REPEATS = 2, 8
 class Attempt(NamedTuple):
     """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
 
-    ``last`` is the failure of the last form that was tried.
+    ``last`` is the failure of the last form that was tried; ``strayed`` says whether a form failed that was suited.
     """
 
     solved: Solved | None
@@ -53,6 +53,7 @@ class Attempt(NamedTuple):
     passes: int
     failures: list[str]
     last: Exception | None = None
+    strayed: bool = False
 
 
 Solve = Callable[[State, Solved | None], Attempt]
@@ -188,7 +189,8 @@ def _without(state: State, solve: Solve, refused: Callable[[Attempt], str], near
 def _joined(tried: list[Attempt]) -> Attempt:
     """The last attempt with the passes and failures of all."""
     failures = [failure for attempt in tried for failure in attempt.failures]
-    return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures)
+    strayed = any(attempt.strayed for attempt in tried)
+    return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures, strayed=strayed)
 
 
 class Dissipated(NamedTuple):

@@ -101,12 +101,13 @@ def branches(system: System, response: Response, rows: ContactRows, r: Floats) -
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
 
 
-def settled(rows: ContactRows, x: Floats, N: Floats) -> Floats:
-    """The displacement of least norm among x + N t that keeps gaps and the directions of slip (module docstring)."""
+def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction."""
     motion = rows.motion(x)
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
-    along = slip / np.where(length > 0, length, 1.0)[:, None]
+    rubs = r[rows.frictional, 0] > CARRIES * np.abs(r).max(initial=0.0)
+    along = slip * (rubs / np.where(length > 0, length, 1.0))[:, None]
     forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
     A = np.vstack([rows.G_n @ N, forward])
     b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])

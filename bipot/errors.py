@@ -28,6 +28,10 @@ class ProgramError(BipotError):
     """A convex program was not solved to the asked accuracy."""
 
 
+class UnsuitedForm(ProgramError):
+    """A form does not take such contacts; another one does."""
+
+
 class InfeasibleProgram(ProgramError):
     """No displacement satisfies the program's constraints."""
 

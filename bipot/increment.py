@@ -29,6 +29,9 @@ from bipot.typing import Floats
 NEAR = 4.0
 LEAST_TRAVEL = 1e-6
 
+RUNAWAY = 10.0
+"""Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
+
 SETTLED = 1e-12
 """A free rigid motion below this fraction of the increment's displacement is round-off."""
 
@@ -160,6 +163,7 @@ def solve_increment(
                 if not watch.accepts(certificate, answer.posed, coupling.report):
                     raise watch.failure("the least of the body's free rigid motions leaves")
             body.refuse_folded(least)
+            _refuse_runaway(system, least, tau)
             return Solved(
                 response=least,
                 rows=rows,
@@ -186,10 +190,19 @@ def _settled(system: System, response: Response, rows: ContactRows, r: Floats) -
     loose = loose_motions(system, state.nodes, rows, motion, r)
     if loose.shape[1]:
         words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        x = settled(rows, response.x, loose)
+        x = settled(rows, response.x, r, loose)
         if norm(x - response.x) > SETTLED * norm(x):
             response = system.body.respond(state, x)
     return response, tuple(words)
+
+
+def _refuse_runaway(system: System, response: Response, tau: float) -> None:
+    """Refuse a motion so long that its round-off hides every strain."""
+    size = system.body.scene.mesh.size
+    moved = float(norm(system.body.space.spread(response.x)).max())
+    allowed = RUNAWAY * (size + float(norm(tool_travel(system, response.state.tau, tau)).max(initial=0.0)))
+    if moved > allowed:
+        raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
 
 class _Watch:

@@ -23,6 +23,7 @@ from bipot.errors import (
     InvertedElement,
     NotConverged,
     ProgramError,
+    UnsuitedForm,
     require,
     require_count,
     require_number,
@@ -146,8 +147,9 @@ class Control:
 class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
-    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut. ``landed``
-    is the node whose landing it was cut to (:mod:`bipot.landing`), None if it was not.
+    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut, ``strayed``
+    whether it was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
+    (:mod:`bipot.landing`), None if it was not.
     """
 
     number: int
@@ -161,14 +163,15 @@ class Accepted:
     reason: str
     seconds: float
     landed: int | None = None
+    strayed: bool = False
 
     @property
     def unique(self) -> bool:
-        """Whether nothing is undetermined and the first form found the answer at once.
+        """Whether nothing is undetermined and the first suited form found the answer at once.
 
         What was found after failures and cuts may be one of several exact answers to so long an increment.
         """
-        return not self.solved.undetermined and not self.reason
+        return not self.solved.undetermined and not self.strayed
 
 
 def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
@@ -251,6 +254,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 "; ".join(reasons),
                 seconds,
                 None if landing is None else landing.node,
+                cuts > 0 or attempt.strayed,
             )
             state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
             least = least if landing is None else size / 2**control.cuts
@@ -265,7 +269,7 @@ def attempt_increment(
     """
 
     def solve(begun: State, near_to: Solved | None) -> Attempt:
-        passes, failures, last = 0, list[str](), None
+        passes, failures, last, strayed = 0, list[str](), None, False
 
         def count(trial: Trial) -> None:
             nonlocal passes
@@ -276,10 +280,10 @@ def attempt_increment(
                 solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count, near_to)
             except FAILURES as failure:
                 failures.append(f"{form.name.value}: {failure}")
-                last = failure
+                last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
             else:
-                return Attempt(solved, form.name, passes, failures)
-        return Attempt(None, control.forms[-1].name, passes, failures, last)
+                return Attempt(solved, form.name, passes, failures, strayed=strayed)
+        return Attempt(None, control.forms[-1].name, passes, failures, last, strayed)
 
     def refused(attempt: Attempt) -> str:
         assert attempt.solved is not None

@@ -57,7 +57,7 @@ def draw(seed: int) -> Drawn:
         mesh=mesh,
         geometry=Geometry.PLANE_STRAIN if body == "block" else Geometry.AXISYMMETRIC,
         material=_material(rng, stress),
-        supports=_supports(rng, body, two=len(tools) > 1),
+        supports=_supports(rng, body, tools),
         tools=tools,
         quadrature=Quadrature(rng.choice([q.value for q in Quadrature])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
@@ -119,18 +119,22 @@ def _material(rng: Rng, stress: float) -> Material:
     return Material(Elasticity(young, poisson), curves[rng.integers(len(curves))]())
 
 
-def _supports(rng: Rng, body: str, two: bool) -> tuple[Support, ...]:
-    """Symmetry, clamps, unilateral contact alone where there are ``two`` tools, and seldom nothing at all."""
+def _supports(rng: Rng, body: str, tools: tuple[FlatTool, ...]) -> tuple[Support, ...]:
+    """Symmetry, clamps, unilateral contact alone where there are two tools, and seldom nothing at all.
+
+    A base on a tool is not held.
+    """
+    two, based = len(tools) > 1, any("base" in tool.candidates for tool in tools)
     axis = (Support("axis", 0),) if body == "cylinder" else ()
     sideways = {"block": "left", "ring": "bore"}.get(body)
-    base = (Support("base", 1),)
+    base = () if based else (Support("base", 1),)
     kind = rng.choice(
         ["symmetric", "base", "clamped", "none"], p=[0.5, 0.15, 0.1, 0.25] if two else [0.7, 0.15, 0.12, 0.03]
     )
     if kind == "none":
         return axis
     if kind == "clamped":
-        return (*axis, *base, Support("base", 0))
+        return (*axis, *base) if based else (*axis, *base, Support("base", 0))
     return (*axis, *base, Support(sideways, 0)) if kind == "symmetric" and sideways else (*axis, *base)
 
 

@@ -20,7 +20,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from bipot.errors import ProgramError
+from bipot.errors import ProgramError, UnsuitedForm
 from bipot.programs.data import ContactRows
 from bipot.programs.ordering import SYMMETRIC, minimum_degree
 from bipot.programs.pieces import Pieces
@@ -108,14 +108,14 @@ class Frames:
         own, T = _own(rows, pattern.size)
         shared = np.bincount(own.ravel(), minlength=pattern.size + 1)[: pattern.size] > 1
         if shared.any():
-            raise ProgramError("two contacts share an unknown: Newton needs a conic form there")
+            raise UnsuitedForm("two contacts share an unknown: Newton needs a conic form there")
         # Rows that do not exist (no friction, held tangents, ghosts) are completed to a basis.
         complement = np.linalg.svd(T)[2]
         T = np.where(np.any(T != 0, axis=2, keepdims=True), T, complement)
         try:
             dual = np.linalg.inv(T).transpose(0, 2, 1)
         except np.linalg.LinAlgError as singular:
-            raise ProgramError("contact rows at one node are dependent: Newton needs a conic form") from singular
+            raise UnsuitedForm("contact rows at one node are dependent: Newton needs a conic form") from singular
         return Frames(own, T, dual, *_places(own, pattern))
 
     def motion(self, rows: ContactRows, x: Floats) -> Floats:
@@ -197,7 +197,7 @@ def _own(rows: ContactRows, n: int) -> tuple[Ints, Floats]:
     first = np.searchsorted(pairs, np.arange(rows.count) * (n + 1))
     local = np.arange(len(pairs)) - first[pairs // (n + 1)]
     if np.any(local >= width):
-        raise ProgramError("a contact row couples several nodes: Newton needs a conic form")
+        raise UnsuitedForm("a contact row couples several nodes: Newton needs a conic form")
     own = np.full((rows.count, width), n, dtype=np.intp)
     own[pairs // (n + 1), local] = pairs % (n + 1)
     T = np.zeros((rows.count, width, width))
@@ -219,7 +219,7 @@ def _places(own: Ints, pattern: Pattern) -> tuple[Ints, Ints, Ints, Ints]:
     entries = np.where((own < n)[owner], starts[position][owner] + within[:, None], nnz).T
     columns = np.append(pattern.indices, n)[entries]
     if np.any((columns != columns[0]) & (columns < n)):
-        raise ProgramError("the unknowns of a contact have different neighbours: Newton needs a conic form")
+        raise UnsuitedForm("the unknowns of a contact have different neighbours: Newton needs a conic form")
     matches = columns[0][:, None] == position[owner]
     corner = np.full((len(own), own.shape[1], own.shape[1]), nnz)
     at, axis = np.nonzero(matches)
