@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.certificate import Bounds
 from bipot.fem.kinematics import Configuration, rotate
 from bipot.fem.orientation import min_scaled_jacobian
 from bipot.increment import System
@@ -36,6 +37,12 @@ COURSE = (
     Column("route", "how friction was coupled in the accepted pass", lambda _, a: a.solved.coupled.route.value),
     Column("contraction", "of the coupling, a pass; nan if too few", lambda _, a: a.solved.coupled.contraction),
     Column("coupling_steps", "passes that left friction to the fixed point", lambda _, a: a.solved.coupled.steps),
+    Column("undetermined", "what the law leaves open", lambda _, a: "; ".join(a.solved.undetermined)),
+    Column(
+        "below_resolution",
+        "measures that decide nothing: round-off alone may exceed their default bound",
+        lambda _, a: "; ".join(a.solved.certificate.below_resolution(Bounds())),
+    ),
 )
 
 
@@ -110,6 +117,7 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
         measure("yield_violation", "largest equivalent stress above yield over yield stress"),
         measure("penetration", "largest penetration over body size"),
         measure("cone_violation", "largest force outside the cone over largest force"),
+        measure("law", "largest residual of Coulomb's law in units of force over largest force"),
         Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
         measure("relative_gap", "that gap over the work of the increment"),
     )

@@ -32,8 +32,8 @@ PARAMETERS = {"mu": 0.3, "elements": 2, "hardening": None, "form": "tangent"}
 UNITS = {"length": "mm", "force": "N"}
 HEADER = (
     "increment,reduction,work_J,elastic_J,plastic_J,friction_J,energy_error,passes,cuts,form,reason,"
-    "route,contraction,coupling_steps,"
-    "equilibrium,yield_violation,penetration,cone_violation,bipotential_gap_J,relative_gap,seconds"
+    "route,contraction,coupling_steps,undetermined,below_resolution,"
+    "equilibrium,yield_violation,penetration,cone_violation,law,bipotential_gap_J,relative_gap,seconds"
 )
 
 
