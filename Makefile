@@ -21,7 +21,8 @@ run: $(VENV)/.run
 	@echo "results: $(OUT)  figures: $(OUT)/figures"
 
 test: lint types
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not serial"
+	$(BIN)/python -m pytest -m serial
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -6,6 +6,8 @@ Round-off of the internal forces is that of their own assembly,
 
 summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
 and that of the tools: what an unstressed body is measured by. That of a contact's motion is eps times these lengths.
+Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound, it
+stands for the sum.
 """
 
 from __future__ import annotations
@@ -13,13 +15,15 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.certificate import EPS, Balance, Certificate, ContactFields, MaterialFields, certify
-from bipot.fem.assembly import elastic_diagonal
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.response import Response
 from bipot.system import System, tool_forces, tool_travel
 from bipot.typing import Floats
+
+FAINT = 1e-9
+"""Round-off below this fraction of the forces decides nothing: every bound is above it."""
 
 
 def certify_response(
@@ -45,10 +49,11 @@ def certify_response(
     )
     travel = tool_travel(system, state.tau, tau)
     moved = float(norm(body.space.spread(response.x)).max() + norm(travel).max(initial=0.0))
+    force = body.space.force_scale(response.element_forces)
     balance = Balance(
         residual=norm(body.space.spread(response.internal - rows.forces(r))),
-        force=body.space.force_scale(response.element_forces),
-        blur=_force_blur(system, response, moved),
+        force=force,
+        blur=_force_blur(system, response, moved, FAINT * force),
         size=body.scene.mesh.size,
         work=float(np.sum(tool_forces(system, r) * travel)),
     )
@@ -58,10 +63,7 @@ def certify_response(
 def _contact(
     system: System, response: Response, rows: ContactRows, r: Floats, moved: float, largest: float
 ) -> ContactFields:
-    """The contacts' fields; stiffness is the larger of the elastic diagonal's two entries at the node."""
-    candidates, kin = system.candidates, response.kinematics
-    elastic = system.body.scene.material.elasticity
-    diagonal = system.body.space.nodal(elastic_diagonal(kin.shape, kin.volume, elastic.bulk, elastic.shear))
+    """The contacts' fields."""
     motion = rows.motion(response.x)
     present = float(np.abs(r).max(initial=0.0))
     return ContactFields(
@@ -69,7 +71,7 @@ def _contact(
         motion=motion,
         mu=rows.mu,
         tied=rows.tied,
-        stiffness=diagonal[candidates.node].max(axis=1),
+        stiffness=system.rigidity.contact,
         largest=max(largest, present),
         present=max(present, float(np.abs(response.state.forces).max(initial=0.0))),
         # A far candidate's gap is never small: what it is rounded to does not matter.
@@ -77,11 +79,15 @@ def _contact(
     )
 
 
-def _force_blur(system: System, response: Response, moved: float) -> float:
-    """Round-off of the internal forces at the node where it is largest (module docstring)."""
-    elastic, space = system.body.scene.material.elasticity, system.body.space
-    kin = response.kinematics
+def _force_blur(system: System, response: Response, moved: float, faint: float) -> float:
+    """Round-off of the internal forces at the node where it is largest, or an estimate below ``faint``."""
+    elastic, space, rest = system.body.scene.material.elasticity, system.body.space, system.rigidity
+    kin, stiffness = response.kinematics, elastic.bulk + 2 * elastic.shear
+    largest = float(np.abs(response.rotated).max()) + stiffness * moved * rest.gradient
+    estimate = 10 * EPS * rest.lever * largest
+    if estimate <= faint:
+        return estimate
     gradient = np.abs(kin.shape).sum(axis=2)
-    stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
+    stress = norm(response.rotated) + stiffness * moved * gradient.sum(axis=2)
     forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
     return EPS * float(np.bincount(space.mesh.elements.ravel(), forces.ravel()).max())

@@ -8,9 +8,21 @@ from functools import cached_property
 import numpy as np
 
 from bipot.contact import Candidates
-from bipot.fem.assembly import rigid_motions
+from bipot.fem.assembly import elastic_diagonal, rigid_motions
+from bipot.fem.kinematics import gradients
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Rigidity:
+    """The body at rest: elastic stiffness of the contacts' nodes (c,), the larger of the diagonal's two entries;
+    largest nodal sum of w |N,j| and largest point sum of |N,j|.
+    """
+
+    contact: Floats
+    lever: float
+    gradient: float
 
 
 @dataclass(frozen=True)
@@ -25,6 +37,21 @@ class System:
         """Rigid motions (n, m) at rest that the supports allow: none where they hold the body."""
         scene = self.body.scene
         return rigid_motions(scene.mesh.nodes, self.body.space.free, scene.geometry)
+
+    @cached_property
+    def rigidity(self) -> Rigidity:
+        """What forces and motions are compared by."""
+        body, elastic = self.body, self.body.scene.material.elasticity
+        mesh = body.scene.mesh
+        placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
+        diagonal = elastic_diagonal(placed.shape, placed.volume, elastic.bulk, elastic.shear)
+        slopes = np.abs(placed.shape).sum(axis=2)
+        levers = np.einsum("eq,eqa->ea", placed.volume, slopes)
+        return Rigidity(
+            contact=body.space.nodal(diagonal)[self.candidates.node].max(axis=1),
+            lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
+            gradient=float(slopes.sum(axis=2).max()),
+        )
 
     def rest(self) -> State:
         """The state at rest."""

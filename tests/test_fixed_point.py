@@ -33,7 +33,7 @@ from tests.test_programs import direct, relative, stated
 
 PLAIN = Safeguard(falls=np.inf)
 SHIFT = Safeguard(first=Frozen.SHIFT)
-LOOSE, TIGHT = Bounds(), Bounds(equilibrium=1e-7)
+LOOSE, TIGHT = Bounds(equilibrium=5e-7), Bounds(equilibrium=1e-7)
 UNCOUPLED = Tangent(backend=Backend.CLARABEL, coupled=False)
 
 

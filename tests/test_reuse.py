@@ -158,6 +158,7 @@ def test_plastic_strain_as_the_variable_is_the_same_program():
     assert relative(plastic, program.plastic_strain(ours).ravel()) < 1e-5
 
 
+@pytest.mark.serial
 def test_building_and_sending_a_dissipation_program_take_less_than_a_fifth_of_its_solution():
     """On the seed paper's mesh; a median of ratios within passes, so that a busy machine slows both parts of each."""
     found = stages(recorded(0.3, 10)[:8])

@@ -51,6 +51,7 @@ def speed(tmp_path_factory, seconds):
     return ran(speed_vs_error, tmp_path_factory, seconds)
 
 
+@pytest.mark.serial
 def test_both_comparisons_take_less_than_a_minute(penalty, speed, seconds):
     assert len(seconds) == 2
     assert sum(seconds.values()) < 60
