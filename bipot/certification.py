@@ -5,7 +5,8 @@ Round-off of the internal forces is that of their own assembly,
     eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
 
 summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
-and that of the tools: what an unstressed body is measured by. That of a contact's motion is eps times these lengths.
+and that of the tools within reach: what an unstressed body is measured by. That of a contact's motion is eps times
+these lengths.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.response import Response
-from bipot.system import System, tool_forces, tool_travel
+from bipot.system import System, acting_travel, tool_forces, tool_travel
 from bipot.typing import Floats
 
 
@@ -44,7 +45,8 @@ def certify_response(
         hardening=body.scene.material.hardening,
     )
     travel = tool_travel(system, state.tau, tau)
-    moved = float(norm(body.space.spread(response.x)).max() + norm(travel).max(initial=0.0))
+    acting = acting_travel(system, state.gap, state.tau, tau)
+    moved = float(norm(body.space.spread(response.x)).max() + norm(acting).max())
     balance = Balance(
         residual=norm(body.space.spread(response.internal - rows.forces(r))),
         force=body.space.force_scale(response.element_forces),
@@ -52,11 +54,11 @@ def certify_response(
         size=body.scene.mesh.size,
         work=float(np.sum(tool_forces(system, r) * travel)),
     )
-    return certify(_contact(system, response, rows, r, moved, largest), fields, balance)
+    return certify(_contact(system, response, rows, r, tau, moved, largest), fields, balance)
 
 
 def _contact(
-    system: System, response: Response, rows: ContactRows, r: Floats, moved: float, largest: float
+    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, moved: float, largest: float
 ) -> ContactFields:
     """The contacts' fields; stiffness is the larger of the elastic diagonal's two entries at the node."""
     candidates, kin = system.candidates, response.kinematics
@@ -74,6 +76,7 @@ def _contact(
         present=max(present, float(np.abs(response.state.forces).max(initial=0.0))),
         # A far candidate's gap is never small: what it is rounded to does not matter.
         blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+        inside=candidates.driven_into(tau).depth,
     )
 
 

@@ -296,7 +296,7 @@ def attempt_increment(
 
 def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
-    found = diagnosis(system, state)
+    found = diagnosis(system, state, tau)
     if found:
         return failed + found
     if isinstance(attempt.last, InvertedElement):

@@ -25,7 +25,7 @@ from bipot.errors import (
 )
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.fem.orientation import refuse_folded
+from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
@@ -69,7 +69,7 @@ class FlatTool:
 
     Raises:
         SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            tau = 0 to 1, a coefficient below zero, ``mu_at`` where all is welded.
+            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded.
     """
 
     point: tuple[float, float]
@@ -100,12 +100,12 @@ class FlatTool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_path(self) -> None:
-        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1"
+        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1, the first multiple 0"
         require(isinstance(self.path, tuple | list), "tool.path", self.path, allowed)
         object.__setattr__(self, "path", tuple(_pair(point, "tool.path", allowed) for point in self.path))
         taus = np.array([tau for tau, _ in self.path])
         rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
-        require(rising, "tool.path", self.path, allowed)
+        require(rising and self.path[0][1] == 0, "tool.path", self.path, allowed)
 
     @property
     def welded(self) -> bool:
@@ -137,8 +137,8 @@ class Scene:
     """One body, its supports and tools. ``copies`` says how many times the modelled part makes the whole body.
 
     Raises:
-        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free, no tool, a
-            tool that can touch nothing, a coefficient at a node that is no candidate.
+        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
+            the axis, no tool, a tool that can touch nothing, a coefficient at a node that is no candidate.
     """
 
     mesh: Mesh
@@ -164,6 +164,7 @@ class Scene:
         require(
             len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
         )
+        self._check_axis()
         for k, tool in enumerate(self.tools):
             self._check_candidates(tool, f"tools[{k}]")
 
@@ -175,6 +176,14 @@ class Scene:
         require_type(self.configuration, Configuration, "scene.configuration")
         for name, kind in (("supports", Support), ("tools", FlatTool)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    def _check_axis(self) -> None:
+        """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
+        if self.geometry is Geometry.AXISYMMETRIC:
+            r = self.mesh.nodes[:, 0]
+            loose = np.setdiff1d(2 * np.flatnonzero(r <= AXIS * r.max()), self.held)[:1] // 2
+            what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
+            require(not loose.size, "scene.supports", self.supports, what)
 
     def _check_candidates(self, tool: FlatTool, label: str) -> None:
         """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
