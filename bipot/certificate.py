@@ -167,7 +167,7 @@ def certify(contact: ContactFields, material: MaterialFields, balance: Balance) 
     return Certificate(
         equilibrium=_ratio(float(np.abs(balance.residual).max(initial=0.0)), balance.force),
         yield_violation=float(np.maximum(excess, 0).max()),
-        penetration=max(float((-contact.motion[:, 0]).max(initial=0.0)), contact.inside) / balance.size,
+        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / balance.size,
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,
