@@ -15,9 +15,9 @@ import scipy.sparse as sp
 import skfem
 from scipy.sparse.csgraph import connected_components
 
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
 from bipot.frozen import FrozenMap
-from bipot.typing import Bools, Floats, Ints, read_only
+from bipot.typing import Bools, Floats, Ints, as_array, read_only
 
 NODES, ON_EDGE = 8, 3
 
@@ -78,7 +78,7 @@ class Mesh:
     boundaries: Mapping[str, Ints] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        nodes = np.asarray(self.nodes)
+        nodes = as_array(self.nodes, "mesh.nodes")
         numeric = nodes.ndim == 2 and nodes.shape[1] == 2 and nodes.dtype.kind in "fiu"
         require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", "numbers of shape (nodes, 2)")
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
@@ -188,14 +188,17 @@ def _require_sizes(**sizes: float) -> None:
 
 def _require_near(nodes: Floats) -> None:
     """Positions far from the origin lose shapes and displacements to their round-off."""
-    far, size = float(np.abs(nodes).max(initial=0.0)), float(np.ptp(nodes, axis=0).max(initial=0.0))
+    if not len(nodes):
+        return
+    far, size = float(np.abs(nodes).max()), float(np.ptp(nodes, axis=0).max())
+    require_magnitude(size, "mesh.size", LARGEST_LENGTH)
     allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
     require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
 
 
 def _connectivity(given: object, width: int, field: str, what: str, count: int) -> Ints:
     """Node numbers (n, ``width``) as intp, checked to be whole and in [0, count)."""
-    array = np.asarray(given)
+    array = as_array(given, field)
     require(array.size > 0, field, "empty", f"at least one {what}")
     require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
     require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})")

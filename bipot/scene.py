@@ -15,10 +15,12 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import (
+    LARGEST_LENGTH,
     InvertedElement,
     SceneError,
     require,
     require_count,
+    require_magnitude,
     require_number,
     require_tuple,
     require_type,
@@ -31,6 +33,8 @@ from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
 from bipot.typing import Floats, Ints, read_only
+
+LARGEST_MU = 1e12
 
 
 @dataclass(frozen=True)
@@ -85,13 +89,13 @@ class FlatTool:
             object.__setattr__(self, name, _pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
         require_number(self.mu, "mu")
-        require(self.mu >= 0, "mu", self.mu, ">= 0 (inf welds)")
+        require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
         require_type(self.mu_at, Mapping, "mu_at")
         require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
         for node, mu in self.mu_at.items():
             require_count(node, "mu_at node", 0)
             require_number(mu, f"mu_at[{node}]")
-            require(0 <= mu < np.inf, f"mu_at[{node}]", mu, "finite and >= 0")
+            require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
         object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
         self._check_path()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
@@ -106,6 +110,10 @@ class FlatTool:
         taus = np.array([tau for tau, _ in self.path])
         rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
         require(rising and self.path[0][1] == 0, "tool.path", self.path, allowed)
+        require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
+        reach = max(abs(x) for x in self.travel)
+        for change in np.diff([multiple for _, multiple in self.path]).tolist():
+            require_magnitude(float(change) * reach, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
     @property
     def welded(self) -> bool:

@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from bipot.certificate import Bounds
-from bipot.errors import IncrementFailed, SceneError
+from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
+from bipot.coulomb import Limits as CoulombLimits
+from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.laws.hardening import Perfect
+from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block
@@ -101,3 +104,96 @@ def test_a_body_far_from_the_origin_is_refused():
     assert Mesh(one.nodes + 1e6, one.elements, one.boundaries).size == 10.0
     with pytest.raises(SceneError, match="of the origin"):
         Mesh(one.nodes + 1e12, one.elements, one.boundaries)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: upsetting(mu=0.3, young=210e-195, hardening=Perfect(0.3e-195)),
+        lambda: Elasticity(1e70, 0.3),
+        lambda: Linear(300.0, 1e300),
+        lambda: Tabulated((0.0, 0.1), (300.0, 1e200)),
+        lambda: upsetting(mu=0.3, height=1e-120, diameter=1e-120),
+        lambda: upsetting(mu=0.3, height=1e120, diameter=1e120),
+        lambda: upsetting(mu=0.3, reduction=1e-180),
+        lambda: upsetting(mu=1e160),
+        lambda: replace(PUNCH, travel=(0.0, -1e160)),
+        lambda: replace(PUNCH, point=(0.0, 1e300)),
+        lambda: replace(PUNCH, travel=(0.0, -1e-180)),
+        lambda: replace(PUNCH, path=((0.0, 0.0), (1.0, 1e308))),
+        lambda: replace(PUNCH, mu_at={0: 1e200}),
+        lambda: Perfect(10**400),
+    ],
+)
+def test_numbers_whose_squares_are_none_are_refused(made):
+    """With stresses of 1e-180 nothing yielded, 35 times the force was certified; a travel of 1e-180 had no force."""
+    with pytest.raises(SceneError, match="magnitude|at most|to 1e|float can hold"):
+        made()
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: Control(cuts=2000),
+        lambda: Mesh([[0, 1], [2]], [[0] * 8]),  # type: ignore[arg-type]
+        lambda: Mesh(np.eye(8, 2), [[0, 1], [2]]),  # type: ignore[arg-type]
+        lambda: Tabulated(((0.0,), 1.0), (1.0, 2.0)),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_array_or_too_much_is_refused_in_words(made):
+    with pytest.raises(SceneError):
+        made()
+
+
+def problem(**changes):
+    given = {"W": np.eye(4), "q": [-1.0, 0.0, -1.0, 0.0], "mu": 0.3, "dim": 2}
+    return CoulombProblem(**(given | changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mu": [0.1, 0.2, 0.3]},
+        {"mu": "a"},
+        {"dim": 2.0},
+        {"dim": "2"},
+        {"W": "a"},
+        {"W": None},
+        {"W": [[1, 2], [3]]},
+        {"W": 1j * np.eye(4)},
+        {"W": sparse.csr_array(1j * np.eye(4))},
+        {"W": np.ones((4, 4, 1))},
+        {"W": 1e200 * np.eye(4)},
+        {"q": [1j, 0, 0, 0]},
+        {"q": ["a"] * 4},
+        {"q": [1e200, 0, 0, 0]},
+    ],
+    ids=str,
+)
+def test_a_discrete_problem_of_something_else_is_refused(changes):
+    with pytest.raises(SceneError):
+        problem(**changes)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: CoulombLimits(tol="a"),  # type: ignore[arg-type]
+        lambda: CoulombLimits(iterations=2.5),  # type: ignore[arg-type]
+        lambda: solve(3),  # type: ignore[arg-type]
+        lambda: solve(problem(), 3),  # type: ignore[arg-type]
+        lambda: solve(problem(), chain=()),
+        lambda: solve(problem(), start=["a"] * 4),  # type: ignore[arg-type]
+        lambda: solve(problem(), start=np.full(4, np.inf)),
+        lambda: solve(problem(), start=np.full(4, 1e300)),
+    ],
+)
+def test_a_solver_asked_for_nonsense_says_so(ask):
+    with pytest.raises(SceneError):
+        ask()
+
+
+def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
+    loose = GlobalCoulombProblem(M=np.zeros((2, 2)), H=np.eye(2), f=[1.0, 2.0], w=[0.0, 0.0], mu=0.3, dim=2)
+    with pytest.raises(ProgramError, match="cannot be factorised"):
+        loose.reduced()

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.march import Control, Schedule, march
-from bipot.fem.kinematics import Geometry
 from bipot.mesh import block
 from bipot.overlap import overlap
 from bipot.plot import curved
