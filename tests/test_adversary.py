@@ -127,7 +127,7 @@ def test_a_body_far_from_the_origin_is_refused():
 )
 def test_numbers_whose_squares_are_none_are_refused(made):
     """With stresses of 1e-180 nothing yielded, 35 times the force was certified; a travel of 1e-180 had no force."""
-    with pytest.raises(SceneError, match="magnitude|at most|to 1e|float can hold"):
+    with pytest.raises(SceneError, match=r"magnitude|at most|to 1e|float can hold"):
         made()
 
 
@@ -197,3 +197,33 @@ def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
     loose = GlobalCoulombProblem(M=np.zeros((2, 2)), H=np.eye(2), f=[1.0, 2.0], w=[0.0, 0.0], mu=0.3, dim=2)
     with pytest.raises(ProgramError, match="cannot be factorised"):
         loose.reduced()
+
+
+@pytest.fixture(scope="module")
+def pressed_once():
+    scene = upsetting(mu=0.3, elements=2, reduction=0.02)
+    return scene, next(march(scene, Schedule(2, first=0.2, settling=1))).state
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda state: {"stress": 10 * state.stress}, "start.stress"),
+        (lambda state: {"stress": 1e200 * state.stress}, "start.stress"),
+        (lambda state: {"length": float("nan")}, "start.length"),
+        (lambda state: {"length": "1"}, "start.length"),
+        (lambda state: {"length": -1.0}, "start.length"),
+        (lambda state: {"length": 1e-300}, "start.length"),
+        (lambda state: {"flow": "none"}, "start.flow"),
+    ],
+)
+def test_a_start_that_no_march_leaves_is_refused(pressed_once, change, field):
+    scene, state = pressed_once
+    with pytest.raises(SceneError, match=field):
+        march(scene, Schedule(2), start=replace(state, **change(state)))
+
+
+def test_a_start_of_a_stronger_material_is_refused(pressed_once):
+    _, state = pressed_once
+    with pytest.raises(SceneError, match=r"start.stress.*another material"):
+        march(upsetting(mu=0.3, elements=2, reduction=0.02, hardening=Perfect(100.0)), Schedule(2), start=state)
