@@ -27,8 +27,8 @@ def require_start(start: State, system: System) -> None:
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
-            elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield surface;
-            the message names the field.
+            elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
+            surface; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")

@@ -1,6 +1,7 @@
 """Scenes made to deceive: held nodes in a tool's way, bodies in parts, open axes, tools that have no part in it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.kinematics import Geometry
-from bipot.forms import Dissipation, Newton, Tangent
+from bipot.forms import Answer, Dissipation, FormName, Newton, Pass, Tangent, Workspace
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march
@@ -227,3 +228,24 @@ def test_a_start_of_a_stronger_material_is_refused(pressed_once):
     _, state = pressed_once
     with pytest.raises(SceneError, match=r"start.stress.*another material"):
         march(upsetting(mu=0.3, elements=2, reduction=0.02, hardening=Perfect(100.0)), Schedule(2), start=state)
+
+
+@dataclass(frozen=True)
+class Liar:
+    """A form whose answer is told with a response that is not that of its displacement."""
+
+    name: ClassVar[FormName] = FormName.TANGENT
+    exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = True
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        answer = Tangent().solve(given, workspace)
+        told = given.body.respond(given.response.state, answer.x)
+        return replace(answer, r=0 * answer.r, response=replace(told, internal=0 * told.internal))
+
+
+def test_what_a_form_says_of_the_body_is_not_believed():
+    """Internal forces of zero balanced contact forces of zero, under a punch."""
+    with pytest.raises(IncrementFailed, match="times its bound"):
+        next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), Control(Liar(), (), cuts=0)))
