@@ -42,7 +42,7 @@ class ContactFields:
     """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, tied, stiffness rho (c,).
 
     ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is what
-    round-off makes of the motion.
+    round-off makes of the motion. ``inside`` is the depth in a tool of nodes that are held, hence no contacts.
     """
 
     r: Floats
@@ -53,6 +53,7 @@ class ContactFields:
     largest: float
     present: float
     blur: Floats
+    inside: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ def certify(contact: ContactFields, material: MaterialFields, balance: Balance) 
     return Certificate(
         equilibrium=_ratio(float(np.abs(balance.residual).max(initial=0.0)), balance.force),
         yield_violation=float(np.maximum(excess, 0).max()),
-        penetration=float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)) / balance.size,
+        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / balance.size,
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,

@@ -5,9 +5,9 @@ Round-off of the internal forces is that of their own assembly,
     eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
 
 summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
-and that of the tools: what an unstressed body is measured by. That of a contact's motion is eps times these lengths.
-Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound, it
-stands for the sum.
+and that of the tools within reach: what an unstressed body is measured by. That of a contact's motion is eps times
+these lengths. Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound,
+it stands for the sum.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.response import Response
-from bipot.system import System, tool_forces, tool_travel
+from bipot.system import System, acting_travel, tool_forces, tool_travel
 from bipot.typing import Floats
 
 FAINT = 1e-9
@@ -48,7 +48,8 @@ def certify_response(
         hardening=body.scene.material.hardening,
     )
     travel = tool_travel(system, state.tau, tau)
-    moved = float(norm(body.space.spread(response.x)).max() + norm(travel).max(initial=0.0))
+    acting = acting_travel(system, state.gap, state.tau, tau)
+    moved = float(norm(body.space.spread(response.x)).max() + norm(acting).max())
     force = body.space.force_scale(response.element_forces)
     balance = Balance(
         residual=norm(body.space.spread(response.internal - rows.forces(r))),
@@ -57,11 +58,11 @@ def certify_response(
         size=body.scene.mesh.size,
         work=float(np.sum(tool_forces(system, r) * travel)),
     )
-    return certify(_contact(system, response, rows, r, moved, largest), fields, balance)
+    return certify(_contact(system, response, rows, r, tau, moved, largest), fields, balance)
 
 
 def _contact(
-    system: System, response: Response, rows: ContactRows, r: Floats, moved: float, largest: float
+    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, moved: float, largest: float
 ) -> ContactFields:
     """The contacts' fields."""
     motion = rows.motion(response.x)
@@ -76,6 +77,7 @@ def _contact(
         present=max(present, float(np.abs(response.state.forces).max(initial=0.0))),
         # A far candidate's gap is never small: what it is rounded to does not matter.
         blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+        inside=system.candidates.driven_into(tau).depth,
     )
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -25,6 +26,17 @@ from bipot.scene import Scene
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
+
+
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
+
+class DrivenInto(NamedTuple):
+    """A tool, a held node in it, and how deep (length, 0 where there is none)."""
+
+    tool: int
+    node: int
+    depth: float
 
 
 @dataclass(frozen=True)
@@ -45,6 +57,26 @@ class Candidates:
             mine = self.tool == k
             gap[mine] = nodes[self.node[mine]] @ np.array(tool.normal) - tool.offset(tau)
         return gap
+
+    @cached_property
+    def held(self) -> tuple[tuple[Ints, Floats], ...]:
+        """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal, and n . x there (h,)."""
+        out = list[tuple[Ints, Floats]]()
+        for k, tool in enumerate(self.scene.tools):
+            nodes = np.setdiff1d(self.scene.mesh.boundary_nodes(*tool.candidates), self.node[self.tool == k])
+            out.append((nodes, self.scene.mesh.nodes[nodes] @ np.array(tool.normal)))
+        return tuple(out)
+
+    def driven_into(self, tau: float) -> DrivenInto:
+        """The tool that at ``tau`` is deepest in a node that supports hold along its normal: no motion gets it out."""
+        worst = DrivenInto(0, 0, 0.0)
+        for k, (tool, (nodes, level)) in enumerate(zip(self.scene.tools, self.held, strict=True)):
+            plane = tool.offset(tau)
+            # What round-off of the two positions makes of their difference is no depth.
+            depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
+            if len(nodes) and depth.max() > worst.depth:
+                worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
+        return worst
 
     def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""

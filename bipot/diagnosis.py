@@ -20,9 +20,20 @@ from bipot.typing import Bools, Floats
 ROUND_OFF = 1e-9
 
 
-def diagnosis(system: System, state: State) -> str | None:
-    """The fitting sentence for an increment from ``state`` that failed, None where the scene shows no reason."""
-    return _inside(system, state) or _unheld(system, state)
+def diagnosis(system: System, state: State, tau: float) -> str | None:
+    """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
+    return _blocked(system, tau) or _inside(system, state) or _unheld(system, state)
+
+
+def _blocked(system: System, tau: float) -> str | None:
+    """A tool driven into a node that is held along its normal."""
+    found = system.candidates.driven_into(tau)
+    if found.depth <= ROUND_OFF * system.body.scene.mesh.size:
+        return None
+    return (
+        f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "
+        "stop the tool before it, or let the node go."
+    )
 
 
 def _inside(system: System, state: State) -> str | None:

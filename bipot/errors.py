@@ -11,6 +11,9 @@ from enum import Enum
 from numbers import Integral, Real
 from typing import Any
 
+LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
+"""In any units, and the inverse of the smallest: the square of E times size^2 is then a number, and not zero."""
+
 
 class BipotError(Exception):
     """Base of every error this package raises on purpose."""
@@ -102,8 +105,22 @@ def require_type(value: object, kind: type, field: str, *, optional: bool = Fals
 
 
 def require_number(value: object, field: str) -> None:
-    """Raise :class:`SceneError` unless ``value`` is a real number; True and False are none."""
+    """Raise :class:`SceneError` unless ``value`` is a real number that a float can hold; True and False are none."""
     require(isinstance(value, Real) and not isinstance(value, bool), field, value, "a number")
+    try:
+        float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        require(False, field, "a number of many digits", "one that a float can hold")
+
+
+def require_magnitude(value: float, field: str, largest: float) -> None:
+    """Raise :class:`SceneError` unless |``value``| is zero or from 1/``largest`` to ``largest``.
+
+    Beyond, squares of forces and products with volumes leave the numbers of a computer: an overflow is seen, but an
+    underflow makes a residual zero, and a stress that never yields.
+    """
+    allowed = f"of a magnitude from {1 / largest:g} to {largest:g}: choose other units"
+    require(value == 0 or 1 / largest <= abs(value) <= largest, field, value, allowed)
 
 
 def require_count(value: object, field: str, least: int = 1) -> None:

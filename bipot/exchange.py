@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.coulomb import CoulombProblem, write_fclib
-from bipot.increment import NEAR, System, tool_travel
+from bipot.increment import NEAR, System, acting_travel
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
@@ -53,7 +53,8 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
 def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
     """The candidates (c,) of the increment's contact problem."""
     solved = accepted.solved
-    travel = np.linalg.norm(tool_travel(system, accepted.start.tau, accepted.state.tau), axis=1).max()
+    start = accepted.start
+    travel = np.linalg.norm(acting_travel(system, start.gap, start.tau, accepted.state.tau), axis=1).max()
     body = largest_displacement(system.candidates, solved.response.x)
     motion = max(float(travel), body, LEAST_MOTION * system.body.scene.mesh.size)
     gap = solved.rows.motion(solved.response.x)[:, 0]

@@ -107,6 +107,8 @@ def press(
             displacements from the last end but one to the last: the collapse mechanism.
         NotConverged: an attempt failed, the path ended below the asked force, or the solves were used up.
     """
+    require_count(tool, "tool", 0)
+    require_number(force, "force")
     require(0 <= tool < len(system.body.scene.tools), "tool", tool, f"below {len(system.body.scene.tools)}, >= 0")
     require(0 < force < np.inf, "force", force, "finite and > 0")
     present = tool_force(system, state.forces, tool)

@@ -22,6 +22,7 @@ from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.response import Response, State
 from bipot.system import System as System
+from bipot.system import acting_travel as acting_travel
 from bipot.system import tool_forces as tool_forces
 from bipot.system import tool_travel as tool_travel
 from bipot.typing import Floats
@@ -155,6 +156,10 @@ def solve_increment(
         certificate = certify_response(system, response, rows, r, tau, largest)
         coupling = coupling.update(image(rows, r, answer.x), answer.coupled)
         observe(Trial(number, answer, certificate))
+        if answer.response is not None and watch.accepts(certificate, answer.posed, coupling.report):
+            # What is accepted is recomputed from the displacement, not what the form says the body does.
+            response = body.respond(state, answer.x)
+            certificate = certify_response(system, response, rows, r, tau, largest)
         if watch.accepts(certificate, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
             least, undetermined = _settled(system, response, rows, r)
@@ -198,9 +203,9 @@ def _settled(system: System, response: Response, rows: ContactRows, r: Floats) -
 
 def _refuse_runaway(system: System, response: Response, tau: float) -> None:
     """Refuse a motion so long that its round-off hides every strain."""
-    size = system.body.scene.mesh.size
+    size, state = system.body.scene.mesh.size, response.state
     moved = float(norm(system.body.space.spread(response.x)).max())
-    allowed = RUNAWAY * (size + float(norm(tool_travel(system, response.state.tau, tau)).max(initial=0.0)))
+    allowed = RUNAWAY * (size + float(norm(acting_travel(system, state.gap, state.tau, tau)).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
@@ -256,7 +261,7 @@ def _predicted(system: System, state: State, tau: float, workspace: Workspace) -
 def _units(system: System, state: State, tau: float) -> Units:
     """Displacements in tool travel, stresses in what the increment can reach of the yield stress, volume of a cube."""
     material, size = system.body.scene.material, system.body.scene.mesh.size
-    travel = float(norm(tool_travel(system, state.tau, tau)).max(initial=0.0))
+    travel = float(norm(acting_travel(system, state.gap, state.tau, tau)).max())
     # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
     length = travel or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
     reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import require, require_count, require_number
-from bipot.increment import Solved, System, tool_travel
+from bipot.increment import Solved, System, acting_travel
 from bipot.response import State
 
 Floats = NDArray[np.float64]
@@ -107,7 +107,7 @@ def locate(
     None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
     """
     length = tau - state.tau
-    none = how.tolerance * float(np.linalg.norm(tool_travel(system, state.tau, tau), axis=1).max())
+    none = how.tolerance * float(np.linalg.norm(acting_travel(system, state.gap, state.tau, tau), axis=1).max())
     start_gap = state.gap
 
     def landings(found: Solved) -> Ints:

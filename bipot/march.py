@@ -121,6 +121,7 @@ class Control:
         object.__setattr__(self, "fallbacks", require_tuple(self.fallbacks, Form, "control.fallbacks"))
         require_type(self.limits, Limits, "control.limits")
         require_count(self.cuts, "cuts", 0)
+        require(self.cuts <= 50, "cuts", self.cuts, "at most 50: a pseudo-time has no more digits to halve")
         require_type(self.update, StressUpdate, "control.update")
         require_type(self.integration, Integration, "control.integration")
         require_type(self.locate, Locate, "control.locate", optional=True)
@@ -296,7 +297,7 @@ def attempt_increment(
 
 def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
-    found = diagnosis(system, state)
+    found = diagnosis(system, state, tau)
     if found:
         return failed + found
     if isinstance(attempt.last, InvertedElement):

@@ -11,13 +11,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 import skfem
+from scipy.sparse.csgraph import connected_components
 
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
 from bipot.frozen import FrozenMap
-from bipot.typing import Bools, Floats, Ints, read_only
+from bipot.typing import Bools, Floats, Ints, as_array, read_only
 
 NODES, ON_EDGE = 8, 3
+
+FARTHEST = 1e6
+"""From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
 
 
 @dataclass(frozen=True)
@@ -61,10 +66,11 @@ class Mesh:
     is the middle the elements say.
 
     Raises:
-        SceneError: a coordinate that is not finite; an index that is no whole number or outside the node list; an
-            element twice, or with a node twice; a node of no element; a mid-side node on two different edges; an edge
-            of more than two elements, or of two on the same side; a boundary that is empty, holds an edge twice, or
-            one that is no edge of an element.
+        SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
+            index that is no whole number or outside the node list; an element twice, or with a node twice; a node of
+            no element; a mid-side node on two different edges; an edge of more than two elements, or of two on the
+            same side; parts that share no edge; a boundary that is empty, holds an edge twice, or one that is no edge
+            of an element.
     """
 
     nodes: Floats
@@ -72,16 +78,18 @@ class Mesh:
     boundaries: Mapping[str, Ints] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        nodes = np.asarray(self.nodes)
+        nodes = as_array(self.nodes, "mesh.nodes")
         numeric = nodes.ndim == 2 and nodes.shape[1] == 2 and nodes.dtype.kind in "fiu"
         require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", "numbers of shape (nodes, 2)")
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
+        _require_near(nodes)
         require_type(self.boundaries, Mapping, "mesh.boundaries")
         elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         _require_facets(self._facets)
+        _require_one_part(elements)
         boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
 
@@ -178,9 +186,19 @@ def _require_sizes(**sizes: float) -> None:
         require(0 < value < np.inf, name, value, "finite and > 0")
 
 
+def _require_near(nodes: Floats) -> None:
+    """Positions far from the origin lose shapes and displacements to their round-off."""
+    if not len(nodes):
+        return
+    far, size = float(np.abs(nodes).max()), float(np.ptp(nodes, axis=0).max())
+    require_magnitude(size, "mesh.size", LARGEST_LENGTH)
+    allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
+    require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
+
+
 def _connectivity(given: object, width: int, field: str, what: str, count: int) -> Ints:
     """Node numbers (n, ``width``) as intp, checked to be whole and in [0, count)."""
-    array = np.asarray(given)
+    array = as_array(given, field)
     require(array.size > 0, field, "empty", f"at least one {what}")
     require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
     require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})")
@@ -209,3 +227,14 @@ def _require_facets(facets: Facets) -> None:
     middle, count = np.unique(facets.nodes[:, 1], return_counts=True)
     hanging = np.union1d(middle[count > 1], np.intersect1d(middle, facets.nodes[:, [0, 2]]))
     require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
+
+
+def _require_one_part(elements: Ints) -> None:
+    """Edges lead from the first element to every other: parts that touch in a corner, or not at all, move alone."""
+    middle = elements[:, 4:]
+    owner = np.repeat(np.arange(len(elements)), 4)
+    links = sp.coo_array((np.ones(owner.size), (owner, middle.ravel())), shape=(len(elements), int(middle.max()) + 1))
+    _, part = connected_components(links @ links.T, directed=False)
+    apart = np.flatnonzero(part != part[0])[:1]
+    lonely = f"one body: element {apart.max(initial=0)} shares no edge with those that hang together with element 0"
+    require(not apart.size, "mesh.elements", "in parts", lonely)

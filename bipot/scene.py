@@ -15,22 +15,26 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import (
+    LARGEST_LENGTH,
     InvertedElement,
     SceneError,
     require,
     require_count,
+    require_magnitude,
     require_number,
     require_tuple,
     require_type,
 )
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.fem.orientation import refuse_folded
+from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
 from bipot.typing import Floats, Ints, read_only
+
+LARGEST_MU = 1e12
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class FlatTool:
 
     Raises:
         SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            tau = 0 to 1, a coefficient below zero, ``mu_at`` where all is welded.
+            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded.
     """
 
     point: tuple[float, float]
@@ -85,13 +89,13 @@ class FlatTool:
             object.__setattr__(self, name, _pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
         require_number(self.mu, "mu")
-        require(self.mu >= 0, "mu", self.mu, ">= 0 (inf welds)")
+        require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
         require_type(self.mu_at, Mapping, "mu_at")
         require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
         for node, mu in self.mu_at.items():
             require_count(node, "mu_at node", 0)
             require_number(mu, f"mu_at[{node}]")
-            require(0 <= mu < np.inf, f"mu_at[{node}]", mu, "finite and >= 0")
+            require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
         object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
         self._check_path()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
@@ -100,12 +104,16 @@ class FlatTool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_path(self) -> None:
-        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1"
+        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1, the first multiple 0"
         require(isinstance(self.path, tuple | list), "tool.path", self.path, allowed)
         object.__setattr__(self, "path", tuple(_pair(point, "tool.path", allowed) for point in self.path))
         taus = np.array([tau for tau, _ in self.path])
         rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
-        require(rising, "tool.path", self.path, allowed)
+        require(rising and self.path[0][1] == 0, "tool.path", self.path, allowed)
+        require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
+        reach = max(abs(x) for x in self.travel)
+        for change in np.diff([multiple for _, multiple in self.path]).tolist():
+            require_magnitude(float(change) * reach, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
     @property
     def welded(self) -> bool:
@@ -137,8 +145,8 @@ class Scene:
     """One body, its supports and tools. ``copies`` says how many times the modelled part makes the whole body.
 
     Raises:
-        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free, no tool, a
-            tool that can touch nothing, a coefficient at a node that is no candidate.
+        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
+            the axis, no tool, a tool that can touch nothing, a coefficient at a node that is no candidate.
     """
 
     mesh: Mesh
@@ -164,6 +172,7 @@ class Scene:
         require(
             len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
         )
+        self._check_axis()
         for k, tool in enumerate(self.tools):
             self._check_candidates(tool, f"tools[{k}]")
 
@@ -175,6 +184,14 @@ class Scene:
         require_type(self.configuration, Configuration, "scene.configuration")
         for name, kind in (("supports", Support), ("tools", FlatTool)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    def _check_axis(self) -> None:
+        """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
+        if self.geometry is Geometry.AXISYMMETRIC:
+            r = self.mesh.nodes[:, 0]
+            loose = np.setdiff1d(2 * np.flatnonzero(r <= AXIS * r.max()), self.held)[:1] // 2
+            what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
+            require(not loose.size, "scene.supports", self.supports, what)
 
     def _check_candidates(self, tool: FlatTool, label: str) -> None:
         """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""

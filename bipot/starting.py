@@ -5,13 +5,21 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import require, require_number
-from bipot.response import State
+from bipot.errors import LARGEST_STRESS, require, require_number, require_type
+from bipot.laws.flow import Flow
+from bipot.laws.tensors import equivalent_stress
+from bipot.response import State, StressUpdate
 from bipot.system import System
 from bipot.typing import Floats
 
 PLACED = 1e-9
 """How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
+
+SHORTEST = 1e-20
+"""Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
+
+YIELDED = 1e-8
+"""How far a stress may be outside the yield surface, relative to it: round-off."""
 
 
 def require_start(start: State, system: System) -> None:
@@ -19,24 +27,41 @@ def require_start(start: State, system: System) -> None:
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
-            elsewhere, gaps that are not those to the tools; the message names the field.
+            elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
+            surface; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")
     require(0 <= start.tau <= 1, "start.tau", start.tau, "in [0, 1]")
+    require_number(start.length, "start.length")
+    allowed = f"0, or from {SHORTEST:g} to 1"
+    require(start.length == 0 or SHORTEST <= start.length <= 1, "start.length", start.length, allowed)
     for name, value in vars(at_rest).items():
         if isinstance(value, np.ndarray):
             _require_like(getattr(start, name), value, f"start.{name}")
+    require_type(start.flow, Flow, "start.flow", optional=True)
     if start.flow is not None:
         _require_like(start.flow.strain, at_rest.plastic_strain, "start.flow.strain")
         _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")
     require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
+    _require_yielded(start, system)
     moved = float(np.abs((start.nodes - scene.mesh.nodes).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
     allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
     require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
+
+
+def _require_yielded(start: State, system: System) -> None:
+    """Stress within the yield surface, unless it is an update's that leaves it."""
+    if system.body.update is StressUpdate.RETURN:
+        sigma_y = system.body.scene.material.hardening.yield_stress(start.peeq)
+        largest = float(np.abs(start.stress).max(initial=0.0))
+        require(largest <= LARGEST_STRESS, "start.stress", largest, f"at most {LARGEST_STRESS:g}")
+        ratio = float((equivalent_stress(start.stress) / sigma_y).max())
+        allowed = f"within the scene's yield stress, not at {ratio:.9g} of it: is it another material's?"
+        require(ratio <= 1 + YIELDED, "start.stress", "one", allowed)
 
 
 def _require_like(given: ArrayLike, own: Floats, field: str) -> None:

@@ -13,6 +13,8 @@ from bipot.fem.kinematics import gradients
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
 
+REACH = 10.0
+
 
 @dataclass(frozen=True)
 class Rigidity:
@@ -67,6 +69,19 @@ def tool_forces(system: System, r: Floats) -> Floats:
         mine = r[system.candidates.tool == k].sum(axis=0)
         out[k] = mine[0] * np.array(tool.normal) + mine[1] * np.array([tool.normal[1], -tool.normal[0]])
     return out
+
+
+def acting_travel(system: System, gap: Floats, tau: float, tau_end: float) -> Floats:
+    """:func:`tool_travel` (tools, d) of the tools that may matter to a body with gaps (c,) at ``tau``, zero of others.
+
+    A tool matters that ends within REACH times the size of the body at rest. One that runs elsewhere is no scale.
+    """
+    travel = tool_travel(system, tau, tau_end)
+    for k, tool in enumerate(system.body.scene.tools):
+        mine = gap[system.candidates.tool == k]
+        if mine.min() - np.dot(tool.normal, travel[k]) > REACH * system.body.scene.mesh.size:
+            travel[k] = 0.0
+    return travel
 
 
 def tool_travel(system: System, tau: float, tau_end: float) -> Floats:

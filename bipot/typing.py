@@ -2,16 +2,37 @@
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from bipot.errors import SceneError, require
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+def as_array(values: object, field: str) -> NDArray[Any]:
+    """``values`` as an array; raises SceneError where they are no rows of one length.
+
+    >>> as_array([[1, 2], [3, 4]], "table").shape
+    (2, 2)
+    """
+    try:
+        return np.asarray(values)
+    except (ValueError, TypeError) as error:
+        raise SceneError(f"{field}: must be an array of numbers, rows of one length") from error
+
+
+def as_numbers(values: object, field: str) -> Floats:
+    """``values`` as an array of floats; raises SceneError where they are not numbers."""
+    array = as_array(values, field)
+    require(array.dtype.kind in "fiu", field, f"of type {array.dtype}", "numbers")
+    return array.astype(np.float64)
 
 
 def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:

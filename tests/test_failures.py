@@ -150,7 +150,7 @@ def test_about_an_axis_only_the_axial_shift_is_rigid():
     moved = free_motion(loose, loose.rest())
     assert moved is not None
     np.testing.assert_allclose(moved, np.tile((0, -1), (len(moved), 1)), atol=1e-9)
-    held = system_of(scene(**geometry, supports=(Support("base", 1),)))
+    held = system_of(scene(**geometry, supports=(Support("axis", 0), Support("base", 1))))
     assert free_motion(held, held.rest()) is None
     assert free_motion(system_of(upsetting(mu=0.0)), system_of(upsetting(mu=0.0)).rest()) is None
 

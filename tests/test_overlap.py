@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.march import Control, Schedule, march
 from bipot.mesh import block
@@ -19,7 +20,7 @@ ROOT = np.sqrt(0.5)
 def under(*normal, point=(0.0, 2.0), candidates=("top",), path=((0.0, 0.0), (1.0, 1.0))):
     """A block 4 x 2 of one element under a tool whose plane goes through ``point``."""
     tool = FlatTool(point, normal, (0.0, -1.0), candidates, 0.3, path)
-    return Scene(block(4.0, 2.0, 1, 1), upsetting(mu=0.3).geometry, STEEL, (Support("base", 1),), (tool,))
+    return Scene(block(4.0, 2.0, 1, 1), Geometry.PLANE_STRAIN, STEEL, (Support("base", 1),), (tool,))
 
 
 def with_top(scene, left, middle, right):

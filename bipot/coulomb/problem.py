@@ -15,15 +15,22 @@ from scipy import sparse
 from scipy.sparse import csgraph
 from scipy.sparse import linalg as sparse_linalg
 
-from bipot.errors import require
+from bipot.errors import ProgramError, require, require_count
 from bipot.laws.tensors import FloatArray
+from bipot.typing import as_numbers
+
+LARGEST = 1e100
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
-    matrix = sparse.csr_array(value, dtype=np.float64, copy=True)  # type: ignore[arg-type]
+    given = value if sparse.issparse(value) else as_numbers(value, field)
+    numeric = given.ndim == 2 and given.dtype.kind in "fiu"
+    require(numeric, field, f"of shape {given.shape} and type {given.dtype}", "a matrix of numbers")
+    matrix = sparse.csr_array(given, dtype=np.float64, copy=True)
     matrix.sum_duplicates()
     matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
+    _require_sizes(matrix.data, field)
     return matrix
 
 
@@ -32,21 +39,30 @@ def columns(matrix: sparse.csr_array) -> int:
     return int(np.array(matrix.shape)[1])
 
 
+def _require_sizes(numbers: FloatArray, field: str) -> None:
+    """Numbers whose squares are numbers too."""
+    largest = float(np.abs(numbers).max(initial=0.0))
+    require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
+
+
 def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
-    vector = np.array(value, dtype=np.float64).ravel()
+    vector = as_numbers(value, field).ravel()
     require(vector.size == size, f"len({field})", vector.size, f"{size}")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
+    _require_sizes(vector, field)
     vector.flags.writeable = False
     return vector
 
 
 def _friction(value: ArrayLike, contacts: int) -> FloatArray:
-    vector = _vector(np.broadcast_to(np.asarray(value, dtype=np.float64), (contacts,)), "mu", contacts)
+    given = as_numbers(value, "mu")
+    vector = _vector(np.full(contacts, float(given.flat[0])) if given.size == 1 else given, "mu", contacts)
     require(bool(np.all(vector >= 0)), "mu", float(vector.min(initial=0.0)), ">= 0")
     return vector
 
 
 def _require_contacts(rows: int, dim: int) -> None:
+    require_count(dim, "dim")
     require(dim in (2, 3), "dim", dim, "2 or 3")
     require(rows > 0 and rows % dim == 0, "contact rows", rows, f"a positive multiple of dim = {dim}")
 
@@ -167,11 +183,21 @@ class GlobalCoulombProblem:
         object.__setattr__(self, "mu", _friction(self.mu, contact_rows // self.dim))
 
     def reduced(self) -> CoulombProblem:
-        """Eliminate v: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w, by one sparse factorisation of M."""
-        solve = sparse_linalg.splu(sparse.csc_matrix(self.M)).solve
+        """Eliminate v: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w, by one sparse factorisation of M.
+
+        Raises:
+            ProgramError: M is singular.
+        """
+        solve = self._factorised().solve
         W = self.H.T @ solve(self.H.toarray())
         return CoulombProblem(W=sparse.csr_array(W), q=self.H.T @ solve(self.f) + self.w, mu=self.mu, dim=self.dim)
 
     def state(self, r: FloatArray) -> FloatArray:
         """V = M⁻¹ (H r + f), (m,)."""
-        return sparse_linalg.splu(sparse.csc_matrix(self.M)).solve(self.H @ r + self.f)
+        return self._factorised().solve(self.H @ r + self.f)
+
+    def _factorised(self) -> sparse_linalg.SuperLU:
+        try:
+            return sparse_linalg.splu(sparse.csc_matrix(self.M))
+        except RuntimeError as error:
+            raise ProgramError(f"M of the global problem cannot be factorised: {error}") from error

@@ -15,7 +15,7 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.coulomb.solver import Limits, Solver, run
-from bipot.errors import InfeasibleProgram
+from bipot.errors import InfeasibleProgram, require, require_tuple, require_type
 from bipot.laws.tensors import FloatArray
 
 
@@ -94,6 +94,10 @@ def solve(
     >>> answer.converged, answer.r.round(9).tolist()
     (True, [1.0, -0.1])
     """
+    require_type(problem, CoulombProblem, "problem")
+    require_type(limits, Limits, "limits", optional=True)
+    chain = require_tuple(chain, Stage, "chain")
+    require(len(chain) > 0, "chain", chain, "at least one stage")
     began, limits = perf_counter(), limits or Limits()
     report = existence(problem, 0.1 * limits.seconds)
     if report.verdict is Existence.NONE:

@@ -15,11 +15,12 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from bipot.coulomb.judgement import NOWHERE, Judgement, judge
-from bipot.coulomb.problem import CoulombProblem
+from bipot.coulomb.problem import LARGEST, CoulombProblem
 from bipot.coulomb.scaling import ScaledProblem, scale
 from bipot.coulomb.solution import CoulombSolution, Outcome
-from bipot.errors import ProgramError, require
+from bipot.errors import ProgramError, require, require_count, require_number, require_type
 from bipot.laws.tensors import FloatArray
+from bipot.typing import as_numbers
 
 
 class State(Protocol):
@@ -69,10 +70,12 @@ class Limits:
     patience: int = 1000
 
     def __post_init__(self) -> None:
+        require_number(self.tol, "tol")
+        require_number(self.seconds, "seconds")
         require(self.tol > 0, "tol", self.tol, "> 0")
-        require(self.iterations >= 0, "iterations", self.iterations, ">= 0")
         require(self.seconds > 0, "seconds", self.seconds, "> 0")
-        require(self.patience >= 1, "patience", self.patience, ">= 1")
+        require_count(self.iterations, "iterations", 0)
+        require_count(self.patience, "patience")
 
 
 _ADVICE = {
@@ -105,10 +108,14 @@ def run(
     The iterate with the smallest residual is returned, converged or not; a step that raises ProgramError or
     LinAlgError ends the run with outcome FAILED and its message.
     """
+    require_type(problem, CoulombProblem, "problem")
+    require_type(limits, Limits, "limits", optional=True)
     began, limits = clock(), limits or Limits()
     scaled = scale(problem)
-    given = np.zeros(problem.size) if start is None else np.asarray(start, dtype=np.float64)
+    given = np.zeros(problem.size) if start is None else as_numbers(start, "start")
     require(given.shape == (problem.size,), "start.shape", given.shape, f"({problem.size},)")
+    known = bool(np.isfinite(given).all()) and float(np.abs(given).max()) <= LARGEST
+    require(known, "start", "a force with NaN, inf or beyond", f"finite, at most {LARGEST:g}")
     r = given / scaled.force
     best, lowest = r, judge(problem, scaled.unscale(r))
     outcome, detail, done = Outcome.ITERATION_LIMIT, "", 0

@@ -15,7 +15,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import require, require_number
+from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number
 from bipot.laws.tensors import FloatArray
 
 _SOFTENING = "finite and >= 0 (softening makes the energy of an increment non-convex)"
@@ -41,16 +41,18 @@ class Hardening(Protocol):
 def _require_positive(field: str, value: float) -> None:
     require_number(value, field)
     require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+    require_magnitude(value, field, LARGEST_STRESS)
 
 
 def _require_rising(field: str, value: float) -> None:
     require_number(value, field)
     require(math.isfinite(value) and value >= 0, field, value, _SOFTENING)
+    require(value <= LARGEST_STRESS, field, value, f"at most {LARGEST_STRESS:g}: choose other units")
 
 
 def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]:
     """The values as a tuple of numbers."""
-    require(np.ndim(values) == 1, field, values, "a tuple of numbers")
+    require(isinstance(values, tuple | list | np.ndarray), field, values, "a tuple of numbers")
     for value in values:
         require_number(value, field)
     return tuple(float(value) for value in values)
@@ -173,6 +175,7 @@ class Tabulated:
         rising = bool(np.isfinite(x).all() and x[0] == 0 and (np.diff(x) > 0).all())
         require(rising, "peeq", self.peeq, "finite, strictly increasing from 0")
         _require_positive("sigma_y", float(y[0]))
+        _require_rising("stress", float(y[-1]))
         hardening = bool(np.isfinite(y).all() and (np.diff(y) >= 0).all())
         require(
             hardening,

@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.errors import NotConverged, require, require_number
+from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_number
 from bipot.laws.hardening import Hardening
 from bipot.laws.tensors import (
     BoolArray,
@@ -54,6 +54,7 @@ class Elasticity:
         require_number(self.young, "young")
         require_number(self.poisson, "poisson")
         require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
+        require_magnitude(self.young, "young", LARGEST_STRESS)
         require(-1 < self.poisson < 0.5, "poisson", self.poisson, "in the open interval (-1, 0.5)")
 
     @property

@@ -1,0 +1,251 @@
+"""Scenes made to deceive: held nodes in a tool's way, bodies in parts, open axes, tools that have no part in it."""
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from bipot.certificate import Bounds
+from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
+from bipot.coulomb import Limits as CoulombLimits
+from bipot.errors import IncrementFailed, ProgramError, SceneError
+from bipot.fem.kinematics import Geometry
+from bipot.forms import Answer, Dissipation, FormName, Newton, Pass, Tangent, Workspace
+from bipot.laws.hardening import Linear, Perfect, Tabulated
+from bipot.laws.von_mises import Elasticity
+from bipot.march import Control, Schedule, march
+from bipot.mesh import Mesh, block
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+
+STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), candidates=("top",), mu=0.1)
+
+
+def pressed(*supports: Support, punch: FlatTool = PUNCH) -> Scene:
+    return Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, STEEL, supports, (punch,))
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation(), Newton()], ids=lambda form: form.name.value)
+def test_a_punch_does_not_pass_through_a_held_node(form):
+    """The corner is held, so it is no unknown of the contacts; it is in the punch's way all the same."""
+    scene = pressed(Support("base", 1), Support("left", 0), Support("right", 1))
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] is driven into node \d+, which a support holds"):
+        list(march(scene, Schedule(2), Control(form, (), cuts=1)))
+
+
+def test_a_punch_that_stays_away_from_held_nodes_presses():
+    """The held corner is touched when the increment ends, and not entered."""
+    punch = replace(PUNCH, point=(0.0, 10.1), travel=(0.0, -0.1))
+    scene = pressed(Support("base", 1), Support("left", 0), Support("right", 1), punch=punch)
+    *_, last = march(scene, Schedule(2))
+    assert max(last.solved.certificate.ratios(Bounds()).values()) <= 1
+
+
+def test_a_held_node_inside_a_tool_is_measured():
+    """Where nothing is asked, the penetration is still told."""
+    scene = pressed(Support("base", 1), Support("left", 0), Support("right", 1))
+    accepted = next(march(scene, Schedule(2), Control(limits=replace(Control().limits, bounds=Bounds.none()))))
+    assert accepted.solved.certificate.penetration == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("shift", [(20.0, 0.0), (10.0, 10.0)], ids=["apart", "by a corner"])
+def test_a_mesh_of_several_parts_is_refused(shift):
+    """What holds the first part leaves the second where it likes, and no test of the whole body's motions sees it."""
+    one = block(10.0, 10.0, 2, 2)
+    nodes, elements = (
+        np.vstack([one.nodes, one.nodes + shift]),
+        np.vstack([one.elements, one.elements + len(one.nodes)]),
+    )
+    _, first, which = np.unique(nodes, axis=0, return_index=True, return_inverse=True)
+    with pytest.raises(SceneError, match="one body: element 4 shares no edge"):
+        Mesh(nodes[first], which.ravel()[elements])
+
+
+@pytest.mark.parametrize("geometry", [Geometry.AXISYMMETRIC])
+def test_an_axis_that_may_open_is_refused(geometry):
+    """A displacement across the axis that is not zero there has no finite hoop strain.
+
+    Two cones pressed into a disc opened a hole there, with a half to a sixth of the force.
+    """
+    scene = upsetting(mu=0.3, elements=2)
+    with pytest.raises(SceneError, match=r"node \d+ on the axis"):
+        replace(scene, supports=(Support("base", 1),))
+    block_ = block(10.0, 10.0, 1, 1)
+    punch = replace(PUNCH, travel=(0.0, -0.1))
+    with pytest.raises(SceneError, match=r"node \d+ on the axis"):
+        Scene(block_, geometry, STEEL, (Support("base", 1),), (punch,))
+    assert Scene(block_, Geometry.PLANE_STRAIN, STEEL, (Support("base", 1),), (punch,))
+
+
+@pytest.mark.parametrize("travel", [1e3, 1e9, 1e15])
+def test_a_tool_that_has_no_part_in_it_changes_nothing(travel):
+    """Scales, round-off and units are of the tools that may be touched, not of one that runs far away."""
+    scene, schedule = upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2, first=0.05, settling=1)
+    away = FlatTool((0.0, 1e20), (0.0, -1.0), (0.0, -travel), ("top",), 0.0)
+    alone = list(march(scene, schedule))
+    with_it = list(march(replace(scene, tools=(*scene.tools, away)), schedule))
+    assert len(with_it) == len(alone)
+    for a, b in zip(alone, with_it, strict=True):
+        assert b.solved.certificate.below_resolution(Bounds()) == ()
+        np.testing.assert_allclose(b.state.forces[: len(a.state.forces)], a.state.forces, atol=1e-5 * 3e4)
+        assert b.unique == a.unique
+
+
+def test_a_path_that_does_not_begin_where_the_tool_is_is_refused():
+    """The point says where the tool is at the start: a first multiple other than zero would say something else."""
+    with pytest.raises(SceneError, match="path"):
+        replace(PUNCH, path=((0.0, 1.0), (1.0, 2.0)))
+
+
+def test_a_body_far_from_the_origin_is_refused():
+    """At 1e11 sizes from it positions keep four digits of the body: forces were off by 5e-5, and nothing said so."""
+    one = block(10.0, 10.0, 2, 2)
+    assert Mesh(one.nodes + 1e6, one.elements, one.boundaries).size == 10.0
+    with pytest.raises(SceneError, match="of the origin"):
+        Mesh(one.nodes + 1e12, one.elements, one.boundaries)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: upsetting(mu=0.3, young=210e-195, hardening=Perfect(0.3e-195)),
+        lambda: Elasticity(1e70, 0.3),
+        lambda: Linear(300.0, 1e300),
+        lambda: Tabulated((0.0, 0.1), (300.0, 1e200)),
+        lambda: upsetting(mu=0.3, height=1e-120, diameter=1e-120),
+        lambda: upsetting(mu=0.3, height=1e120, diameter=1e120),
+        lambda: upsetting(mu=0.3, reduction=1e-180),
+        lambda: upsetting(mu=1e160),
+        lambda: replace(PUNCH, travel=(0.0, -1e160)),
+        lambda: replace(PUNCH, point=(0.0, 1e300)),
+        lambda: replace(PUNCH, travel=(0.0, -1e-180)),
+        lambda: replace(PUNCH, path=((0.0, 0.0), (1.0, 1e308))),
+        lambda: replace(PUNCH, mu_at={0: 1e200}),
+        lambda: Perfect(10**400),
+    ],
+)
+def test_numbers_whose_squares_are_none_are_refused(made):
+    """With stresses of 1e-180 nothing yielded, 35 times the force was certified; a travel of 1e-180 had no force."""
+    with pytest.raises(SceneError, match=r"magnitude|at most|to 1e|float can hold"):
+        made()
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        lambda: Control(cuts=2000),
+        lambda: Mesh([[0, 1], [2]], [[0] * 8]),  # type: ignore[arg-type]
+        lambda: Mesh(np.eye(8, 2), [[0, 1], [2]]),  # type: ignore[arg-type]
+        lambda: Tabulated(((0.0,), 1.0), (1.0, 2.0)),  # type: ignore[arg-type]
+    ],
+)
+def test_what_is_no_array_or_too_much_is_refused_in_words(made):
+    with pytest.raises(SceneError):
+        made()
+
+
+def problem(**changes):
+    given = {"W": np.eye(4), "q": [-1.0, 0.0, -1.0, 0.0], "mu": 0.3, "dim": 2}
+    return CoulombProblem(**(given | changes))
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mu": [0.1, 0.2, 0.3]},
+        {"mu": "a"},
+        {"dim": 2.0},
+        {"dim": "2"},
+        {"W": "a"},
+        {"W": None},
+        {"W": [[1, 2], [3]]},
+        {"W": 1j * np.eye(4)},
+        {"W": sparse.csr_array(1j * np.eye(4))},
+        {"W": np.ones((4, 4, 1))},
+        {"W": 1e200 * np.eye(4)},
+        {"q": [1j, 0, 0, 0]},
+        {"q": ["a"] * 4},
+        {"q": [1e200, 0, 0, 0]},
+    ],
+    ids=str,
+)
+def test_a_discrete_problem_of_something_else_is_refused(changes):
+    with pytest.raises(SceneError):
+        problem(**changes)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda: CoulombLimits(tol="a"),  # type: ignore[arg-type]
+        lambda: CoulombLimits(iterations=2.5),  # type: ignore[arg-type]
+        lambda: solve(3),  # type: ignore[arg-type]
+        lambda: solve(problem(), 3),  # type: ignore[arg-type]
+        lambda: solve(problem(), chain=()),
+        lambda: solve(problem(), start=["a"] * 4),  # type: ignore[arg-type]
+        lambda: solve(problem(), start=np.full(4, np.inf)),
+        lambda: solve(problem(), start=np.full(4, 1e300)),
+    ],
+)
+def test_a_solver_asked_for_nonsense_says_so(ask):
+    with pytest.raises(SceneError):
+        ask()
+
+
+def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
+    loose = GlobalCoulombProblem(M=np.zeros((2, 2)), H=np.eye(2), f=[1.0, 2.0], w=[0.0, 0.0], mu=0.3, dim=2)
+    with pytest.raises(ProgramError, match="cannot be factorised"):
+        loose.reduced()
+
+
+@pytest.fixture(scope="module")
+def pressed_once():
+    scene = upsetting(mu=0.3, elements=2, reduction=0.02)
+    return scene, next(march(scene, Schedule(2, first=0.2, settling=1))).state
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda state: {"stress": 10 * state.stress}, "start.stress"),
+        (lambda state: {"stress": 1e200 * state.stress}, "start.stress"),
+        (lambda state: {"length": float("nan")}, "start.length"),
+        (lambda state: {"length": "1"}, "start.length"),
+        (lambda state: {"length": -1.0}, "start.length"),
+        (lambda state: {"length": 1e-300}, "start.length"),
+        (lambda state: {"flow": "none"}, "start.flow"),
+    ],
+)
+def test_a_start_that_no_march_leaves_is_refused(pressed_once, change, field):
+    scene, state = pressed_once
+    with pytest.raises(SceneError, match=field):
+        march(scene, Schedule(2), start=replace(state, **change(state)))
+
+
+def test_a_start_of_a_stronger_material_is_refused(pressed_once):
+    _, state = pressed_once
+    with pytest.raises(SceneError, match=r"start.stress.*another material"):
+        march(upsetting(mu=0.3, elements=2, reduction=0.02, hardening=Perfect(100.0)), Schedule(2), start=state)
+
+
+@dataclass(frozen=True)
+class Liar:
+    """A form whose answer is told with a response that is not that of its displacement."""
+
+    name: ClassVar[FormName] = FormName.TANGENT
+    exact: ClassVar[bool] = True
+    shifts: ClassVar[bool] = False
+    nearby: ClassVar[bool] = True
+
+    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+        answer = Tangent().solve(given, workspace)
+        told = given.body.respond(given.response.state, answer.x)
+        return replace(answer, r=0 * answer.r, response=replace(told, internal=0 * told.internal))
+
+
+def test_what_a_form_says_of_the_body_is_not_believed():
+    """Internal forces of zero balanced contact forces of zero, under a punch."""
+    with pytest.raises(IncrementFailed, match="times its bound"):
+        next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), Control(Liar(), (), cuts=0)))
