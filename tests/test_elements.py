@@ -1,4 +1,4 @@
-"""Quadrature exactness (BENCHMARKS 7) and shape functions."""
+"""Quadrature: all monomials of the rule's degree on the square, exactly; and shape functions."""
 
 import numpy as np
 import pytest

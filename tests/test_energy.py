@@ -115,7 +115,7 @@ def test_a_force_does_no_work_across_the_gap_that_it_closes():
 
 
 def test_frictionless_energies_are_the_closed_forms():
-    """BENCHMARKS 1 at 45 %: plastic sigma_Y eps_p V, elastic sigma_Y^2/(2 E) V, with V/V0 = 0.9994287."""
+    """Uniform upsetting by 45 %: plastic sigma_Y eps_p V, elastic sigma_Y^2/(2 E) V, with V/V0 = 0.9994287."""
     scene = upsetting(mu=0.0, elements=1)
     # An increment ends at first yield, where the force has its kink.
     first_yield = -np.expm1(-300 / 210_000) / 0.45

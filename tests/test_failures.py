@@ -4,6 +4,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
+from bipot import increment
 from bipot.diagnosis import free_motion
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.kinematics import Geometry
@@ -168,6 +169,14 @@ def test_a_body_held_by_nothing_is_named_as_that():
     words = last_words(scene(supports=(), tools=(tool(mu=0.0), across)), GIVES_UP)
     assert "Nothing holds the body against moving along (1, 0)" in words
     assert "more increments" not in words
+
+
+def test_a_body_that_runs_away_is_refused(monkeypatch):
+    """The punch moves it by 2.4 % of size and travel; ten times them is no usual end."""
+    monkeypatch.setattr(increment, "RUNAWAY", 0.03)
+    next(march(scene(), Schedule(2), CUT_ONCE))
+    monkeypatch.setattr(increment, "RUNAWAY", 1e-3)
+    assert "the body runs away by 0.0" in last_words(scene())
 
 
 def test_where_the_scene_shows_no_reason_more_increments_are_advised():

@@ -147,7 +147,7 @@ def test_bad_safeguards_are_refused(field: str, value: float) -> None:
 def test_cycling_fixed_points_converge_through_the_coupling_code(
     index: int, expected: np.ndarray, rule: Safeguard
 ) -> None:
-    """BENCHMARKS 5 and one more: the only solution, from either sequence, in a tenth of the passes allowed."""
+    """Two published problems and one found by a search: the only solution, from either sequence, in 20 passes."""
     _, W, q, mu = DISCRETE[index]
     assert coupled(W, q, mu)[0] is Outcome.CERTIFIED
     small = next(small for small in islice(passes_of(W, q, mu, rule), 20) if small.distance <= SETTLED)

@@ -1,4 +1,4 @@
-"""Strain, rotation and volumes of one increment: closed forms of BENCHMARKS 6."""
+"""Strain, rotation and volumes of one increment: closed forms of simple shear, rotation and stretch."""
 
 import numpy as np
 import pytest

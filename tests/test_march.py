@@ -18,7 +18,7 @@ from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path
 
-# BENCHMARKS 1, 45 %: exact elastoplastic solution without friction (N, mm, 1).
+# Uniform upsetting by 45 %: closed form of the elastoplastic cylinder without friction (N, mm, 1).
 EXACT_FORCE, EXACT_RADIUS, EXACT_VOLUME = 42815.427, 6.7400726, 0.9994287
 BRACKET = (42815.427, 63050.0)
 
@@ -63,7 +63,7 @@ def test_frictionless_pressure_is_uniform(frictionless):
 
 @pytest.mark.parametrize(("increments", "volume", "force_factor"), [(10, 0.973860, 0.904), (45, 0.993939, 0.976)])
 def test_paper_configuration_loses_the_two_factors(increments, volume, force_factor):
-    """BENCHMARKS 1: volume by 3 e^2/4 a step, and force by the area of x_n; both are the rigid-plastic law's."""
+    """Closed form of the rigid-plastic law: volume falls by 3 e^2/4 an increment, and force by the area of x_n."""
     scene = upsetting(mu=0.0, elements=4, configuration=Configuration.PAPER)
     accepted = list(march(scene, Schedule(increments), Control(DIRECT)))
     end = accepted[-1]

@@ -67,7 +67,7 @@ def turned(angle: float) -> np.ndarray:
 
 @pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7])
 def test_one_node_slip_in_any_frame(angle: float) -> None:
-    """BENCHMARKS 5: u_n = 0, u_t = -0.466667, r = (1.466667, 0.733333), whatever frame the unknowns have."""
+    """Closed form: u_n = 0 and r_t = mu r_n give u_t = -7/15, r = (22, 11)/15, whatever frame the unknowns have."""
     K, F = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([-1.0, -1.2])
     R = turned(angle)
     rows = rows_of(R[:, :1].T, R[:, 1:].T, np.zeros(1), np.zeros(1), 0.5)
@@ -100,8 +100,8 @@ def test_tied_node_meets_gap_and_slip_and_may_pull() -> None:
     np.testing.assert_allclose(r[0], K @ x - F, atol=1e-12)
 
 
-def test_damped_pair_of_benchmarks_is_solved() -> None:
-    """BENCHMARKS 5: the problem on which the undamped De Saxce fixed point cycles."""
+def test_a_pair_on_which_the_fixed_point_cycles_is_solved() -> None:
+    """A published problem on which the undamped De Saxce fixed point cycles; 139 times its solution is integer."""
     W = np.array([[28, -5, -12, -10], [-5, 17, -12, -5], [-12, -12, 22, 7], [-10, -5, 7, 10]], dtype=float)
     q = np.array([-4.0, 1.0, -4.0, -4.0])
     K = np.linalg.inv(W)

@@ -57,7 +57,7 @@ def test_refreshed_traction_reaches_the_conic_force_at_any_penalty(mu, reduction
 
 @pytest.mark.parametrize(("increments", "factor"), [(10, 0.904), (45, 0.976)])
 def test_as_written_and_frictionless_the_force_is_low_by_the_two_factors(increments, factor):
-    """BENCHMARKS 1: volume lost by B on x_n, and equilibrium on x_n: together (1 - e)(1 + e/2)^2 products."""
+    """Closed form: volume lost by B on x_n, and equilibrium on x_n: together products of (1 - e)(1 + e/2)^2."""
     scene = upsetting(mu=0.0, elements=2)
     system = system_of(scene)
     K = contact_penalty(system.candidates, 1e4)

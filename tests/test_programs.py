@@ -152,7 +152,7 @@ def one_dof(gap, tied=False):
 
 
 def test_no_clearance_is_reported_infeasible_by_both_routes():
-    """BENCHMARKS 5: one unknown between two opposed contacts with negative total clearance."""
+    """One unknown between two opposed contacts whose clearances, -1 and 0.5, add up to less than nothing."""
     for route in (direct, stated):
         with pytest.raises(InfeasibleProgram, match="no displacement"):
             route(one_dof((-1.0, 0.5)))

@@ -1,4 +1,4 @@
-"""The README's Python runs as printed, and its commands exist."""
+"""The README's Python runs as printed, and its commands exist; so do the tests that the pages name."""
 
 import re
 from pathlib import Path
@@ -28,3 +28,16 @@ def test_every_module_and_file_the_readme_names_exists():
         assert (ROOT / module[0] / f"{module[1]}.py").is_file()
     for target in re.findall(r"\]\(([^)h][^)]*)\)", README):
         assert (ROOT / target).is_file(), target
+
+
+def test_every_test_the_pages_name_exists():
+    named = [
+        found
+        for page in (ROOT / "docs").glob("*.md")
+        for found in re.findall(r"`(\w+)::(\w+)`", page.read_text("utf-8"))
+    ]
+    assert len(named) > 50
+    for file, function in named:
+        assert re.search(rf"^def {function}\(", (ROOT / f"tests/test_{file}.py").read_text("utf-8"), re.MULTILINE), (
+            function
+        )

@@ -47,7 +47,7 @@ def test_edge_means_beside_the_oscillating_values_carry_the_force_and_have_its_s
 @pytest.mark.parametrize(
     ("rule", "published"), [(Quadrature.GAUSS2, 1.5), (Quadrature.RADON7, 0.857), (Quadrature.GAUSS3, 0.75)]
 )
-def test_unknowns_per_constraint_are_those_of_benchmarks_6(rule, published):
+def test_unknowns_per_constraint_are_those_of_the_literature(rule, published):
     count, isochoric = constraints(upsetting(mu=0.1, elements=3, quadrature=rule))
     assert count == pytest.approx(published, abs=5e-4)
     assert 0 < isochoric < 1
