@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +24,7 @@ LARGEST = 1e100
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
-    given = value if sparse.issparse(value) else as_numbers(value, field)
+    given: Any = value if sparse.issparse(value) else as_numbers(value, field)
     numeric = given.ndim == 2 and given.dtype.kind in "fiu"
     require(numeric, field, f"of shape {given.shape} and type {given.dtype}", "a matrix of numbers")
     matrix = sparse.csr_array(given, dtype=np.float64, copy=True)
