@@ -195,7 +195,8 @@ def test_a_solver_asked_for_nonsense_says_so(ask):
 
 
 def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
-    loose = GlobalCoulombProblem(M=np.zeros((2, 2)), H=np.eye(2), f=[1.0, 2.0], w=[0.0, 0.0], mu=0.3, dim=2)
+    given = {"M": np.zeros((2, 2)), "H": np.eye(2), "f": [1.0, 2.0], "w": [0.0, 0.0], "mu": 0.3, "dim": 2}
+    loose = GlobalCoulombProblem(**given)
     with pytest.raises(ProgramError, match="cannot be factorised"):
         loose.reduced()
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,14 +24,14 @@ LARGEST = 1e100
 
 
 def _matrix(value: object, field: str) -> sparse.csr_array:
-    given = value if sparse.issparse(value) else as_numbers(value, field)
+    given: Any = value if sparse.issparse(value) else as_numbers(value, field)
     numeric = given.ndim == 2 and given.dtype.kind in "fiu"
     require(numeric, field, f"of shape {given.shape} and type {given.dtype}", "a matrix of numbers")
     matrix = sparse.csr_array(given, dtype=np.float64, copy=True)
     matrix.sum_duplicates()
     matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
-    _require_sizes(matrix.data, field)
+    _require_sizes(np.asarray(matrix.data, dtype=np.float64), field)
     return matrix
 
 
