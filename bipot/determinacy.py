@@ -12,6 +12,9 @@ A third test costs a factorisation and is made when asked for, :func:`branches`:
 tangent, geometry included, is positive definite on the motions that the closed contacts allow, no other solution is
 near (Hill's condition); where it is not, the body may go on in another way, as perfectly plastic ones do in free
 compression.
+
+Contacts that touch without a force stop a rigid motion one way only: :func:`may_leave` asks a linear program whether
+the body could as well be farther off.
 """
 
 from __future__ import annotations
@@ -21,6 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
+from scipy.optimize import linprog
 
 from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
@@ -40,6 +44,9 @@ STILL = 1e-9
 
 RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
+
+ROUND_OFF = 1e-9
+"""A row's motion below this fraction of the largest is none."""
 
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
@@ -87,6 +94,22 @@ def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floa
     stopped = (rows.G_n @ rigid)[active.closed]
     held = (rows.G_t @ rigid)[np.repeat(active.sticking[rows.frictional], rows.tangents)]
     return rigid @ null_space(np.vstack([stopped, held]), rcond=RANK)
+
+
+def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats, noise: float) -> bool:
+    """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
+
+    It leaves those that carry more closed, and at rest where they stick.
+    """
+    if not system.rigid.size:
+        return False
+    rigid = rigid_motions(nodes, system.body.space.free, system.body.scene.geometry)
+    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    carries = rows.tied | (r[:, 0] > max(CARRIES * float(np.abs(r).max(initial=0.0)), noise))
+    sticks = np.repeat((active.sticking & carries)[rows.frictional], rows.tangents)
+    N = rigid @ null_space(np.vstack([(rows.G_n @ rigid)[carries], (rows.G_t @ rigid)[sticks]]), rcond=RANK)
+    idle = active.closed & ~carries
+    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
 
 
 def branches(system: System, response: Response, rows: ContactRows, r: Floats) -> bool:
@@ -137,3 +160,25 @@ def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) 
 
 def _rank(A: Floats) -> int:
     return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
+
+
+def cleaned(motion: Floats) -> Floats:
+    """Round-off of rows that do not move at all is zero."""
+    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
+
+
+def openable(normal: Floats) -> tuple[Bools, Floats]:
+    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+
+    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v: scaled up, v opens all contacts that any v opens.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal, np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+    )
+    return found.x[free:] > 0.5, found.x[:free]

@@ -9,15 +9,13 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.linalg import null_space
-from scipy.optimize import linprog
 
+from bipot.determinacy import ROUND_OFF, cleaned, openable
 from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
 from bipot.response import State
 from bipot.system import System
-from bipot.typing import Bools, Floats
-
-ROUND_OFF = 1e-9
+from bipot.typing import Floats
 
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
@@ -64,12 +62,12 @@ def free_motion(system: System, state: State) -> Floats | None:
     space = system.body.space
     rigid = rigid_motions(state.nodes, space.free, system.body.scene.geometry)
     rows = system.candidates.rows(state.gap, state.tau, state.tau)
-    normal, rubs = _clean(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
+    normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rigid.shape[1]))
-    tangent[rows.frictional] = _clean(rows.G_t @ rigid)
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid)
     basis = np.eye(rigid.shape[1])
     while True:
-        opened, v = _opened(normal @ basis)
+        opened, v = openable(normal @ basis)
         closed = rubs & ~opened
         if not closed.any():
             break
@@ -82,25 +80,3 @@ def free_motion(system: System, state: State) -> Floats | None:
         motion = -motion
     largest = float(norm(motion).max())
     return motion / largest if largest > 0 else None
-
-
-def _clean(motion: Floats) -> Floats:
-    """Round-off of rows that do not move at all is zero."""
-    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
-
-
-def _opened(normal: Floats) -> tuple[Bools, Floats]:
-    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
-
-    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v: scaled up, v opens all contacts that any v opens.
-    """
-    count, free = normal.shape
-    if not free:
-        return np.zeros(count, dtype=bool), np.zeros(0)
-    found = linprog(
-        np.concatenate([np.zeros(free), -np.ones(count)]),
-        A_ub=np.hstack([-normal, np.eye(count)]),
-        b_ub=np.zeros(count),
-        bounds=[(None, None)] * free + [(0, 1)] * count,
-    )
-    return found.x[free:] > 0.5, found.x[:free]

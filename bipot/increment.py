@@ -14,7 +14,7 @@ import numpy as np
 
 from bipot.certificate import Bounds, Certificate
 from bipot.certification import certify_response
-from bipot.determinacy import loose_motions, settled, shared_forces
+from bipot.determinacy import loose_motions, may_leave, settled, shared_forces
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import Answer, Form, Pass, Workspace
 from bipot.laws.tensors import norm
@@ -162,7 +162,8 @@ def solve_increment(
             certificate = certify_response(system, response, rows, r, tau, largest)
         if watch.accepts(certificate, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
-            least, undetermined = _settled(system, response, rows, r)
+            present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, state.forces))
+            least, undetermined = _settled(system, response, rows, r, certificate.resolution.law * present)
             if least is not response:
                 certificate = certify_response(system, least, rows, r, tau, largest)
                 if not watch.accepts(certificate, answer.posed, coupling.report):
@@ -188,8 +189,13 @@ def solve_increment(
     raise watch.failure(f"{limits.passes} passes left")
 
 
-def _settled(system: System, response: Response, rows: ContactRows, r: Floats) -> tuple[Response, tuple[str, ...]]:
-    """The response whose free rigid motion is the least, and what is not determined, in words."""
+def _settled(
+    system: System, response: Response, rows: ContactRows, r: Floats, noise: float
+) -> tuple[Response, tuple[str, ...]]:
+    """The response whose free rigid motion is the least, and what is not determined, in words.
+
+    Forces up to ``noise`` are round-off.
+    """
     motion, state = rows.motion(response.x), response.state
     words = [f"forces at node {node}" for node in shared_forces(system, rows, motion, r)]
     loose = loose_motions(system, state.nodes, rows, motion, r)
@@ -198,6 +204,8 @@ def _settled(system: System, response: Response, rows: ContactRows, r: Floats) -
         x = settled(rows, response.x, r, loose)
         if norm(x - response.x) > SETTLED * norm(x):
             response = system.body.respond(state, x)
+    elif may_leave(system, state.nodes, rows, motion, r, noise):
+        words.append("position: nothing keeps the body at contacts that carry nothing")
     return response, tuple(words)
 
 

@@ -195,7 +195,8 @@ def test_a_solver_asked_for_nonsense_says_so(ask):
 
 
 def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
-    loose = GlobalCoulombProblem(M=np.zeros((2, 2)), H=np.eye(2), f=[1.0, 2.0], w=[0.0, 0.0], mu=0.3, dim=2)
+    given = {"M": np.zeros((2, 2)), "H": np.eye(2), "f": [1.0, 2.0], "w": [0.0, 0.0], "mu": 0.3, "dim": 2}
+    loose = GlobalCoulombProblem(**given)
     with pytest.raises(ProgramError, match="cannot be factorised"):
         loose.reduced()
 
@@ -249,3 +250,20 @@ def test_what_a_form_says_of_the_body_is_not_believed():
     """Internal forces of zero balanced contact forces of zero, under a punch."""
     with pytest.raises(IncrementFailed, match="times its bound"):
         next(march(upsetting(mu=0.3, elements=2, reduction=0.01), Schedule(2), Control(Liar(), (), cuts=0)))
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation(), Newton()], ids=lambda form: form.name.value)
+def test_a_body_that_is_pushed_without_a_force_may_be_farther_off(form):
+    """Nothing is below it: it obeys the law at the punch, and anywhere farther."""
+    punch = replace(PUNCH, mu=0.0, travel=(0.0, -0.02))
+    accepted = next(march(pressed(Support("left", 0), punch=punch), Schedule(2), Control(form, ())))
+    assert any(words.startswith("position") for words in accepted.solved.undetermined)
+    assert not accepted.unique
+
+
+def test_a_body_that_is_pressed_stays_where_it_is():
+    """Contacts that carry hold it, whichever touch without a force beside them."""
+    base = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.0)
+    scene = pressed(Support("left", 0), punch=replace(PUNCH, mu=0.0, travel=(0.0, -0.02)))
+    accepted = next(march(replace(scene, tools=(*scene.tools, base)), Schedule(2)))
+    assert accepted.solved.undetermined == ()

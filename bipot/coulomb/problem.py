@@ -31,7 +31,7 @@ def _matrix(value: object, field: str) -> sparse.csr_array:
     matrix.sum_duplicates()
     matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
-    _require_sizes(matrix.data, field)
+    _require_sizes(np.asarray(matrix.data, dtype=np.float64), field)
     return matrix
 
 
