@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.certificate import EPS, Balance, Certificate, ContactFields, MaterialFields, certify
+from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
@@ -22,16 +22,23 @@ from bipot.response import Response
 from bipot.system import System, acting_travel, tool_forces, tool_travel
 from bipot.typing import Floats
 
-FAINT = 1e-9
-"""Round-off below this fraction of the forces decides nothing: every bound is above it."""
+DEFAULT = Bounds()
+FAINT = 0.1
+"""Round-off below this fraction of a bound decides nothing about it."""
 
 
 def certify_response(
-    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, largest: float
+    system: System,
+    response: Response,
+    rows: ContactRows,
+    r: Floats,
+    tau: float,
+    largest: float,
+    bounds: Bounds = DEFAULT,
 ) -> Certificate:
     """The certificate of a response to the increment to ``tau`` with contact forces r (c, d) on all candidates' rows.
 
-    ``largest`` is the largest contact force of the run so far.
+    ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
     """
     body, state = system.body, response.state
     kin, returned, elastic = response.kinematics, response.returned, body.scene.material.elasticity
@@ -51,10 +58,11 @@ def certify_response(
     acting = acting_travel(system, state.gap, state.tau, tau)
     moved = float(norm(body.space.spread(response.x)).max() + norm(acting).max())
     force = body.space.force_scale(response.element_forces)
+    least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
     balance = Balance(
         residual=norm(body.space.spread(response.internal - rows.forces(r))),
         force=force,
-        blur=_force_blur(system, response, moved, FAINT * force),
+        blur=_force_blur(system, response, moved, FAINT * least * force),
         size=body.scene.mesh.size,
         work=float(np.sum(tool_forces(system, r) * travel)),
     )

@@ -153,19 +153,19 @@ def solve_increment(
         r[near] = answer.r
         with workspace.assembly:
             response = answer.response or body.respond(state, answer.x)
-        certificate = certify_response(system, response, rows, r, tau, largest)
+        certificate = certify_response(system, response, rows, r, tau, largest, limits.bounds)
         coupling = coupling.update(image(rows, r, answer.x), answer.coupled)
         observe(Trial(number, answer, certificate))
         if answer.response is not None and watch.accepts(certificate, answer.posed, coupling.report):
             # What is accepted is recomputed from the displacement, not what the form says the body does.
             response = body.respond(state, answer.x)
-            certificate = certify_response(system, response, rows, r, tau, largest)
+            certificate = certify_response(system, response, rows, r, tau, largest, limits.bounds)
         if watch.accepts(certificate, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
             present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, state.forces))
             least, undetermined = _settled(system, response, rows, r, certificate.resolution.law * present)
             if least is not response:
-                certificate = certify_response(system, least, rows, r, tau, largest)
+                certificate = certify_response(system, least, rows, r, tau, largest, limits.bounds)
                 if not watch.accepts(certificate, answer.posed, coupling.report):
                     raise watch.failure("the least of the body's free rigid motions leaves")
             body.refuse_folded(least)

@@ -59,16 +59,35 @@ class Tangent:
         """One proximal-Newton pass."""
         condensed = condensed_tangent(given, given.response, self.kind, workspace)
         small = condensed.program
-        if self.backend is Backend.CVXPY:
-            raw = _through_cvxpy(workspace.stated(small), self.accuracy)
+        began = workspace.assembly.outside()
+        coupled = self._gone_on(given, condensed)
+        if coupled is not None:
+            raw = Raw(*coupled, Outcome.SOLVED, 0, Timing(solve=workspace.assembly.outside() - began))
         else:
-            raw = _directly(small, self.accuracy, workspace.solvers[self.name])
-        coupled = couple(small, raw.u, raw.r) if self.coupled else None
+            raw = self._posed(small, workspace)
+            coupled = couple(small, raw.u, raw.r) if self.coupled else None
+        exact = coupled is not None
         u, r = coupled or polish(small, raw.u, raw.r)
         x = condensed.recover(u) * given.units.length
-        exact = coupled is not None
         answer = Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
         return _shortened(given, answer, self.halvings, workspace) if self.coupled else answer
+
+    def _posed(self, program: TangentProgram, workspace: Workspace) -> Raw:
+        """The program solved by interior points."""
+        if self.backend is Backend.CVXPY:
+            return _through_cvxpy(workspace.stated(program), self.accuracy)
+        return _directly(program, self.accuracy, workspace.solvers[self.name])
+
+    def _gone_on(self, given: Pass, condensed: Condensed) -> tuple[Floats, Floats] | None:
+        """The polish from the last pass's answer, where that is exact: the program itself then tells nothing new.
+
+        None in the first pass of an increment, through cvxpy, which poses every pass, and where it is not exact.
+        """
+        first = given.last_forces is given.start_forces or np.array_equal(given.last_forces, given.start_forces)
+        if first or not self.coupled or self.backend is Backend.CVXPY:
+            return None
+        start = given.response.x[condensed.kept] / given.units.length
+        return couple(condensed.program, start, given.last_forces / given.units.force)
 
 
 @dataclass(frozen=True)
@@ -178,7 +197,7 @@ def condensed_tangent(given: Pass, response: Response, kind: TangentKind, worksp
 
 @dataclass(frozen=True)
 class Raw:
-    """An interior-point answer in the program's own units."""
+    """An answer in the program's own units, and what the interior points claimed and cost."""
 
     u: Floats
     r: Floats
