@@ -23,6 +23,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -70,6 +71,16 @@ class MaterialFields:
     weight: Floats
     elasticity: Elasticity
     hardening: Hardening
+
+    @cached_property
+    def yield_stress(self) -> Floats:
+        """sigma_Y at the end (g,)."""
+        return np.asarray(self.hardening.yield_stress(self.peeq), dtype=np.float64)
+
+    @cached_property
+    def flow_stress_work(self) -> Floats:
+        """sigma_Y |e_p|_eq (g,)."""
+        return self.yield_stress * equivalent_strain(self.plastic_strain)
 
 
 @dataclass(frozen=True)
@@ -154,13 +165,12 @@ def certify(contact: ContactFields, material: MaterialFields, balance: Balance) 
     """Recompute the certificate (formulas in the module docstring)."""
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
-    sigma_y = material.hardening.yield_stress(material.peeq)
-    excess = equivalent_stress(material.stress) / sigma_y - 1
+    excess = equivalent_stress(material.stress) / material.yield_stress - 1
     energy = max(abs(balance.work), _friction(contact), *_energies(material))
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     resolution = Resolution(
         equilibrium=_ratio(balance.blur, balance.force),
-        yield_violation=EPS * float((norm(material.stress) / sigma_y).max(initial=0.0)),
+        yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(balance.blur, contact.largest),
         law=_ratio(balance.blur + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
         relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
@@ -199,8 +209,7 @@ def law_residual(contact: ContactFields) -> Floats:
 def material_gaps(material: MaterialFields) -> Floats:
     """Fenchel gap of plasticity plus elastic energy of the stress mismatch (g,)."""
     m = material
-    sigma_y = m.hardening.yield_stress(m.peeq)
-    fenchel = sigma_y * equivalent_strain(m.plastic_strain) - np.vecdot(m.stress, m.plastic_strain)
+    fenchel = m.flow_stress_work - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
     elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.elasticity.compliance(m.stress.shape[-1]))
     return m.weight * (np.abs(fenchel) + elastic)
@@ -209,10 +218,9 @@ def material_gaps(material: MaterialFields) -> Floats:
 def _energies(material: MaterialFields) -> tuple[float, float]:
     """Plastic dissipation, and the change of stored energy summed without its sign."""
     m = material
-    plastic = m.weight * m.hardening.yield_stress(m.peeq) * equivalent_strain(m.plastic_strain)
     change = (m.stress - m.before) @ m.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
-    return float(plastic.sum()), float(stored.sum())
+    return float(np.vdot(m.weight, m.flow_stress_work)), float(stored.sum())
 
 
 def _friction(contact: ContactFields) -> float:

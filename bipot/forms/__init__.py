@@ -6,7 +6,11 @@ from bipot.forms.delassus import Delassus
 from bipot.forms.newton import Newton
 from bipot.forms.penalty import Optimiser, Penalty, Uzawa, contact_penalty
 
+OWN = (Tangent, Dissipation, Newton, Delassus, Penalty, Uzawa)
+"""The forms of this library: their responses are the body's."""
+
 __all__ = [
+    "OWN",
     "Answer",
     "Backend",
     "Delassus",

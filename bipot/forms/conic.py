@@ -29,6 +29,10 @@ from bipot.response import Response, TangentKind
 Floats = NDArray[np.float64]
 
 
+NEARBY = 1e-4
+"""An answer this near to equilibrium and law, in units of the program, is not far from the next: its pieces hold."""
+
+
 @dataclass(frozen=True)
 class Tangent:
     """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
@@ -60,7 +64,7 @@ class Tangent:
         condensed = condensed_tangent(given, given.response, self.kind, workspace)
         small = condensed.program
         began = workspace.assembly.outside()
-        coupled = self._gone_on(given, condensed)
+        coupled = self._gone_on(given, condensed, workspace.measured)
         if coupled is not None:
             raw = Raw(*coupled, Outcome.SOLVED, 0, Timing(solve=workspace.assembly.outside() - began))
         else:
@@ -78,13 +82,14 @@ class Tangent:
             return _through_cvxpy(workspace.stated(program), self.accuracy)
         return _directly(program, self.accuracy, workspace.solvers[self.name])
 
-    def _gone_on(self, given: Pass, condensed: Condensed) -> tuple[Floats, Floats] | None:
-        """The polish from the last pass's answer, where that is exact: the program itself then tells nothing new.
+    def _gone_on(self, given: Pass, condensed: Condensed, last: Measured | None) -> tuple[Floats, Floats] | None:
+        """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
 
-        None in the first pass of an increment, through cvxpy, which poses every pass, and where it is not exact.
+        None in the first pass of an increment and through cvxpy, which poses every pass.
         """
-        first = given.last_forces is given.start_forces or np.array_equal(given.last_forces, given.start_forces)
-        if first or not self.coupled or self.backend is Backend.CVXPY:
+        if last is None or last.response is not given.response or last.rows is not given.rows:
+            return None
+        if last.distance > NEARBY or not self.coupled or self.backend is Backend.CVXPY:
             return None
         start = given.response.x[condensed.kept] / given.units.length
         return couple(condensed.program, start, given.last_forces / given.units.force)
