@@ -19,7 +19,7 @@ from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.response import Response
-from bipot.system import System, acting_travel, tool_forces, tool_travel
+from bipot.system import System, acting, tool_forces, tool_travel
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
@@ -55,8 +55,7 @@ def certify_response(
         hardening=body.scene.material.hardening,
     )
     travel = tool_travel(system, state.tau, tau)
-    acting = acting_travel(system, state.gap, state.tau, tau)
-    moved = float(norm(body.space.spread(response.x)).max() + norm(acting).max())
+    moved = float(norm(body.space.spread(response.x)).max() + norm(acting(system, state.gap, travel)).max())
     force = body.space.force_scale(response.element_forces)
     least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
     balance = Balance(

@@ -75,6 +75,8 @@ class Active:
 
 def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) -> tuple[int, ...]:
     """Nodes whose contact forces are not determined (module docstring)."""
+    if not system.shares:
+        return ()
     active = Active.of(rows, motion, r, system.body.scene.mesh.size)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
     contacts = np.bincount(node[active.closed], minlength=count)

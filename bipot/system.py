@@ -41,6 +41,14 @@ class System:
         return rigid_motions(scene.mesh.nodes, self.body.space.free, scene.geometry)
 
     @cached_property
+    def shares(self) -> bool:
+        """Whether any node could have more contact forces than free unknowns, or two contacts."""
+        contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
+        free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
+        forces = 1 + (d - 1) * contacts.tangent_free
+        return len(np.unique(contacts.node)) < len(contacts.node) or bool((forces > free).any())
+
+    @cached_property
     def rigidity(self) -> Rigidity:
         """What forces and motions are compared by."""
         body, elastic = self.body, self.body.scene.material.elasticity
@@ -76,7 +84,12 @@ def acting_travel(system: System, gap: Floats, tau: float, tau_end: float) -> Fl
 
     A tool matters that ends within REACH times the size of the body at rest. One that runs elsewhere is no scale.
     """
-    travel = tool_travel(system, tau, tau_end)
+    return acting(system, gap, tool_travel(system, tau, tau_end))
+
+
+def acting(system: System, gap: Floats, travel: Floats) -> Floats:
+    """The ``travel`` (tools, d) of the tools that matter, zero of others (:func:`acting_travel`)."""
+    travel = travel.copy()
     for k, tool in enumerate(system.body.scene.tools):
         mine = gap[system.candidates.tool == k]
         if mine.min() - np.dot(tool.normal, travel[k]) > REACH * system.body.scene.mesh.size:
