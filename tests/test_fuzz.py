@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import lsq_linear
 
 from bipot.errors import NotConverged, SceneError
 from bipot.fem.assembly import element_stiffness
@@ -24,7 +25,7 @@ from studies.fuzz_record import setting_of, step_of
 from studies.fuzz_row import HEADER, Outcome, Row
 from studies.fuzz_scenes import draw
 from studies.fuzz_variants import mirrored, renumbered, variants
-from studies.independent import measure
+from studies.independent import flow_left, measure
 from studies.independent_element import nodal_stiffness, orientation, place, rule, shape_functions
 
 STUDIES = Path(__file__).parents[1] / "studies"
@@ -129,6 +130,32 @@ def test_a_folded_corner_is_seen_where_integration_points_are_not_folded():
     inside = place(nodes, mesh.elements, "gauss2", axisymmetric=False)
     assert orientation(mesh.nodes, mesh.elements, axisymmetric=True) == pytest.approx(1.0)
     assert inside.volume.min() > 0 > orientation(nodes, mesh.elements, axisymmetric=False)
+
+
+@pytest.mark.parametrize("turn", [1.0, 1e-4, 1e-8, 1e-12, 0.0])
+def test_flow_that_went_on_by_the_rule_leaves_nothing_however_little_it_turned(turn):
+    """Nearly along each other, the two flows are told apart by round-off alone: that is no error of their sum."""
+    rng = np.random.default_rng(3)
+    n, beside = rng.normal(size=(2, 200, 10))
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    f = 0.04 * (n + turn * beside)
+    a, gamma = rng.uniform(0, 1, (200, 1)), rng.uniform(0, 0.1, (200, 1))
+    left, _ = flow_left(a * f + gamma * n, f, n)
+    assert left.max() < 1e-16
+    off = np.pad(np.cross(n[:, :3], beside[:, :3]), ((0, 0), (0, 7)))
+    off /= np.linalg.norm(off, axis=-1, keepdims=True)
+    planted, _ = flow_left(a * f + gamma * n + 1e-6 * off, f, n)
+    np.testing.assert_allclose(planted, 1e-6, rtol=1e-6)
+
+
+def test_the_least_that_flow_leaves_is_that_of_a_bounded_least_squares_solver():
+    rng = np.random.default_rng(4)
+    want, f, n = rng.normal(size=(3, 100, 10))
+    left, gamma = flow_left(want, f, n)
+    for k in range(100):
+        found = lsq_linear(np.column_stack([f[k], n[k]]), want[k], bounds=([0, 0], [1, np.inf]), tol=1e-14)
+        assert left[k] == pytest.approx(np.sqrt(2 * found.cost), rel=1e-8)
+        assert gamma[k] == pytest.approx(found.x[1], abs=1e-6)
 
 
 def test_variants_seen_twice_are_the_scene():
