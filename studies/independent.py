@@ -10,6 +10,7 @@ the size of the body, is then judged as any other.
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
   of the stress, times 2 G over sigma_Y; and gamma > 0 only on the yield surface;
 * penetration: (-gap)+ over the size of the body, at every candidate;
+* inside: the same at the nodes of the tools' boundaries that supports hold along the normal, where no force pushes;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
   the node;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
@@ -48,6 +49,7 @@ class Measures:
     elastic: float
     flow: float
     penetration: float
+    inside: float
     law: float
     orientation: float
     plastic: float
@@ -89,6 +91,7 @@ def measure(setting: Setting, step: Step) -> Measures:
         elastic=elastic,
         flow=flow,
         penetration=contact.penetration,
+        inside=contact.inside,
         law=contact.law,
         orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
         plastic=_share(plastic, unsure, (*energies, step.energy)),

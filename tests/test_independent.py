@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from bipot.certificate import Bounds
 from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Geometry, gradients, strain_operator
+from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity
-from bipot.march import Schedule, march
-from bipot.mesh import cylinder, ring
+from bipot.march import Control, Schedule, march
+from bipot.mesh import block, cylinder, ring
 from bipot.response import body_space
-from bipot.scene import upsetting
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
 from studies import fuzz_judge
 from studies.fuzz_record import setting_of, step_of
 from studies.independent import flow_left, measure
@@ -113,6 +115,22 @@ def test_a_stored_gap_that_is_not_that_of_the_positions_is_not_believed(incremen
     gap = np.vecdot(c.normal, step.end.nodes[c.node]) - c.offset_end
     sunk = replace(step.contacts, offset_end=c.offset_end + 1e-4 * setting.size)
     assert measure(setting, replace(step, gap=np.maximum(gap, 0), contacts=sunk)).penetration > 0.9e-4
+
+
+@pytest.mark.parametrize("exact", [True, False], ids=["exact", "penalised"])
+@pytest.mark.parametrize("away", [0.1, 0.07], ids=["touching", "driven in"])
+def test_a_tool_in_a_held_node_is_found_whatever_law_is_posed(away, exact):
+    """The corner that two supports hold is no candidate: the library, asked for nothing, goes on through it."""
+    punch = FlatTool((0.0, 10.0 + away), (0.0, -1.0), (0.0, -0.1), ("top",), mu=0.1)
+    supports = (Support("base", 1), Support("left", 0), Support("right", 1))
+    elastic = Material(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
+    scene = Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, elastic, supports, (punch,))
+    accepted = list(march(scene, Schedule(1), Control(limits=Limits(bounds=Bounds.none()))))[-1]
+    setting = setting_of(scene)
+    m = measure(setting, step_of(scene, setting, accepted, 1.0))
+    depth = (0.1 - away) / setting.size
+    assert m.inside == pytest.approx(depth, rel=1e-9, abs=0)
+    assert any("inside" in what for what in fuzz_judge.broken(m, exact)) == (depth > 0)
 
 
 def test_a_folded_corner_is_seen_where_integration_points_are_not_folded():
