@@ -111,11 +111,12 @@ def solve_increment(
     same increment with a little other flow carried on: the iteration starts there.
 
     Raises:
-        NotConverged: after ``limits``, naming the measures above their bounds.
+        NotConverged: after ``limits``, naming the measures above their bounds; at once, a tool in a node that is held.
         InvertedElement: from an iterate, or the answer is folded anywhere in an element.
         ProgramError: from an iterate.
     """
     body = system.body
+    _refuse_blocked(system, tau, limits.bounds)
     rows = system.candidates.rows(state.gap, state.tau, tau)
     units = _units(system, state, tau)
     if near_to is None:
@@ -204,6 +205,14 @@ def _settled(
     elif may_leave(system, state.nodes, rows, motion, r, noise):
         words.append("position: nothing keeps the body at contacts that carry nothing")
     return response, tuple(words)
+
+
+def _refuse_blocked(system: System, tau: float, bounds: Bounds) -> None:
+    """Refuse a tool that ends in a node held along its normal: it is in no form's contact law, and no motion helps."""
+    size = system.body.scene.mesh.size
+    depth = system.candidates.driven_into(tau).depth
+    if depth > bounds.penetration * size:
+        raise NotConverged(f"a tool ends {depth / size:.2g} times the body's size inside a node that a support holds")
 
 
 def _refuse_runaway(system: System, response: Response, tau: float) -> None:
