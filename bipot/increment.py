@@ -116,12 +116,13 @@ def solve_increment(
     same increment with a little other flow carried on: the iteration starts there.
 
     Raises:
-        NotConverged: after ``limits``, naming the measures above their bounds.
+        NotConverged: after ``limits``, naming the measures above their bounds; at once, a tool in a node that is held.
         InvertedElement: from an iterate, or the answer is folded anywhere in an element.
         ProgramError: from an iterate.
     """
     body = system.body
     increment = Increment(system, state, tau)
+    _refuse_blocked(increment, limits.bounds)
     rows, units = increment.rows, _units(increment)
     if near_to is None:
         x, r = _predicted(system, state, tau, workspace).ravel()[body.space.free], state.forces
@@ -210,6 +211,13 @@ def _settled(
     elif may_leave(system, state.nodes, rows, motion, r, noise):
         words.append("position: nothing keeps the body at contacts that carry nothing")
     return response, tuple(words)
+
+
+def _refuse_blocked(increment: Increment, bounds: Bounds) -> None:
+    """Refuse a tool that ends in a node held along its normal: it is in no form's contact law, and no motion helps."""
+    inside = increment.inside / increment.system.body.scene.mesh.size
+    if inside > bounds.penetration:
+        raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
 
 
 def _refuse_runaway(increment: Increment, response: Response) -> None:
