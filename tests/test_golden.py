@@ -42,7 +42,7 @@ def test_the_table_has_every_scene_with_every_form_that_suits_it(table):
         assert [row.increment for row in rows] == list(range(1, count + 1))
 
 
-@pytest.mark.parametrize(("scene", "form"), golden.pairs(), ids="-".join)
+@pytest.mark.parametrize(("scene", "form"), golden.pairs())
 def test_no_number_moves(scene, form, table):
     rows = list(golden.run(scene, form))
     assert len(rows) == len(table[scene, form])
