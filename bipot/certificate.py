@@ -12,7 +12,8 @@ stress sigma, plastic strain increment e_p from the state the increment started 
 * gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
        + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
   sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, the bifunctional (19),
-  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment.
+  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment,
+  and the material's part also to its own, the plastic dissipation and the stored energy.
 
 Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
 measure is its :class:`Resolution`; where that is above the bound the measure decides nothing and is said to be below
@@ -174,7 +175,8 @@ def certify(
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1
-    energy = max(abs(work), _friction(contact), *_energies(material))
+    own = max(_energies(material))
+    energy = max(abs(work), _friction(contact), own)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     resolution = Resolution(
         equilibrium=balance.resolution,
@@ -190,7 +192,7 @@ def certify(
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,
-        relative_gap=_ratio(contact_gap + material_gap, energy),
+        relative_gap=max(_ratio(contact_gap + material_gap, energy), _ratio(material_gap, own)),
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,

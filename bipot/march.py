@@ -200,7 +200,7 @@ def march(
     require_type(start, State, "start", optional=True)
     system = system_of(scene, control.update)
     if start is not None:
-        require_start(start, system)
+        require_start(start, system, control.limits.bounds.equilibrium)
     return _increments(system, schedule, control, system.rest() if start is None else start)
 
 

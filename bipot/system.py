@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.certificate import EPS
 from bipot.contact import Candidates
 from bipot.fem.assembly import elastic_diagonal, rigid_motions
 from bipot.fem.kinematics import gradients
@@ -64,6 +65,16 @@ class System:
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )
+
+    def round_off(self, stress: Floats, moved: float) -> float:
+        """An estimate from above of the round-off of a nodal force.
+
+        Of the stress (..., s) the largest, and what it changes by where the lengths of an increment come to ``moved``;
+        tenfold, for the mesh at rest is taken.
+        """
+        elastic, rest = self.body.scene.material.elasticity, self.rigidity
+        largest = float(np.abs(stress).max()) + (elastic.bulk + 2 * elastic.shear) * moved * rest.gradient
+        return 10 * EPS * rest.lever * largest
 
     def rest(self) -> State:
         """The state at rest."""

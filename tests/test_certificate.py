@@ -203,6 +203,29 @@ def test_the_gap_is_relative_to_the_energy_that_occurred():
     assert certified(contact, exact, work=-40.0).relative_gap == pytest.approx(0.1 / 40.0)
 
 
+def test_a_long_slide_does_not_excuse_the_material():
+    """A pad that slides a kilometre works a million times what its body dissipates."""
+    wrong, _ = material_fields(0.9)
+    resting = certified(EMPTY, wrong)
+    sliding = certified(contact_fields([[1.0, -0.3]], [[0.0, 1e6]], largest=1.0), wrong, work=0.3e6)
+    assert sliding.contact_gap < 1e-9
+    assert sliding.relative_gap == pytest.approx(resting.relative_gap)
+    assert resting.relative_gap > 1e-4
+
+
+def test_a_body_that_is_only_moved_has_no_material_gap():
+    """Its stress is turned with it: no strain, no energy, and nothing to be measured by them."""
+    exact, found = material_fields()
+    carried = replace(
+        exact,
+        before=found.stress,
+        elastic_stress=found.stress,
+        plastic_strain=np.zeros((1, 4)),
+    )
+    moved = certified(contact_fields([[1.0, -0.3]], [[0.0, 1e6]], largest=1.0), carried, work=0.3e6)
+    assert moved.relative_gap < 1e-15
+
+
 def test_a_wrong_force_without_slip_shows_in_the_law_alone():
     """Sliding by 1e-12 with half the friction force: no energy, but half of mu r_n is missing."""
     mu, slip = 0.3, 1e-12
