@@ -6,7 +6,8 @@ certificate. Public names by subject; everything else is in the submodules, one 
 * scene: Scene, FlatTool, Support, Material, Geometry, Configuration, Quadrature, upsetting
 * hardening: Perfect, Linear, Voce, Tabulated
 * march: march, Schedule, Control, Accepted, Certificate
-* forms: Tangent, Dissipation, Newton, Backend
+* forms: Tangent, Dissipation, Newton
+* solvers: Clarabel, Qoco, Cvxpy
 * results: Recorder, load
 * errors: BipotError, IncrementFailed
 
@@ -16,10 +17,13 @@ True
 """
 
 from bipot.certificate import Certificate
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.forms import Backend, Dissipation, Newton, Tangent
+from bipot.forms import Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.march import Accepted, Control, Schedule, march
@@ -29,11 +33,12 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Accepted",
-    "Backend",
     "BipotError",
     "Certificate",
+    "Clarabel",
     "Configuration",
     "Control",
+    "Cvxpy",
     "Dissipation",
     "FlatTool",
     "Geometry",
@@ -42,6 +47,7 @@ __all__ = [
     "Material",
     "Newton",
     "Perfect",
+    "Qoco",
     "Quadrature",
     "Recorder",
     "Scene",

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Block, ConicProgram, ConicSolution, Term, Units
-from bipot.programs.statement import ContactData, ContactStatement, Stated
+from bipot.conic.problem import ConicProgram, ConicSolution, Layout
+from bipot.conic.through_cvxpy import Stated
+from bipot.programs.data import Block, Term, Units
 from bipot.programs.terms import ContactTerms, norm_rows
 
 Floats = NDArray[np.float64]
@@ -88,13 +88,16 @@ class DissipationProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0)."""
         m, n = self.model, len(self.force)
         points, width = m.stress.shape
-        starts = np.cumsum([0, n, points * width, points, int(self.contact.sliding.sum())])
-        blocks = {block: slice(starts[i], starts[i + 1]) for i, block in enumerate(Block)}
+        layout, cost = Layout(), self.contact.threshold[self.contact.sliding]
+        layout.add(Block.DISPLACEMENT, n)
+        elastic = layout.add(Block.ELASTIC_DEVIATOR, points * width)
+        norms = layout.add(Block.PLASTIC_NORM, points)
+        bounds = layout.add(Block.SLIP_BOUND, len(cost))
         diagonal = np.concatenate(
             [
                 np.repeat(2 * m.shear * m.weight, width),
                 2 / 3 * m.slope * m.weight,
-                np.zeros(starts[4] - starts[3]),
+                np.zeros(len(cost)),
             ]
         )
         q = np.concatenate(
@@ -102,12 +105,13 @@ class DissipationProgram:
                 m.volumetric.T @ (m.weight * (m.pressure + m.bulk * m.trace_0)) - self.force,
                 (m.weight[:, None] * m.stress).ravel(),
                 ROOT * m.weight * m.threshold,
-                self.contact.threshold[self.contact.sliding],
+                cost,
             ]
         )
-        flow = norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, starts[4], starts[2], minus=starts[1])
-        rows = (flow, *self.contact.cone_rows(starts[4], starts[3]))
-        return ConicProgram(_beside(self._volumetric_stiffness(), diagonal), q, rows, blocks)
+        flow = norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, layout.size, norms, minus=elastic)
+        rows = (flow, *self.contact.cone_rows(layout.size, bounds))
+        P = _beside(self._volumetric_stiffness(), diagonal)
+        return ConicProgram(P, q, rows, layout.blocks, self.statement)
 
     def _volumetric_stiffness(self) -> sp.csc_matrix:
         """sum_q w K B_v' B_v (n, n)."""
@@ -124,10 +128,14 @@ class DissipationProgram:
 
     def statement(self) -> Stated:
         """The same program as one writes it."""
+        import cvxpy as cp
+
+        from bipot.programs.statement import ContactStatement
+
         m = self.model
         dU, t = cp.Variable(len(self.force)), cp.Variable(len(m.weight))
         d = cp.Variable(m.stress.shape)
-        contact = ContactStatement.of(dU, self.contact, ContactData.of(self.contact))
+        contact = ContactStatement.of(dU, self.contact)
         volume_change = m.volumetric @ dU + m.trace_0
         plastic = cp.reshape(m.deviatoric @ dU, d.shape, order="C") + m.deviator_0 - d
         root = np.sqrt(m.weight)
@@ -139,7 +147,9 @@ class DissipationProgram:
         )
         dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
         cost = stored + dissipated - self.force @ dU + contact.cost
-        return Stated(cp.Problem(cp.Minimize(cost), [cp.SOC(t, plastic, axis=1), *contact.constraints]), dU, contact)
+        constraints = {Term.YIELD: cp.SOC(t, plastic, axis=1), **contact.constraints}
+        blocks = {Block.ELASTIC_DEVIATOR: d, Block.PLASTIC_NORM: t, **contact.blocks}
+        return Stated(cp.Problem(cp.Minimize(cost), list(constraints.values())), blocks, constraints)
 
 
 def _beside(block: sp.csc_matrix, diagonal: Floats) -> sp.csc_matrix:
