@@ -133,6 +133,14 @@ class ConicSolution:
         """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
         return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
 
+    def error(self) -> float:
+        """The largest of the three, each over what it is a difference of: costs, right-hand sides, terms of the cost."""
+        balanced = max(float(np.abs(self.program.q).max(initial=0.0)), float(np.abs(self.program.P @ self.x).max()))
+        offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
+        terms = abs(float(self.x @ (self.program.P @ self.x))) + abs(float(self.program.q @ self.x))
+        measured = (self.dual_residual(), balanced), (self.primal_residual(), offset), (self.duality_gap(), terms)
+        return max(found / (size or 1.0) for found, size in measured)
+
 
 def _excess(rows: Rows, value: Floats) -> float:
     if rows.count == 0:
