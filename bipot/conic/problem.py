@@ -134,7 +134,7 @@ class ConicSolution:
         return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
 
     def error(self) -> float:
-        """The largest of the three, each over what it is a difference of: costs, right-hand sides, terms of the cost."""
+        """The largest of the three, each over the size of what it is a difference of."""
         balanced = max(float(np.abs(self.program.q).max(initial=0.0)), float(np.abs(self.program.P @ self.x).max()))
         offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
         terms = abs(float(self.x @ (self.program.P @ self.x))) + abs(float(self.program.q @ self.x))
