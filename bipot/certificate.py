@@ -12,7 +12,8 @@ stress sigma, plastic strain increment e_p from the state the increment started 
 * gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
        + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
   sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, the bifunctional (19),
-  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment.
+  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment,
+  and the material's part also to its own, the plastic dissipation and the stored energy.
 
 Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
 measure is its :class:`Resolution`; where that is above the bound the measure decides nothing and is said to be below
@@ -29,9 +30,8 @@ import numpy as np
 
 from bipot.errors import require, require_number
 from bipot.laws.coulomb import cone_violation, natural_map
-from bipot.laws.hardening import Hardening
-from bipot.laws.tensors import equivalent_strain, equivalent_stress, norm
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Material
+from bipot.laws.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
 
 EPS = 8 * float(np.finfo(float).eps)
@@ -60,7 +60,7 @@ class ContactFields:
 @dataclass(frozen=True)
 class MaterialFields:
     """Per point: sigma at start (turned with the body) and end, e_p, sigma_e as Mandel vectors (g, s), peeq at the end
-    (g,), weight (g,), and the law.
+    (g,), weight (g,), and the material.
     """
 
     before: Floats
@@ -69,38 +69,43 @@ class MaterialFields:
     elastic_stress: Floats
     peeq: Floats
     weight: Floats
-    elasticity: Elasticity
-    hardening: Hardening
+    material: Material
 
     @cached_property
     def yield_stress(self) -> Floats:
         """sigma_Y at the end (g,)."""
-        return np.asarray(self.hardening.yield_stress(self.peeq), dtype=np.float64)
+        return self.material.yield_stress(self.peeq)
 
     @cached_property
-    def flow_stress_work(self) -> Floats:
+    def dissipation(self) -> Floats:
         """sigma_Y |e_p|_eq (g,)."""
-        return self.yield_stress * equivalent_strain(self.plastic_strain)
+        return self.material.dissipation(self.plastic_strain, self.peeq)
 
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off, body size,
-    work of the tools.
-    """
+    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off."""
 
     residual: Floats
     force: float
     blur: float
-    size: float
-    work: float
+
+    @property
+    def equilibrium(self) -> float:
+        """The largest residual over the force."""
+        return _ratio(float(np.abs(self.residual).max(initial=0.0)), self.force)
+
+    @property
+    def resolution(self) -> float:
+        """What round-off alone makes of :attr:`equilibrium`."""
+        return _ratio(self.blur, self.force)
 
 
 @dataclass(frozen=True)
 class Resolution:
     """What round-off of the stored numbers alone makes of the measures of the same names; nothing of the others."""
 
-    equilibrium: float = 1e-7
+    equilibrium: float = 0.0
     yield_violation: float = 0.0
     cone_violation: float = 0.0
     law: float = 0.0
@@ -161,28 +166,31 @@ class Bounds:
         return Bounds(*[math.inf] * len(fields(Bounds)))
 
 
-def certify(contact: ContactFields, material: MaterialFields, balance: Balance) -> Certificate:
-    """Recompute the certificate (formulas in the module docstring)."""
+def certify(
+    contact: ContactFields, material: MaterialFields, balance: Balance, size: float, work: float
+) -> Certificate:
+    """Recompute the certificate (formulas in the module docstring); body size, work of the tools."""
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1
-    energy = max(abs(balance.work), _friction(contact), *_energies(material))
+    own = max(_energies(material))
+    energy = max(abs(work), _friction(contact), own)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     resolution = Resolution(
-        equilibrium=_ratio(balance.blur, balance.force),
+        equilibrium=balance.resolution,
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(balance.blur, contact.largest),
         law=_ratio(balance.blur + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
         relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
     )
     return Certificate(
-        equilibrium=_ratio(float(np.abs(balance.residual).max(initial=0.0)), balance.force),
+        equilibrium=balance.equilibrium,
         yield_violation=float(np.maximum(excess, 0).max()),
-        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / balance.size,
+        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,
-        relative_gap=_ratio(contact_gap + material_gap, energy),
+        relative_gap=max(_ratio(contact_gap + material_gap, energy), _ratio(material_gap, own)),
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,
@@ -209,18 +217,18 @@ def law_residual(contact: ContactFields) -> Floats:
 def material_gaps(material: MaterialFields) -> Floats:
     """Fenchel gap of plasticity plus elastic energy of the stress mismatch (g,)."""
     m = material
-    fenchel = m.flow_stress_work - np.vecdot(m.stress, m.plastic_strain)
+    fenchel = m.dissipation - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
-    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.elasticity.compliance(m.stress.shape[-1]))
+    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.material.elasticity.compliance(m.stress.shape[-1]))
     return m.weight * (np.abs(fenchel) + elastic)
 
 
 def _energies(material: MaterialFields) -> tuple[float, float]:
     """Plastic dissipation, and the change of stored energy summed without its sign."""
     m = material
-    change = (m.stress - m.before) @ m.elasticity.compliance(m.stress.shape[-1])
+    change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
-    return float(np.vdot(m.weight, m.flow_stress_work)), float(stored.sum())
+    return float(np.vdot(m.weight, m.dissipation)), float(stored.sum())
 
 
 def _friction(contact: ContactFields) -> float:

@@ -58,6 +58,11 @@ class Candidates:
             gap[mine] = nodes[self.node[mine]] @ np.array(tool.normal) - tool.offset(tau)
         return gap
 
+    def load(self, r: Floats) -> Floats:
+        """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction."""
+        normal, tangent = self._operators
+        return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
+
     @cached_property
     def held(self) -> tuple[tuple[Ints, Floats], ...]:
         """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal, and n . x there (h,)."""

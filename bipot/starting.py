@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import LARGEST_STRESS, require, require_number, require_type
+from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
+from bipot.fem.assembly import element_force
+from bipot.fem.kinematics import Configuration, gradients
 from bipot.laws.flow import Flow
-from bipot.laws.tensors import equivalent_stress
-from bipot.response import State, StressUpdate
-from bipot.system import System
+from bipot.laws.tensors import equivalent_stress, norm
+from bipot.response import State
+from bipot.system import Increment, System
 from bipot.typing import Floats
 
 PLACED = 1e-9
@@ -21,14 +25,21 @@ SHORTEST = 1e-20
 YIELDED = 1e-8
 """How far a stress may be outside the yield surface, relative to it: round-off."""
 
+BALANCED = 1e-3
+"""How far a start's contact forces may be from its stress, relative to the largest nodal sum of |element forces|.
 
-def require_start(start: State, system: System) -> None:
+Far above what is accepted, and far below what would move a scale."""
+
+
+def require_start(start: State, system: System, equilibrium: float) -> None:
     """Refuse a start state of another scene: it has the arrays of this scene's state at rest, its held nodes and tools.
+
+    Its contact forces balance its stress within :data:`BALANCED`, or ``equilibrium`` where a march asks for less.
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
             elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
-            surface; the message names the field.
+            surface, contact forces that its stress does not carry; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")
@@ -51,17 +62,44 @@ def require_start(start: State, system: System) -> None:
     apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
     allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
     require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
+    _require_balanced(start, system, max(BALANCED, equilibrium))
 
 
 def _require_yielded(start: State, system: System) -> None:
-    """Stress within the yield surface, unless it is an update's that leaves it."""
-    if system.body.update is StressUpdate.RETURN:
-        sigma_y = system.body.scene.material.hardening.yield_stress(start.peeq)
+    """Stress within the yield surface, unless it is a material's that leaves it."""
+    material = system.body.scene.material
+    if not material.drifts:
+        sigma_y = material.yield_stress(start.peeq)
         largest = float(np.abs(start.stress).max(initial=0.0))
         require(largest <= LARGEST_STRESS, "start.stress", largest, f"at most {LARGEST_STRESS:g}")
         ratio = float((equivalent_stress(start.stress) / sigma_y).max())
         allowed = f"within the scene's yield stress, not at {ratio:.9g} of it: is it another material's?"
         require(ratio <= 1 + YIELDED, "start.stress", "one", allowed)
+
+
+def _require_balanced(start: State, system: System, tolerance: float) -> None:
+    """Contact forces that the stress carries: those to come are measured by the largest so far.
+
+    Equilibrium is asked where the scene's configuration asks for it.
+    """
+    body, contacts = system.body, system.candidates
+    blind = not start.forces[~contacts.tangent_free, 1:].any()
+    require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
+    paper = body.scene.configuration is Configuration.PAPER
+    nodes, elements = start.nodes - start.displacement if paper else start.nodes, body.scene.mesh.elements
+    try:
+        placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
+    except InvertedElement as folded:
+        raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
+    forces = element_force(placed.shape, start.stress, placed.volume)
+    off = float(norm(body.space.spread(body.space.vector(forces) - contacts.load(start.forces))).max())
+    scale = body.space.force_scale(forces)
+    arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
+    moved = float(norm(start.displacement).max()) + arrived.reach
+    noise = system.round_off(start.stress, moved)
+    allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
+    # where nothing is asked of nothing at all, inf times 0 is no number
+    require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
 
 
 def _require_like(given: ArrayLike, own: Floats, field: str) -> None:

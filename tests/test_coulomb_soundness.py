@@ -153,6 +153,27 @@ def test_what_is_large_elsewhere_does_not_excuse(trap):
     assert answer.residual() > 0.1
 
 
+@pytest.mark.parametrize("mu", [0.0, 0.3, 2.0])
+@pytest.mark.parametrize("coupling", [1e-30, 1e-14, -1e-12])
+def test_what_is_hardly_coupled_does_not_excuse(coupling, mu):
+    """The second contact is closed by a load of 1, and no force moves it; the first is under one of 1e11."""
+    W = np.diag([1.0, 1.0, 0.0, 0.0])
+    W[0, 2] = W[2, 0] = coupling
+    problem = coulomb.CoulombProblem(W, [-1e11, 0.0, -1.0, 0.0], mu, 2)
+    answer = coulomb.solve(problem, coulomb.Limits(patience=100))
+    assert not answer.converged
+    assert "has no solution" in answer.reason
+    assert coulomb.residual(problem, np.array([1e11, 0.0, 0.0, 0.0])) > 0.1
+
+
+def test_a_contact_is_not_asked_for_more_than_the_round_off_of_what_moves_it():
+    """The first contact's force moves the second by 1e11, its own load of 1 is below the round-off of that."""
+    W = np.array([[1.0, 0, 1, 0], [0, 1, 0, 0], [1, 0, 2, 0], [0, 0, 0, 1]])
+    problem = coulomb.CoulombProblem(W, [-1e11, 0.0, -1.0 - 1e11, 0.0], 0.3, 2)
+    assert coulomb.residual(problem, np.array([1e11 - 1, 0.0, 1.0, 0.0])) < 1e-15
+    assert coulomb.solve(problem).converged
+
+
 def test_a_fast_slide_does_not_excuse_a_missing_force():
     sliding = coulomb.CoulombProblem(np.eye(2), [-1.0, 1e12], 0.3, 2)
     assert coulomb.residual(sliding, np.zeros(2)) == pytest.approx(1.0)

@@ -5,22 +5,35 @@ import numpy as np
 import pytest
 
 from bipot import increment
+from bipot.coulomb import CoulombProblem
 from bipot.diagnosis import free_motion
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.kinematics import Geometry
-from bipot.forms import Backend, Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.forms import (
+    Backend,
+    Delassus,
+    Dissipation,
+    Newton,
+    Optimiser,
+    Penalty,
+    Tangent,
+    Uzawa,
+    contact_penalty,
+    delassus,
+)
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.clarabel import Accuracy
+from bipot.programs.delassus import Reduced
 from bipot.programs.statement import solve_stated
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from studies import upsetting as study
 from tests.scenes import posed
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 INF = float("inf")
 
 
@@ -187,6 +200,27 @@ def test_where_the_scene_shows_no_reason_more_increments_are_advised():
 @pytest.mark.parametrize("form", [Penalty(1e5, 1e5), Uzawa(1e5, 1e5), Penalty(1e5, 1e5, Optimiser.CVXPY), Delassus()])
 def test_forms_that_do_not_weld_say_so(form):
     assert "weld" in last_words(scene(tools=(tool(mu=INF),)), Control(form, (), cuts=0))
+
+
+def test_delassus_does_not_work_on_a_stiffness_that_is_round_off():
+    """The contact problem of a body that only its contacts hold was 1e16 large, and no solver had time enough."""
+    words = last_words(scene(supports=(), tools=(tool(), UNDER)), Control(Delassus(), (), cuts=0))
+    assert "delassus: the stiffness is singular" in words
+
+
+def unsolvable(program):
+    """None of its contacts can slip the way it must."""
+    c = program.contact.rows.count
+    W = np.kron(np.ones((c, c)) / c + np.eye(c), np.ones((2, 2)))
+    return Reduced(CoulombProblem(W, [-1.0, 0.0] * c, 2.0, 2), program.f, np.zeros((len(program.f), 2 * c)))
+
+
+def test_delassus_gives_up_by_steps_and_not_by_the_clock(monkeypatch):
+    """It took 9 to 16 s a pass, a share of what time was left."""
+    monkeypatch.setattr(delassus, "reduce", unsolvable)
+    words = last_words(scene(), Control(Delassus(), (), cuts=0))
+    assert "tresca-Anderson stopped at residual" in words
+    assert "time" not in words
 
 
 def test_dissipation_and_tangent_do_weld():

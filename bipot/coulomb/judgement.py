@@ -10,7 +10,9 @@ The scale is the load q' and never the force: forces that run away where no solu
 error, and u = W r + q runs away with them. Of q' only what presses or drags touching contacts counts: all of it
 where they stick, its normal part where they slip, nothing where they are open, because a clearance or a sliding
 velocity may be as large as it likes without a bearing on the forces. Groups of contacts that W does not couple
-are problems of their own, each measured by itself; the worst is the residual.
+are problems of their own, each measured by itself; so is each contact, by what moves it where that is less than the
+load of its group: however weak a coupling, it would else lend the one's large load to the other's error. The worst is
+the residual.
 """
 
 from __future__ import annotations
@@ -88,6 +90,7 @@ def judge(problem: CoulombProblem, r: FloatArray) -> Judgement:
 
         residual = max(|distance| / |load|, resolution),   resolution = ε | |W'| |r'| | / |load|,   ε = 2.2e-16
 
+    and for each contact the same of its own rows, with |q'| + | |W'| |r'| | for |load| where that is less.
     The resolution is what round-off of W r leaves unknown: where it is above a tolerance no answer with that force
     can be said to meet it. Where no load bears on a touching contact (q = 0 there), the smaller of |q'| and |r'|
     that is not zero is the scale.
@@ -104,15 +107,22 @@ def _judged(problem: CoulombProblem, r: FloatArray) -> Judgement:
     forces, load = problem.by_contact(r * rows), problem.by_contact(problem.q / rows)
     moves = problem.by_contact(problem.velocity(r) / rows)
     found = nearest_law(forces, moves, problem.mu)
-    blur = problem.by_contact(_EPS * (problem.magnitudes @ np.abs(r)) / rows)
+    reach = norm(problem.by_contact((problem.magnitudes @ np.abs(r)) / rows))
+    pressing = norm(load * found.bearing)
     count = int(group.max()) + 1
 
-    def length(vectors: FloatArray) -> FloatArray:
-        return np.sqrt(np.bincount(group, np.sum(vectors * vectors, axis=1), count))
+    def length(lengths: FloatArray) -> FloatArray:
+        return np.sqrt(np.bincount(group, lengths * lengths, count))
 
-    scale = _scale(length(load * found.bearing), length(load), length(forces))
-    resolution = float(np.max(length(blur) / scale))
-    return Judgement(max(float(np.max(length(found.distance[:, None]) / scale)), resolution), resolution)
+    scale = _scale(length(pressing), length(norm(load)), length(norm(forces)))
+    moved = pressing + reach
+    own = np.where(moved > 0, np.minimum(moved, scale[group]), scale[group])
+
+    def worst(lengths: FloatArray) -> float:
+        return max(float(np.max(length(lengths) / scale)), float(np.max(lengths / own)))
+
+    resolution = worst(_EPS * reach)
+    return Judgement(max(worst(found.distance), resolution), resolution)
 
 
 def _scale(bearing: FloatArray, load: FloatArray, force: FloatArray) -> FloatArray:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from bipot.coulomb import CoulombSolution, Limits, Solver, run, solve
+from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Answer, FormName, Pass, Workspace
 from bipot.forms.conic import condensed_tangent
@@ -18,13 +19,24 @@ from bipot.response import TangentKind
 USABLE = 1e-8
 """An answer short of its tolerance but within this residual is passed on as ALMOST: the certificate re-checks it."""
 
+PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
+"""Steps are counted and not timed, so that a march is the same on every machine."""
+
+FIRST, *REST = DEFAULT_CHAIN
+CHAIN = tuple(stage for stage in REST if not isinstance(stage.solver, GaussSeidel))
+"""What follows where the first solver is not usable; W is full, where sweeps over its contacts take the longest."""
+
 
 @dataclass(frozen=True)
 class Delassus:
-    """Exact Coulomb friction on the quadratic model by one discrete solver, or by ``solve()``'s chain (None)."""
+    """Exact Coulomb friction on the quadratic model by one discrete solver, or by ``solve()``'s chain (None).
+
+    Newton's last steps are quadratic, so the chain's first solver is asked for ``limits.tol``; the others, which may
+    be linear, only for what is usable: the next pass goes on from there.
+    """
 
     solver: Solver[Any] | None = None
-    limits: Limits = Limits(tol=1e-12)
+    limits: Limits = PATIENT
     name: ClassVar[FormName] = FormName.DELASSUS
     exact: ClassVar[bool] = True
     shifts: ClassVar[bool] = False
@@ -57,6 +69,8 @@ class Delassus:
 
     def _find(self, reduced: Reduced, given: Pass) -> CoulombSolution:
         start = np.ravel(given.last_forces) / given.units.force
-        if self.solver is None:
-            return solve(reduced.problem, self.limits, start)
-        return run(self.solver, reduced.problem, self.limits, start)
+        first = FIRST.solver if self.solver is None else self.solver
+        found = run(first, reduced.problem, self.limits, start)
+        if self.solver is not None or found.residual() <= USABLE:
+            return found
+        return solve(reduced.problem, replace(self.limits, tol=max(self.limits.tol, USABLE)), start, CHAIN)

@@ -21,6 +21,8 @@ from bipot.programs.conic import TangentProgram
 
 Floats = NDArray[np.float64]
 
+_EPS = float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True)
 class Reduced:
@@ -39,16 +41,16 @@ def reduce(program: TangentProgram) -> Reduced:
     """Eliminate the unknowns of a dense program.
 
     Raises:
-        ProgramError: K is singular, or a point is welded (a tie is not Coulomb's law).
+        ProgramError: K is singular to working precision, or a point is welded (a tie is not Coulomb's law).
     """
     rows = program.contact.rows
     if rows.tied.any():
         raise ProgramError("a welded point has no place in a Coulomb problem: use another form for mu = inf")
     G, offset = _stacked(program)
-    try:
-        solved = np.linalg.solve(np.asarray(program.K), np.column_stack([program.f, G.T]))
-    except np.linalg.LinAlgError as singular:
-        raise ProgramError("the stiffness is singular: the contacts alone do not determine the motion") from singular
+    K = np.asarray(program.K)
+    if not np.linalg.cond(K, 1) * len(K) * _EPS < 1:
+        raise ProgramError("the stiffness is singular: the contacts alone do not determine the motion")
+    solved = np.linalg.solve(K, np.column_stack([program.f, G.T]))
     free, flexibility = np.asarray(solved[:, 0], dtype=np.float64), np.asarray(solved[:, 1:], dtype=np.float64)
     mu = np.zeros(rows.count)
     mu[rows.frictional] = rows.mu[rows.frictional]
