@@ -22,38 +22,19 @@ from bipot.forms import (
     delassus,
 )
 from bipot.increment import Limits
-from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.clarabel import Accuracy
 from bipot.programs.delassus import Reduced
 from bipot.programs.statement import solve_stated
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import Support, upsetting
 from studies import upsetting as study
-from tests.scenes import posed
+from tests.scenes import posed, scene, tool
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
 INF = float("inf")
 
 
-def tool(**changes):
-    given = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "travel": (0.0, -0.05), "candidates": ("top",), "mu": 0.1}
-    return FlatTool(**(given | changes))
-
-
 UNDER = tool(point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
-
-
-def scene(**changes):
-    given = {
-        "mesh": block(1.0, 1.0, 2, 2),
-        "geometry": Geometry.PLANE_STRAIN,
-        "material": STEEL,
-        "supports": (Support("base", 1), Support("left", 0)),
-        "tools": (tool(),),
-    }
-    return Scene(**(given | changes))
 
 
 CUT_ONCE = Control(cuts=1)
