@@ -10,7 +10,8 @@ from enum import Enum
 from typing import Any, TypeVar
 from unittest.mock import patch
 
-from bipot import increment, response
+from bipot import response
+from bipot.certification import Examined
 from bipot.contact import Candidates
 from bipot.forms import conic
 from bipot.forms.memory import Memory, Setup
@@ -46,11 +47,11 @@ OWNERS: dict[Part, tuple[tuple[Any, str], ...]] = {
     ),
     Part.FACTORISATION: ((Pattern, "factorise"), (conic, "condense")),
     Part.CONTACT: ((Candidates, "rows"), (ContactRows, "take"), (Law, "iterate"), (Memory, "begin")),
-    Part.COUPLING: ((increment, "certify_response"), (Coupling, "update")),
+    Part.COUPLING: ((Examined, "ratios"), (Coupling, "update")),
 }
 
 
-PASS = ("solve", "certify_response")
+PASS = ("solve", "ratios")
 
 
 class Stopwatch:

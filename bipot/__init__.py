@@ -1,7 +1,14 @@
 """bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every increment a conic program.
 
 A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
-certificate. Everything else is in the submodules, one subject each.
+certificate. Public names by subject; everything else is in the submodules, one subject each:
+
+* scene: Scene, FlatTool, Support, Material, Geometry, Configuration, Quadrature, upsetting
+* hardening: Perfect, Linear, Voce, Tabulated
+* march: march, Schedule, Control, Accepted, Certificate
+* forms: Tangent, Dissipation, Newton, Backend
+* results: Recorder, load
+* errors: BipotError, IncrementFailed
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
 >>> accepted.solved.certificate.relative_gap < 1e-7

@@ -86,22 +86,28 @@ class MaterialFields:
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off, body size,
-    work of the tools.
-    """
+    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off."""
 
     residual: Floats
     force: float
     blur: float
-    size: float
-    work: float
+
+    @property
+    def equilibrium(self) -> float:
+        """The largest residual over the force."""
+        return _ratio(float(np.abs(self.residual).max(initial=0.0)), self.force)
+
+    @property
+    def resolution(self) -> float:
+        """What round-off alone makes of :attr:`equilibrium`."""
+        return _ratio(self.blur, self.force)
 
 
 @dataclass(frozen=True)
 class Resolution:
     """What round-off of the stored numbers alone makes of the measures of the same names; nothing of the others."""
 
-    equilibrium: float = 1e-7
+    equilibrium: float = 0.0
     yield_violation: float = 0.0
     cone_violation: float = 0.0
     law: float = 0.0
@@ -162,25 +168,27 @@ class Bounds:
         return Bounds(*[math.inf] * len(fields(Bounds)))
 
 
-def certify(contact: ContactFields, material: MaterialFields, balance: Balance) -> Certificate:
-    """Recompute the certificate (formulas in the module docstring)."""
+def certify(
+    contact: ContactFields, material: MaterialFields, balance: Balance, size: float, work: float
+) -> Certificate:
+    """Recompute the certificate (formulas in the module docstring); body size, work of the tools."""
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1
     own = max(_energies(material))
-    energy = max(abs(balance.work), _friction(contact), own)
+    energy = max(abs(work), _friction(contact), own)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     resolution = Resolution(
-        equilibrium=_ratio(balance.blur, balance.force),
+        equilibrium=balance.resolution,
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(balance.blur, contact.largest),
         law=_ratio(balance.blur + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
         relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
     )
     return Certificate(
-        equilibrium=_ratio(float(np.abs(balance.residual).max(initial=0.0)), balance.force),
+        equilibrium=balance.equilibrium,
         yield_violation=float(np.maximum(excess, 0).max()),
-        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / balance.size,
+        penetration=max(float(np.maximum(-contact.motion[:, 0], 0).max(initial=0.0)), contact.inside) / size,
         cone_violation=_ratio(_cone(contact), contact.largest),
         law=_ratio(float(norm(law_residual(contact)).max(initial=0.0)), contact.present),
         gap=contact_gap + material_gap,

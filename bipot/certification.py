@@ -12,14 +12,16 @@ it stands for the sum.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
-from bipot.programs.data import ContactRows
 from bipot.response import Response
-from bipot.system import System, acting, tool_forces, tool_travel
+from bipot.system import Increment, System, tool_forces
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
@@ -27,65 +29,82 @@ FAINT = 0.1
 """Round-off below this fraction of a bound decides nothing about it."""
 
 
-def certify_response(
-    system: System,
-    response: Response,
-    rows: ContactRows,
-    r: Floats,
-    tau: float,
-    largest: float,
-    bounds: Bounds = DEFAULT,
-) -> Certificate:
-    """The certificate of a response to the increment to ``tau`` with contact forces r (c, d) on all candidates' rows.
+@dataclass(frozen=True)
+class Examined:
+    """A response to the ``increment`` with contact forces r (c, d) on all candidates' rows, to be certified.
 
     ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
+    Equilibrium comes first and costs little; the rest is asked where that is met.
     """
-    body, state = system.body, response.state
-    kin, returned, elastic = response.kinematics, response.returned, body.scene.material.elasticity
-    sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
-    points = (-1, MANDEL_2D)
-    fields = MaterialFields(
-        before=response.rotated.reshape(points),
-        stress=returned.stress.reshape(points),
-        plastic_strain=returned.plastic_strain.reshape(points),
-        elastic_stress=sigma_e.reshape(points),
-        peeq=(state.peeq + returned.dpeeq).ravel(),
-        weight=kin.volume.ravel(),
-        elasticity=elastic,
-        hardening=body.scene.material.hardening,
-    )
-    travel = tool_travel(system, state.tau, tau)
-    moved = float(norm(body.space.spread(response.x)).max() + norm(acting(system, state.gap, travel)).max())
-    force = body.space.force_scale(response.element_forces)
-    least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
-    balance = Balance(
-        residual=norm(body.space.spread(response.internal - rows.forces(r))),
-        force=force,
-        blur=_force_blur(system, response, moved, FAINT * least * force),
-        size=body.scene.mesh.size,
-        work=float(np.sum(tool_forces(system, r) * travel)),
-    )
-    return certify(_contact(system, response, rows, r, tau, moved, largest), fields, balance)
 
+    increment: Increment
+    response: Response
+    r: Floats
+    largest: float
+    bounds: Bounds = DEFAULT
 
-def _contact(
-    system: System, response: Response, rows: ContactRows, r: Floats, tau: float, moved: float, largest: float
-) -> ContactFields:
-    """The contacts' fields."""
-    motion = rows.motion(response.x)
-    present = float(np.abs(r).max(initial=0.0))
-    return ContactFields(
-        r=r,
-        motion=motion,
-        mu=rows.mu,
-        tied=rows.tied,
-        stiffness=system.rigidity.contact,
-        largest=max(largest, present),
-        present=max(present, float(np.abs(response.state.forces).max(initial=0.0))),
-        # A far candidate's gap is never small: what it is rounded to does not matter.
-        blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
-        inside=system.candidates.driven_into(tau).depth,
-    )
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Every measure."""
+        size = self.increment.system.body.scene.mesh.size
+        work = float(np.vdot(tool_forces(self.increment.system, self.r), self.increment.travel))
+        return certify(self._contact(), self._material(), self.balance, size, work)
+
+    def ratios(self) -> dict[str, float]:
+        """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
+        ratio = self.balance.equilibrium / max(self.bounds.equilibrium, self.balance.resolution)
+        return self.certificate.ratios(self.bounds) if ratio <= 1 else {"equilibrium": ratio}
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Nodal residuals and what they are measured by."""
+        space, bounds = self.increment.system.body.space, self.bounds
+        force = space.force_scale(self.response.element_forces)
+        least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
+        return Balance(
+            residual=norm(space.spread(self.response.internal - self.increment.rows.forces(self.r))),
+            force=force,
+            blur=_force_blur(self.increment.system, self.response, self._moved, FAINT * least * force),
+        )
+
+    @cached_property
+    def _moved(self) -> float:
+        """Lengths of the increment (module docstring)."""
+        moved = norm(self.increment.system.body.space.spread(self.response.x))
+        return float(moved.max()) + self.increment.reach
+
+    def _material(self) -> MaterialFields:
+        response, material = self.response, self.increment.system.body.scene.material
+        kin, returned, elastic = response.kinematics, response.returned, material.elasticity
+        sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
+        points = (-1, MANDEL_2D)
+        return MaterialFields(
+            before=response.rotated.reshape(points),
+            stress=returned.stress.reshape(points),
+            plastic_strain=returned.plastic_strain.reshape(points),
+            elastic_stress=sigma_e.reshape(points),
+            peeq=(response.state.peeq + returned.dpeeq).ravel(),
+            weight=kin.volume.ravel(),
+            elasticity=elastic,
+            hardening=material.hardening,
+        )
+
+    def _contact(self) -> ContactFields:
+        rows, r, moved = self.increment.rows, self.r, self._moved
+        motion = rows.motion(self.response.x)
+        present = float(np.abs(r).max(initial=0.0))
+        return ContactFields(
+            r=r,
+            motion=motion,
+            mu=rows.mu,
+            tied=rows.tied,
+            stiffness=self.increment.system.rigidity.contact,
+            largest=max(self.largest, present),
+            present=max(present, float(np.abs(self.response.state.forces).max(initial=0.0))),
+            # A far candidate's gap is never small: what it is rounded to does not matter.
+            blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+            inside=self.increment.inside,
+        )
 
 
 def _force_blur(system: System, response: Response, moved: float, faint: float) -> float:

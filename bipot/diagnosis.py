@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
+from bipot.certificate import Bounds
 from bipot.determinacy import ROUND_OFF, cleaned, openable
 from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
@@ -26,7 +27,7 @@ def diagnosis(system: System, state: State, tau: float) -> str | None:
 def _blocked(system: System, tau: float) -> str | None:
     """A tool driven into a node that is held along its normal."""
     found = system.candidates.driven_into(tau)
-    if found.depth <= ROUND_OFF * system.body.scene.mesh.size:
+    if found.depth <= Bounds().penetration * system.body.scene.mesh.size:
         return None
     return (
         f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "

@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.coulomb import CoulombProblem, write_fclib
-from bipot.increment import NEAR, System, acting_travel
+from bipot.increment import NEAR, System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.delassus import reduce
 from bipot.response import TangentKind
+from bipot.system import Increment
 from bipot.traction import LEAST_MOTION, largest_displacement
 
 
@@ -54,7 +55,7 @@ def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
     """The candidates (c,) of the increment's contact problem."""
     solved = accepted.solved
     start = accepted.start
-    travel = np.linalg.norm(acting_travel(system, start.gap, start.tau, accepted.state.tau), axis=1).max()
+    travel = Increment(system, start, accepted.state.tau).reach
     body = largest_displacement(system.candidates, solved.response.x)
     motion = max(float(travel), body, LEAST_MOTION * system.body.scene.mesh.size)
     gap = solved.rows.motion(solved.response.x)[:, 0]

@@ -8,12 +8,12 @@ when its certificate, recomputed from the fields, is within the bounds.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
-from bipot.certification import certify_response
+from bipot.certification import Examined
 from bipot.determinacy import loose_motions, may_leave, settled, shared_forces
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Answer, Form, Pass, Workspace
@@ -21,8 +21,8 @@ from bipot.laws.tensors import norm
 from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.response import Response, State
+from bipot.system import Increment
 from bipot.system import System as System
-from bipot.system import acting_travel as acting_travel
 from bipot.system import tool_forces as tool_forces
 from bipot.system import tool_travel as tool_travel
 from bipot.typing import Floats
@@ -91,7 +91,12 @@ class Trial:
 
     number: int
     answer: Answer
-    certificate: Certificate
+    examined: Examined
+
+    @property
+    def certificate(self) -> Certificate:
+        """Every measure, made when asked for."""
+        return self.examined.certificate
 
 
 def solve_increment(
@@ -111,13 +116,14 @@ def solve_increment(
     same increment with a little other flow carried on: the iteration starts there.
 
     Raises:
-        NotConverged: after ``limits``, naming the measures above their bounds.
+        NotConverged: after ``limits``, naming the measures above their bounds; at once, a tool in a node that is held.
         InvertedElement: from an iterate, or the answer is folded anywhere in an element.
         ProgramError: from an iterate.
     """
     body = system.body
-    rows = system.candidates.rows(state.gap, state.tau, tau)
-    units = _units(system, state, tau)
+    increment = Increment(system, state, tau)
+    _refuse_blocked(increment, limits.bounds)
+    rows, units = increment.rows, _units(increment)
     if near_to is None:
         x, r = _predicted(system, state, tau, workspace).ravel()[body.space.free], state.forces
     else:
@@ -154,24 +160,25 @@ def solve_increment(
         with workspace.assembly:
             # What a form from elsewhere says of the body is not believed.
             response = (answer.response if type(form) in OWN else None) or body.respond(state, answer.x)
-        certificate = certify_response(system, response, rows, r, tau, largest, limits.bounds)
+        examined = Examined(increment, response, r, largest, limits.bounds)
         coupling = coupling.update(image(rows, r, answer.x), answer.coupled)
-        observe(Trial(number, answer, certificate))
-        if watch.accepts(certificate, answer.posed, coupling.report):
+        observe(Trial(number, answer, examined))
+        if watch.accepts(examined, answer.posed, coupling.report):
             timing += Timing(assembly=workspace.assembly.seconds - assembled)
             present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, state.forces))
-            least, undetermined = _settled(system, response, rows, r, certificate.resolution.law * present)
+            blurred = examined.certificate.resolution.law * present
+            least, undetermined = _settled(system, response, rows, r, blurred)
             if least is not response:
-                certificate = certify_response(system, least, rows, r, tau, largest, limits.bounds)
-                if not watch.accepts(certificate, answer.posed, coupling.report):
+                examined = replace(examined, response=least)
+                if not watch.accepts(examined, answer.posed, coupling.report):
                     raise watch.failure("the least of the body's free rigid motions leaves")
             body.refuse_folded(least)
-            _refuse_runaway(system, least, tau)
+            _refuse_runaway(increment, least)
             return Solved(
                 response=least,
                 rows=rows,
                 r=r,
-                certificate=certificate,
+                certificate=examined.certificate,
                 posed=answer.posed,
                 passes=number,
                 iterations=iterations,
@@ -206,11 +213,18 @@ def _settled(
     return response, tuple(words)
 
 
-def _refuse_runaway(system: System, response: Response, tau: float) -> None:
+def _refuse_blocked(increment: Increment, bounds: Bounds) -> None:
+    """Refuse a tool that ends in a node held along its normal: it is in no form's contact law, and no motion helps."""
+    inside = increment.inside / increment.system.body.scene.mesh.size
+    if inside > bounds.penetration:
+        raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
+
+
+def _refuse_runaway(increment: Increment, response: Response) -> None:
     """Refuse a motion so long that its round-off hides every strain."""
-    size, state = system.body.scene.mesh.size, response.state
-    moved = float(norm(system.body.space.spread(response.x)).max())
-    allowed = RUNAWAY * (size + float(norm(acting_travel(system, state.gap, state.tau, tau)).max()))
+    body = increment.system.body
+    size, moved = body.scene.mesh.size, float(norm(body.space.spread(response.x)).max())
+    allowed = RUNAWAY * (size + increment.reach)
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
@@ -220,23 +234,25 @@ class _Watch:
 
     def __init__(self, limits: Limits, exact: bool) -> None:
         self.limits, self.exact = limits, exact
-        self.least, self.waited = np.inf, 0
+        # The first of a pass that is not in equilibrium, which is asked nothing else; the second of others.
+        self.least, self.waited = [np.inf, np.inf], 0
         self.last: dict[str, float] = {}
         self.coupled = Coupled()
 
-    def accepts(self, certificate: Certificate, posed: float, coupled: Coupled) -> bool:
+    def accepts(self, examined: Examined, posed: float, coupled: Coupled) -> bool:
         """Whether the bounds are met; raises NotConverged when patience has run out."""
         self.coupled = coupled
-        ratios = certificate.ratios(self.limits.bounds)
+        ratios = examined.ratios()
+        balanced = len(ratios) > 1
         if not self.exact:
-            ratios = {k: ratios[k] for k in ("equilibrium", "yield_violation")}
+            ratios = {k: ratios[k] for k in ("equilibrium", "yield_violation") if k in ratios}
             ratios["posed"] = posed / self.limits.bounds.cone_violation
         self.last = {k: v for k, v in ratios.items() if not v <= 1}
         worst = max(ratios.values())
         if not self.last:
             return True
-        if worst < self.limits.progress * self.least:
-            self.least, self.waited = worst, 0
+        if worst < self.limits.progress * self.least[balanced]:
+            self.least[balanced], self.waited = worst, 0
         else:
             self.waited += 1
         if self.waited >= self.limits.patience or not np.isfinite(worst):
@@ -263,12 +279,12 @@ def _predicted(system: System, state: State, tau: float, workspace: Workspace) -
     return going_on if np.vdot(before, now) >= 0 else np.zeros_like(going_on)
 
 
-def _units(system: System, state: State, tau: float) -> Units:
+def _units(increment: Increment) -> Units:
     """Displacements in tool travel, stresses in what the increment can reach of the yield stress, volume of a cube."""
-    material, size = system.body.scene.material, system.body.scene.mesh.size
-    travel = float(norm(acting_travel(system, state.gap, state.tau, tau)).max())
+    state, scene = increment.start, increment.system.body.scene
+    material, size = scene.material, scene.mesh.size
     # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
-    length = travel or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
+    length = increment.reach or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
     reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
     return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
 

@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import require, require_count, require_number
-from bipot.increment import Solved, System, acting_travel
+from bipot.increment import Solved, System
 from bipot.response import State
+from bipot.system import Increment
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -107,7 +108,7 @@ def locate(
     None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
     """
     length = tau - state.tau
-    none = how.tolerance * float(np.linalg.norm(acting_travel(system, state.gap, state.tau, tau), axis=1).max())
+    none = how.tolerance * Increment(system, state, tau).reach
     start_gap = state.gap
 
     def landings(found: Solved) -> Ints:

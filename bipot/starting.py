@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -11,7 +13,7 @@ from bipot.fem.kinematics import Configuration, gradients
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import equivalent_stress, norm
 from bipot.response import State, StressUpdate
-from bipot.system import System, acting, tool_travel
+from bipot.system import Increment, System
 from bipot.typing import Floats
 
 PLACED = 1e-9
@@ -91,8 +93,8 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     forces = element_force(placed.shape, start.stress, placed.volume)
     off = float(norm(body.space.spread(body.space.vector(forces) - contacts.load(start.forces))).max())
     scale = body.space.force_scale(forces)
-    travel = acting(system, start.gap, tool_travel(system, start.tau - start.length, start.tau))
-    moved = float(norm(start.displacement).max() + norm(travel).max())
+    arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
+    moved = float(norm(start.displacement).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
     # where nothing is asked of nothing at all, inf times 0 is no number

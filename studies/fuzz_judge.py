@@ -30,6 +30,7 @@ LIMITS = {
     "equilibrium": TEN * BOUNDS.equilibrium,
     "yielding": TEN * BOUNDS.yield_violation,
     "penetration": TEN * BOUNDS.penetration,
+    "inside": TEN * BOUNDS.penetration,
     "law": TEN * 1e-6,
     "elastic": TEN * BOUNDS.equilibrium,
     "flow": TEN * BOUNDS.equilibrium,
@@ -40,7 +41,7 @@ BLURRED = 1e-4
 """Round-off of elastic stress, some hundred units of it, is above a bound of 1e-7 where stress is well below this."""
 
 BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow")
-POSED_BY_ALL = ("equilibrium", "yielding", "elastic", "flow")
+POSED_BY_ALL = ("equilibrium", "yielding", "inside", "elastic", "flow")
 DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 

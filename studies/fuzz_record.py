@@ -41,20 +41,23 @@ def setting_of(scene: Scene) -> Setting:
     )
 
 
-def candidates_of(scene: Scene, setting: Setting) -> tuple[Ints, Ints]:
-    """Node and tool (c,) of every candidate: the nodes of a tool's boundaries that can move along its normal."""
+def nodes_of(scene: Scene, setting: Setting, movable: bool = True) -> tuple[Ints, Ints]:
+    """Node and tool (c,) of every candidate, a node of a tool's boundaries that can move along its normal.
+
+    Of the others, which supports hold along it, if not ``movable``.
+    """
     nodes, tools = [], []
     for k, tool in enumerate(scene.tools):
         mine = np.unique(np.concatenate([scene.mesh.boundaries[name].ravel() for name in tool.candidates]))
-        movable = (~setting.held[mine] & (np.abs(tool.normal) > FREE)).any(axis=1)
-        nodes.append(mine[movable])
-        tools.append(np.full(int(movable.sum()), k))
+        asked = (~setting.held[mine] & (np.abs(tool.normal) > FREE)).any(axis=1) == movable
+        nodes.append(mine[asked])
+        tools.append(np.full(int(asked.sum()), k))
     return np.concatenate(nodes), np.concatenate(tools)
 
 
 def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) -> Step:
     """The increment as stored; ``largest`` is the largest contact force of the run up to its end."""
-    node, tool = candidates_of(scene, setting)
+    node, tool = nodes_of(scene, setting)
     start, end = accepted.start, accepted.state
     if len(node) != len(end.forces):
         raise ValueError(f"{len(end.forces)} contact forces for {len(node)} candidate nodes")
@@ -66,6 +69,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
         contacts=_contacts(scene, node, tool, start.tau, end.tau),
+        held=_contacts(scene, *nodes_of(scene, setting, movable=False), start.tau, end.tau),
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
@@ -91,7 +95,7 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bo
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
     """Contact forces as vectors (tools, a, d)."""
-    node, tool = candidates_of(scene, setting)
+    node, tool = nodes_of(scene, setting)
     normal = np.array([t.normal for t in scene.tools])[tool]
     tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
     out = np.zeros((len(scene.tools), *scene.mesh.nodes.shape))

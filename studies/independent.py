@@ -10,6 +10,7 @@ the size of the body, is then judged as any other.
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
   of the stress, times 2 G over sigma_Y; and gamma > 0 only on the yield surface;
 * penetration: (-gap)+ over the size of the body, at every candidate;
+* inside: the same at the nodes of the tools' boundaries that supports hold along the normal, where no force pushes;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
   the node;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
@@ -48,6 +49,7 @@ class Measures:
     elastic: float
     flow: float
     penetration: float
+    inside: float
     law: float
     orientation: float
     plastic: float
@@ -89,6 +91,7 @@ def measure(setting: Setting, step: Step) -> Measures:
         elastic=elastic,
         flow=flow,
         penetration=contact.penetration,
+        inside=contact.inside,
         law=contact.law,
         orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
         plastic=_share(plastic, unsure, (*energies, step.energy)),
@@ -169,28 +172,35 @@ def _share(lost: float, unsure: float, energies: tuple[float, ...]) -> float:
 
 
 def _flow_left(step: Step, flowed: Floats, direction: Floats, Q: Floats) -> tuple[Floats, Floats]:
-    """Least (e, q) of |(de_p, sqrt(3/2) dp) - a (F, sqrt(3/2) dp_0) - gamma (n, 1)| over a in [0, 1], gamma >= 0."""
+    """What (e, q) of (de_p, sqrt(3/2) dp) :func:`flow_left` leaves with the flow before and (n, 1), and gamma."""
     points = flowed.shape[:2]
     root = np.sqrt(1.5)
 
     def column(tensor: Floats, peeq: Floats) -> Floats:
         return np.concatenate([tensor.reshape(*points, 9), root * peeq[..., None]], axis=-1)
 
-    want = column(flowed, step.end.peeq - step.start.peeq)
-    n = column(direction, np.full(points, 1 / root))
     none = np.zeros((*points, 3, 3)), np.zeros(points)
     strain, peeq = step.flow if step.flow is not None else none
-    f = column(turned(strain, Q), peeq)
+    want = column(flowed, step.end.peeq - step.start.peeq)
+    return flow_left(want, column(turned(strain, Q), peeq), column(direction, np.full(points, 1 / root)))
+
+
+def flow_left(want: Floats, f: Floats, n: Floats) -> tuple[Floats, Floats]:
+    """Least |want - a f - gamma n| (...) of vectors (..., k) over a in [0, 1], gamma >= 0, and the gamma."""
     nn, nf, ff = np.vecdot(n, n), np.vecdot(n, f), np.vecdot(f, f)
-    wn, wf = np.vecdot(want, n), np.vecdot(want, f)
-    # Flow that goes on as before is nearly along n: what is across it must not be a difference of products.
-    across = f - (nf / nn)[..., None] * n
-    apart = np.vecdot(across, across)
-    both = np.divide(np.vecdot(want, across), apart, out=np.zeros(points), where=apart > 0)
-    alone = np.divide(wf, ff, out=np.zeros(points), where=ff > 0)
-    least, best = np.full(points, np.inf), np.zeros(points)
-    for a in (0.0 * wn, 0.0 * wn + 1.0, np.clip(both, 0, 1), np.clip(alone, 0, 1)):
-        gamma = np.maximum((wn - a * nf) / nn, 0.0)
+
+    def across(v: Floats) -> Floats:
+        return v - (np.vecdot(v, n) / nn)[..., None] * n
+
+    # Flow that goes on straight is nearly along n: what is across it must not be a difference of products, nor meet
+    # what is along it in `want`, which round-off leaves not quite at right angles.
+    beside = across(f)
+    apart = np.vecdot(beside, beside)
+    both = np.divide(np.vecdot(across(want), beside), apart, out=np.zeros(nn.shape), where=apart > 0)
+    alone = np.divide(np.vecdot(want, f), ff, out=np.zeros(nn.shape), where=ff > 0)
+    least, best = np.full(nn.shape, np.inf), np.zeros(nn.shape)
+    for a in (0.0 * nn, 0.0 * nn + 1.0, np.clip(both, 0, 1), np.clip(alone, 0, 1)):
+        gamma = np.maximum((np.vecdot(want, n) - a * nf) / nn, 0.0)
         left = np.linalg.norm(want - a[..., None] * f - gamma[..., None] * n, axis=-1)
         better = left < least
         least, best = np.where(better, left, least), np.where(better, gamma, best)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.independent_data import Bools, Floats, Setting, Step, beyond
+from studies.independent_data import Bools, Contacts, Floats, Setting, Step, beyond
 from studies.independent_element import Placed, nodal_stiffness
 
 EPS = 8 * float(np.finfo(np.float64).eps)
@@ -24,7 +24,7 @@ FREE = 1e-12
 
 @dataclass(frozen=True)
 class ContactMeasures:
-    """Penetration over size, law over the largest force, energies.
+    """Penetration over size, of candidates and ``inside`` of held nodes, law over the largest force, energies.
 
     ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
     the end, known to ``unsure``.
@@ -32,6 +32,7 @@ class ContactMeasures:
     """
 
     penetration: float
+    inside: float
     law: float
     work: float
     spent: float
@@ -59,8 +60,10 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     work = mean[:, 0] * np.vecdot(c.normal, du) + mean[:, 1] * np.vecdot(c.tangent, c.motion)
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
+    sunk, unsure = _distance(step.held, step.end.nodes)
     return ContactMeasures(
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
+        inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
         spent=-float(np.vdot(mean[:, 1], slip)),
@@ -70,12 +73,16 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     )
 
 
+def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
+    """Of the nodes at the end from the planes (c,), by their positions, and its round-off."""
+    x = nodes[c.node]
+    return np.vecdot(c.normal, x) - c.offset_end, EPS * (np.abs(x).max(axis=1) + np.abs(c.offset_end))
+
+
 def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
     """Gap at the end (c,) and its round-off: the stored one where it agrees with the positions, else theirs."""
     c = step.contacts
-    x = step.end.nodes[c.node]
-    gap = np.vecdot(c.normal, x) - c.offset_end
-    blur = EPS * (np.abs(x).max(axis=1) + np.abs(c.offset_end))
+    gap, blur = _distance(c, step.end.nodes)
     if step.gap is None:
         return gap, blur
     agrees: Bools = np.abs(step.gap - gap) <= 2 * blur

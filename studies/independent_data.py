@@ -73,6 +73,7 @@ class Moment:
 class Step:
     """An accepted increment. ``gap`` (c,) is the one stored, or None; ``flow`` that of the increment before, or None.
 
+    ``held`` are nodes of the tools' boundaries that supports hold along the normal: no candidates, and without force.
     ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
     before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
     """
@@ -82,6 +83,7 @@ class Step:
     displacement: Floats
     by_difference: bool
     contacts: Contacts
+    held: Contacts
     gap: Floats | None
     flow: tuple[Floats, Floats] | None
     largest: float

@@ -12,7 +12,7 @@ from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.kinematics import Geometry
-from bipot.forms import Answer, Dissipation, FormName, Newton, Pass, Tangent, Workspace
+from bipot.forms import Answer, Delassus, Dissipation, FormName, Newton, Pass, Penalty, Tangent, Uzawa, Workspace
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march
@@ -27,12 +27,24 @@ def pressed(*supports: Support, punch: FlatTool = PUNCH) -> Scene:
     return Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, STEEL, supports, (punch,))
 
 
-@pytest.mark.parametrize("form", [Tangent(), Dissipation(), Newton()], ids=lambda form: form.name.value)
+@pytest.mark.parametrize(
+    "form",
+    [Tangent(), Dissipation(), Newton(), Delassus(), Penalty(1e6, 1e6), Uzawa(1e6, 1e6)],
+    ids=lambda form: form.name.value,
+)
 def test_a_punch_does_not_pass_through_a_held_node(form):
     """The corner is held, so it is no unknown of the contacts; it is in the punch's way all the same."""
     scene = pressed(Support("base", 1), Support("left", 0), Support("right", 1))
     with pytest.raises(IncrementFailed, match=r"tools\[0\] is driven into node \d+, which a support holds"):
         list(march(scene, Schedule(2), Control(form, (), cuts=1)))
+
+
+def test_a_held_node_is_named_however_little_a_tool_is_driven_into_it():
+    """Far below what anything else is measured by, and above the bound on penetration."""
+    punch = replace(PUNCH, point=(0.0, 10.0), travel=(0.0, -5e-9))
+    scene = pressed(Support("base", 1), Support("left", 0), Support("right", 1), punch=punch)
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] is driven into node \d+"):
+        list(march(scene, Schedule(1), Control(cuts=0)))
 
 
 def test_a_punch_that_stays_away_from_held_nodes_presses():

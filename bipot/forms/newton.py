@@ -27,7 +27,10 @@ BAND_LAW = 1e-10
 
 @dataclass(frozen=True)
 class Reuse:
-    """Keep a factor while the merit falls at least by ``fall`` a pass and no contact changes its piece."""
+    """Keep a factor while the merit falls at least by ``fall`` a pass and no contact changes its piece.
+
+    In an attempt's first pass it must fall by the third power of that.
+    """
 
     fall: float = 0.05
 
@@ -101,7 +104,9 @@ class Newton:
     ) -> Linearised:
         """The last factor while it serves, else a new one at the iterate."""
         last, merits = memory.linearised, memory.merits
-        falls = len(merits) > 1 and merits[-1] <= self.reuse.fall * merits[-2]
+        # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
+        fall = self.reuse.fall ** (3 if len(merits) == 2 else 1)
+        falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
         if last is None or not falls or not last.pieces.same(here.pieces):
             with assembly:
                 element = given.body.tangent(given.response, memory.setup.scratch)

@@ -145,12 +145,12 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     if plastic.any():
         dpeeq[plastic] = _plastic_multiplier(q[plastic], peeq[plastic], elasticity.shear, hardening)
     safe = np.where(plastic, q, 1.0)
-    # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
-    shrink = np.where(plastic, hardening.yield_stress(peeq + dpeeq) / safe, 1.0)
     direction = (np.sqrt(1.5) * plastic / safe)[..., None] * s
-    returned = shrink[..., None] * s
-    returned[..., :3] += (trace(trial) / 3.0)[..., None]
-    stress = np.where(plastic[..., None], returned, trial)
+    # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
+    stress = (hardening.yield_stress(peeq + dpeeq) / safe)[..., None] * s
+    stress[..., :3] += (trace(trial) / 3.0)[..., None]
+    if not plastic.all():
+        stress[~plastic] = trial[~plastic]
     return Returned(stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 

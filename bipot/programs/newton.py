@@ -13,7 +13,9 @@ No multipliers, no saddle point, no condensation.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -65,14 +67,20 @@ class Pattern:
 
     def factorise(self, data: Floats) -> sla.SuperLU:
         """LU of the *transpose* of the row-wise ``data``; raises ProgramError when it is singular."""
-        n = self.size
-        transpose = sp.csc_matrix((data, self.indices, self.indptr), shape=(n, n))
+        # Its index arrays are checked once, not at every factorisation.
+        transpose = copy(self._transpose)
+        transpose.data = data
         try:
             return sla.splu(
                 transpose, permc_spec="NATURAL", diag_pivot_thresh=PIVOT, relax=4, panel_size=1, options=SYMMETRIC
             )
         except RuntimeError as singular:
             raise ProgramError("the Newton matrix is singular: the body can move without resistance") from singular
+
+    @cached_property
+    def _transpose(self) -> sp.csc_matrix:
+        """The transpose's pattern with data of no meaning."""
+        return sp.csc_matrix((np.ones(len(self.indices)), self.indices, self.indptr), shape=(self.size, self.size))
 
     def solve(self, lu: sla.SuperLU, b: Floats) -> Floats:
         """x (n,) with A x = b, both in the numbering of the unknowns."""

@@ -1,0 +1,169 @@
+"""The fuzz study's recomputation finds planted errors of known size and passes what is right."""
+
+import ast
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+from bipot.certificate import Bounds
+from bipot.fem.assembly import element_stiffness
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Geometry, gradients, strain_operator
+from bipot.increment import Limits
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity
+from bipot.march import Control, Schedule, march
+from bipot.mesh import block, cylinder, ring
+from bipot.response import body_space
+from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from studies import fuzz_judge
+from studies.fuzz_record import setting_of, step_of
+from studies.independent import flow_left, measure
+from studies.independent_element import nodal_stiffness, orientation, place, rule, shape_functions
+
+STUDIES = Path(__file__).parents[1] / "studies"
+
+
+@pytest.fixture(scope="module")
+def increment():
+    """Setting and last step of a short upsetting with hardening, plastic and sliding."""
+    scene = upsetting(mu=0.2, reduction=0.02, elements=2, hardening=Linear(300.0, 500.0), quadrature=Quadrature.GAUSS2)
+    accepted = list(march(scene, Schedule(4)))[-1]
+    setting = setting_of(scene)
+    return setting, step_of(scene, setting, accepted, float(np.abs(accepted.state.forces).max()))
+
+
+def at_end(step, **changes):
+    return replace(step, end=replace(step.end, **changes))
+
+
+def test_the_recomputation_imports_nothing_of_the_library():
+    for path in STUDIES.glob("independent*.py"):
+        for node in ast.walk(ast.parse(path.read_text())):
+            names = (
+                [a.name for a in node.names] if isinstance(node, ast.Import) else [getattr(node, "module", "") or ""]
+            )
+            assert not any(n.startswith(("bipot", "studies.fuzz")) for n in names), path
+
+
+def test_the_second_element_reproduces_linear_fields_and_areas():
+    rng = np.random.default_rng(0)
+    values, slopes = shape_functions(rng.uniform(-1, 1, (5, 2)))
+    corners, middles = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), np.array([(0, -1), (1, 0), (0, 1), (-1, 0)])
+    at = np.vstack([corners, middles])
+    assert np.allclose(shape_functions(at.astype(float))[0], np.eye(8))
+    assert np.allclose(np.einsum("qad,ai->qid", slopes, at), np.eye(2))
+    assert np.allclose(values.sum(axis=1), 1)
+    for name in ("gauss2", "gauss3", "radon7"):
+        points, weights = rule(name)
+        assert np.isclose(weights.sum(), 4)
+        assert np.isclose(weights @ points[:, 0] ** 2, 4 / 3)
+        assert np.isclose(weights @ np.prod(points**2, axis=1), 4 / 9)
+
+
+@pytest.mark.parametrize("geometry", list(Geometry))
+def test_nodal_stiffness_is_the_diagonal_of_the_library_s(geometry):
+    pressed = upsetting(mu=0.1, elements=2, quadrature=Quadrature.RADON7)
+    scene = replace(pressed, mesh=ring(2.0, 7.0, 5.0, 2, 2), geometry=geometry, supports=())
+    space, elastic = body_space(scene), Elasticity(200.0, 0.3)
+    grad = gradients(scene.mesh.nodes, scene.mesh.elements, space.reference, geometry)
+    K = space.matrix(element_stiffness(strain_operator(grad.shape), elastic.stiffness(4), grad.volume)).toarray()
+    placed = place(scene.mesh.nodes, scene.mesh.elements, "radon7", geometry is Geometry.AXISYMMETRIC)
+    blocks = nodal_stiffness(placed, scene.mesh.elements, elastic.bulk, elastic.shear, len(scene.mesh.nodes))
+    for a, found in enumerate(blocks):
+        assert np.allclose(K[2 * a : 2 * a + 2, 2 * a : 2 * a + 2], found, rtol=1e-12, atol=1e-9)
+
+
+def test_a_certified_increment_passes_every_measure(increment):
+    setting, step = increment
+    m = measure(setting, step)
+    assert fuzz_judge.broken(m, exact=True) == []
+    work, *parts = m.energies
+    assert all(part > 0 for part in parts)
+    assert abs(work - sum(parts)) < 0.03 * work
+
+
+def test_planted_errors_are_found_and_have_their_size(increment):
+    setting, step = increment
+    forces = step.end.forces
+    off = measure(setting, at_end(step, forces=forces * np.array([1.0, 1.02])))
+    assert off.law == pytest.approx(0.02 * np.abs(forces[:, 1]).max() / step.largest, rel=0.6)
+    assert off.equilibrium > 1e-4
+    hard = measure(setting, at_end(step, stress=1.001 * step.end.stress))
+    assert hard.yielding == pytest.approx(1e-3, rel=0.01)
+    assert hard.elastic == pytest.approx(1e-3, rel=0.2)
+    flowed = measure(setting, at_end(step, peeq=step.end.peeq - 1e-5))
+    assert flowed.flow > 1e-3
+    back = replace(
+        step, flow=None, end=replace(step.end, plastic_strain=2 * step.start.plastic_strain - step.end.plastic_strain)
+    )
+    assert measure(setting, back).plastic < -0.5
+    sunk = replace(step.contacts, offset_end=step.contacts.offset_end + 1e-4 * setting.size)
+    deep = measure(setting, replace(step, contacts=sunk))
+    assert deep.penetration == pytest.approx(1e-4, rel=1e-3)
+    pulled = measure(setting, at_end(step, forces=forces * np.array([1.0, -1.0])))
+    assert pulled.friction < -1e-3
+    assert "friction" in " ".join(fuzz_judge.broken(pulled, exact=True))
+
+
+def test_a_stored_gap_that_is_not_that_of_the_positions_is_not_believed(increment):
+    setting, step = increment
+    c = step.contacts
+    gap = np.vecdot(c.normal, step.end.nodes[c.node]) - c.offset_end
+    sunk = replace(step.contacts, offset_end=c.offset_end + 1e-4 * setting.size)
+    assert measure(setting, replace(step, gap=np.maximum(gap, 0), contacts=sunk)).penetration > 0.9e-4
+
+
+@pytest.mark.parametrize("exact", [True, False], ids=["exact", "penalised"])
+@pytest.mark.parametrize("away", [0.1, 0.07], ids=["touching", "driven in"])
+def test_a_tool_in_a_held_node_is_found_whatever_law_is_posed(away, exact):
+    """The corner that two supports hold is no candidate: the library, asked for nothing, goes on through it."""
+    punch = FlatTool((0.0, 10.0 + away), (0.0, -1.0), (0.0, -0.1), ("top",), mu=0.1)
+    supports = (Support("base", 1), Support("left", 0), Support("right", 1))
+    elastic = Material(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
+    scene = Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, elastic, supports, (punch,))
+    accepted = list(march(scene, Schedule(1), Control(limits=Limits(bounds=Bounds.none()))))[-1]
+    setting = setting_of(scene)
+    m = measure(setting, step_of(scene, setting, accepted, 1.0))
+    depth = (0.1 - away) / setting.size
+    assert m.inside == pytest.approx(depth, rel=1e-9, abs=0)
+    assert any("inside" in what for what in fuzz_judge.broken(m, exact)) == (depth > 0)
+
+
+def test_a_folded_corner_is_seen_where_integration_points_are_not_folded():
+    mesh = cylinder(1.0, 1.0, 1, 1)
+    nodes = mesh.nodes.copy()
+    corner = mesh.elements[0, 2]
+    nodes[corner] -= 0.3
+    inside = place(nodes, mesh.elements, "gauss2", axisymmetric=False)
+    assert orientation(mesh.nodes, mesh.elements, axisymmetric=True) == pytest.approx(1.0)
+    assert inside.volume.min() > 0 > orientation(nodes, mesh.elements, axisymmetric=False)
+
+
+@pytest.mark.parametrize("turn", [1.0, 1e-4, 1e-8, 1e-12, 0.0])
+def test_flow_that_went_on_by_the_rule_leaves_nothing_however_little_it_turned(turn):
+    """Nearly along each other, the two flows are told apart by round-off alone: that is no error of their sum."""
+    rng = np.random.default_rng(3)
+    n, beside = rng.normal(size=(2, 200, 10))
+    n /= np.linalg.norm(n, axis=-1, keepdims=True)
+    f = 0.04 * (n + turn * beside)
+    a, gamma = rng.uniform(0, 1, (200, 1)), rng.uniform(0, 0.1, (200, 1))
+    left, _ = flow_left(a * f + gamma * n, f, n)
+    assert left.max() < 1e-16
+    off = np.pad(np.cross(n[:, :3], beside[:, :3]), ((0, 0), (0, 7)))
+    off /= np.linalg.norm(off, axis=-1, keepdims=True)
+    planted, _ = flow_left(a * f + gamma * n + 1e-6 * off, f, n)
+    np.testing.assert_allclose(planted, 1e-6, rtol=1e-6)
+
+
+def test_the_least_that_flow_leaves_is_that_of_a_bounded_least_squares_solver():
+    rng = np.random.default_rng(4)
+    want, f, n = rng.normal(size=(3, 100, 10))
+    left, gamma = flow_left(want, f, n)
+    for k in range(100):
+        found = lsq_linear(np.column_stack([f[k], n[k]]), want[k], bounds=([0, 0], [1, np.inf]), tol=1e-14)
+        assert left[k] == pytest.approx(np.sqrt(2 * found.cost), rel=1e-8)
+        assert gamma[k] == pytest.approx(found.x[1], abs=1e-6)
