@@ -286,7 +286,7 @@ def _units(increment: Increment) -> Units:
     # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
     length = increment.reach or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
     reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
-    return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
+    return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)
 
 
 def _near(rows: ContactRows, x: Floats, units: Units) -> Bools:

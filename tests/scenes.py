@@ -11,7 +11,7 @@ from bipot.fem.kinematics import Geometry
 from bipot.forms import Backend, Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
@@ -19,7 +19,7 @@ from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
 FIRST = 0.001
 DIRECT = Tangent(backend=Backend.CLARABEL)
@@ -71,7 +71,7 @@ def fresh(mu: float, **options) -> System:
     return system_of(upsetting(mu=mu, **options))
 
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 
 
 def tool(**changes):
