@@ -223,7 +223,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                     break
                 # Counted from what was scheduled: from the last success they creep up to a wall without an end.
                 if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise IncrementFailed(_advice(system, state, tau, attempt), state)
+                    raise IncrementFailed(_advice(system, state, tau, attempt, cuts), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -294,11 +294,13 @@ def attempt_increment(
     return carry_on(system, state, tau, solve, refused, control.integration is Integration.BDF2)
 
 
-def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:
+def _advice(system: System, state: State, tau: float, attempt: Attempt, cuts: int) -> str:
+    """What failed, and one sentence on what to change after so many ``cuts``."""
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
     found = diagnosis(system, state, tau)
     if found:
         return failed + found
     if isinstance(attempt.last, InvertedElement):
-        return failed + "Remesh there: shorter increments fold the element too."
+        shorter = "Remesh there: shorter increments fold the element too."
+        return failed + (shorter if cuts else "Use more increments, or remesh there.")
     return failed + "Use more increments, or a mesh that is less distorted there."

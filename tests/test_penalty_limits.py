@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.columns import OVERLAP, certificate
+from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
+from bipot.history import Recorder, load
 from bipot.increment import Limits
 from bipot.march import Control, Schedule, march, system_of
 from bipot.paper import as_written, unreturned
@@ -52,6 +55,20 @@ def test_refreshed_traction_reaches_the_conic_force_at_any_penalty(mu, reduction
     for factor in (1e1, 1e3):
         assert ended(mu, reduction, Uzawa, factor) == pytest.approx(exact, rel=1e-6)
     assert abs(ended(mu, reduction, Penalty, 1e1) / exact - 1) > 1e-5
+
+
+def test_a_penalty_too_soft_to_be_felt_is_seen_in_the_history(tmp_path):
+    """The law it poses is met: the punch goes through, all of its travel, and that is what the table says."""
+    scene = upsetting(mu=0.3, reduction=0.1, elements=2)
+    with Recorder(tmp_path, scene, (*certificate("J", 1e-3), OVERLAP), {}, {}) as out:
+        for accepted in march(scene, Schedule(2), Control(Penalty(1e-30, 1e-30), ())):
+            out.record(accepted)
+    history = load(tmp_path)
+    for name in ("penetration", "overlap"):
+        np.testing.assert_allclose(history[name], [0.05, 0.1], rtol=1e-9)
+    assert history["law"].min() > 1e6
+    with pytest.raises(IncrementFailed, match="penetration"):
+        next(march(scene, Schedule(2), Control(Uzawa(1e-30, 1e-30), (), cuts=0)))
 
 
 @pytest.mark.parametrize(("increments", "factor"), [(10, 0.904), (45, 0.976)])
