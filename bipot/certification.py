@@ -21,7 +21,7 @@ from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, 
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.response import Response
-from bipot.system import Increment, System, tool_forces
+from bipot.system import Increment, System
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
@@ -47,7 +47,7 @@ class Examined:
     def certificate(self) -> Certificate:
         """Every measure."""
         size = self.increment.system.body.scene.mesh.size
-        work = float(np.vdot(tool_forces(self.increment.system, self.r), self.increment.travel))
+        work = float(np.vdot(self.increment.system.candidates.resultant(self.r), self.increment.travel))
         return certify(self._contact(), self._material(), self.balance, size, work)
 
     def ratios(self) -> dict[str, float]:

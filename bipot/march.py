@@ -38,6 +38,7 @@ from bipot.response import Body, State, body_space
 from bipot.scene import Scene
 from bipot.starting import require_start
 from bipot.system import System
+from bipot.typing import Floats
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -138,6 +139,7 @@ class Control:
 class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
+    ``tool_forces`` (k, d) are those of the tools on the modelled body.
     ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut, ``strayed``
     whether it was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
     (:mod:`bipot.landing`), None if it was not.
@@ -147,6 +149,7 @@ class Accepted:
     start: State
     state: State
     solved: Solved
+    tool_forces: Floats
     energies: Energies
     form: FormName
     passes: int
@@ -243,6 +246,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 state,
                 accepted,
                 solved,
+                system.candidates.resultant(solved.r),
                 energies,
                 attempt.form,
                 passes,
