@@ -16,6 +16,7 @@ from bipot.contact import Candidates
 from bipot.forms import conic
 from bipot.forms.memory import Memory, Setup
 from bipot.forms.newton import Law
+from bipot.laws import von_mises
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupling
 from bipot.programs.newton import Pattern
@@ -38,7 +39,7 @@ class Part(Enum):
 
 OWNERS: dict[Part, tuple[tuple[Any, str], ...]] = {
     Part.KINEMATICS: ((response, "increment"), (response, "rotate")),
-    Part.RETURN_MAP: ((response, "radial_return"),),
+    Part.RETURN_MAP: ((von_mises, "radial_return"),),
     Part.ASSEMBLY: (
         (response.Body, "tangent"),
         (response.Body, "stiffness"),

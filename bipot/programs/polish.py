@@ -28,8 +28,8 @@ ITERATIONS = 12
 EXACT = 1e-10
 
 YIELDING = 1e-9
-"""Compliance of every contact force in the Newton matrix: where rows repeat each other it picks the forces next to the
-last ones, where they do not it slows nothing."""
+"""Compliance of closed contacts that share unknowns, in the Newton matrix: where their rows repeat each other it picks
+the forces next to the last ones, and where they do not it slows nothing."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +53,13 @@ class NaturalMap:
         G = np.vstack([rows.G_n.toarray(), rows.G_t.toarray()])
         offset = np.concatenate([rows.gap, rows.slip.ravel()])
         return NaturalMap(rows, threshold, shift, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
+
+    @property
+    def shares(self) -> bool:
+        """Whether two contacts touch the same unknown."""
+        touched = np.abs(self.G[: self.rows.count])
+        np.add.at(touched, self.rows.frictional.repeat(self.rows.tangents), np.abs(self.G[self.rows.count :]))
+        return bool(((touched > 0).sum(axis=0) > 1).any())
 
     def evaluate(self, motion: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
         """Residual (m,) and its derivatives with respect to motion and to r, (m, m) each."""
@@ -113,6 +120,7 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
     scale = max(float(np.abs(r).max(initial=0.0)), float(np.abs(program.f).max()), np.finfo(float).tiny)
     jacobian = np.empty((len(current), len(current)))
     jacobian[:n, :n], jacobian[:n, n:] = np.asarray(program.K), -natural.G.T
+    compliance = YIELDING * natural.shares
     for _ in range(ITERATIONS):
         x, force = current[:n], current[n:]
         value, by_motion, by_r = natural.evaluate(natural.G @ x + natural.offset, force)
@@ -124,7 +132,9 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
             break
         if error < least:
             best, least = current, error
-        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r + YIELDING * np.eye(len(by_r))
+        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
+        yields = np.flatnonzero(by_r.diagonal() == 0)
+        jacobian[n + yields, n + yields] = compliance
         try:
             current = current - np.linalg.solve(jacobian, residual)
         except np.linalg.LinAlgError:
