@@ -75,8 +75,8 @@ class Examined:
 
     def _material(self) -> MaterialFields:
         response, material = self.response, self.increment.system.body.scene.material
-        kin, returned, elastic = response.kinematics, response.returned, material.elasticity
-        sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
+        kin, returned = response.kinematics, response.returned
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(MANDEL_2D)
         points = (-1, MANDEL_2D)
         return MaterialFields(
             before=response.rotated.reshape(points),
@@ -85,8 +85,7 @@ class Examined:
             elastic_stress=sigma_e.reshape(points),
             peeq=(response.state.peeq + returned.dpeeq).ravel(),
             weight=kin.volume.ravel(),
-            elasticity=elastic,
-            hardening=material.hardening,
+            material=material,
         )
 
     def _contact(self) -> ContactFields:

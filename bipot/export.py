@@ -29,6 +29,7 @@ from bipot.fem.kinematics import Configuration
 from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted
 from bipot.mesh import Mesh
 from bipot.scene import Scene
@@ -227,9 +228,9 @@ def describe(scene: Scene) -> dict[str, Any]:
         "copies": scene.copies,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
-        "yield_stress": float(material.hardening.yield_stress(0.0)),
-        "hardening": repr(material.hardening),
-        "perfectly_plastic": isinstance(material.hardening, Perfect),
+        "yield_stress": float(material.yield_stress(0.0)),
+        "material": repr(material),
+        "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
         "supports": [{"boundary": s.boundary, "direction": s.direction} for s in scene.supports],
         "tools": [
             {

@@ -283,4 +283,4 @@ def _units(increment: Increment) -> Units:
     # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
     length = increment.reach or float(norm(state.displacement).max()) or LEAST_MOTION * size
     reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
-    return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
+    return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)

@@ -30,23 +30,12 @@ from bipot.fem.kinematics import Configuration, Geometry
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Material
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, cylinder
 from bipot.typing import Bools, Floats, Ints, read_only
 
 LARGEST_MU = 1e12
-
-
-@dataclass(frozen=True)
-class Material:
-    """Isotropic elasticity with von Mises plasticity (5)-(9)."""
-
-    elasticity: Elasticity
-    hardening: Hardening
-
-    def __post_init__(self) -> None:
-        require_type(self.elasticity, Elasticity, "material.elasticity")
-        require_type(self.hardening, Hardening, "material.hardening")
 
 
 @dataclass(frozen=True)
@@ -257,7 +246,7 @@ def upsetting(
     return Scene(
         mesh=cylinder(diameter / 2, height / 2, elements, elements),
         geometry=Geometry.AXISYMMETRIC,
-        material=Material(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
+        material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
         supports=(Support("axis", 0), Support("base", 1)),
         tools=(punch,),
         quadrature=quadrature,

@@ -185,7 +185,7 @@ def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -
     mean = force / (np.pi * along.radius[-1] ** 2)
     uneven = unevenness(-trace(end.state.stress) / 3, rule.points, rule.weights)
     corner = np.isin(mesh.elements, np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes("side"))).any(axis=1)
-    amplitude, sigma_y = alternation(along.consistent_pressure), float(scene.material.hardening.yield_stress(0.0))
+    amplitude, sigma_y = alternation(along.consistent_pressure), float(scene.material.yield_stress(0.0))
     row = Row(
         mu,
         quadrature.value,

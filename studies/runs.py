@@ -109,7 +109,7 @@ class Probe:
 
 def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:
     """March and keep every increment; with ``marks`` the tangent's condition at those pseudo-times."""
-    system = system_of(scene, control.update)
+    system = system_of(scene)
     # The stubs want a class variable where the probe passes the form's own name on.
     probe: Any = Probe(control.form)
     snapshots: list[Snapshot] = []

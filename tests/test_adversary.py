@@ -14,13 +14,13 @@ from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.forms import Answer, Delassus, Dissipation, FormName, Newton, Pass, Penalty, Tangent, Uzawa, Workspace
 from bipot.laws.hardening import Linear, Perfect, Tabulated
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block
 from bipot.paper import as_written
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]
 PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), candidates=("top",), mu=0.1)
 

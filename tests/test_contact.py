@@ -11,11 +11,11 @@ from bipot.fem.kinematics import Geometry
 from bipot.forms import Backend, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.response import body_space
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from tests.scenes import DIRECT, fresh, path
 
 TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))
@@ -123,7 +123,7 @@ def block_scene(tools, poisson=0.3):
     return Scene(
         block(2.0, 1.0, 3, 2),
         Geometry.PLANE_STRAIN,
-        Material(Elasticity(1000.0, poisson), Perfect(1e6)),
+        VonMises(Elasticity(1000.0, poisson), Perfect(1e6)),
         (Support("left", 0), Support("base", 1)),
         tools,
     )

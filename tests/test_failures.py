@@ -23,17 +23,17 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.clarabel import Accuracy
 from bipot.programs.delassus import Reduced
 from bipot.programs.statement import solve_stated
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from studies import upsetting as study
 from tests.scenes import posed
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 INF = float("inf")
 
 

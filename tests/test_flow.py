@@ -10,7 +10,7 @@ from bipot.columns import flow_gap
 from bipot.errors import SceneError
 from bipot.laws.flow import FARTHEST, Flow, Integration, fraction
 from bipot.march import system_of
-from bipot.response import StressUpdate
+from bipot.paper import unreturned
 
 
 def end_force(integration, increments, mu=0.05, reduction=0.3):
@@ -60,7 +60,7 @@ def test_a_tool_that_stops_slows_down_or_turns_gives_the_force_of_backward_euler
 
 def test_flow_carried_on_without_a_return_is_refused():
     with pytest.raises(SceneError, match="integration = 'BDF2'"):
-        Control(update=StressUpdate.RATE)
+        march(unreturned(upsetting(mu=0.1, elements=2)), Schedule(2))
 
 
 def test_force_is_of_second_order_under_friction_and_of_first_with_backward_euler():

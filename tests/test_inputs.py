@@ -16,14 +16,16 @@ from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits
 from bipot.landing import Locate
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.paper import unreturned
 from bipot.programs.clarabel import Accuracy
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 NAN, INF = float("nan"), float("inf")
 
 
@@ -63,7 +65,6 @@ def refused(make, words):
         (lambda: Dissipation(backend="cvxpy"), "dissipation.backend"),
         (lambda: Penalty(1.0, 1.0, optimiser="newton"), "e.g. Optimiser.NEWTON"),
         (lambda: Uzawa(1.0, 1.0, kind="consistent"), "e.g. TangentKind.CONSISTENT"),
-        (lambda: Control(update="rate"), "control.update = 'rate': must be a StressUpdate, e.g. StressUpdate.RATE"),
         (lambda: Control(integration="BDF2"), "control.integration = 'BDF2': must be an Integration"),
         (lambda: Safeguard(first="threshold"), "safeguard.first = 'threshold': must be a Frozen"),
     ],
@@ -77,7 +78,7 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
     [
         (lambda: upsetting(mu=0.1, hardening=300), "material.hardening = 300: must be a Hardening"),
         (lambda: upsetting(mu=0.1, hardening=Perfect), "material.hardening = .*: must be a Hardening"),
-        (lambda: Material(210e3, Perfect(300.0)), "material.elasticity = 210000.0: must be an Elasticity"),
+        (lambda: VonMises(210e3, Perfect(300.0)), "material.elasticity = 210000.0: must be an Elasticity"),
         (lambda: scene(mesh="cylinder"), "scene.mesh = 'cylinder': must be a Mesh"),
         (lambda: scene(material=Perfect(300.0)), "scene.material"),
         (lambda: scene(tools=tool()), "scene.tools = .*: must be a tuple of FlatTool"),
@@ -101,7 +102,11 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
         (lambda: Delassus(limits=Limits()), "delassus.limits = .*: must be a Limits of bipot.coulomb"),
         (lambda: march(scene(), Schedule(2), Newton()), r"control = Newton\(.*must be a Control"),
         (lambda: march(scene(), 2), "schedule = 2: must be a Schedule"),
-        (lambda: march(STEEL, Schedule(2)), "scene = Material.*: must be a Scene"),
+        (
+            lambda: unreturned(replace(upsetting(mu=0.1), material=Elastic(STEEL.elasticity))),
+            "scene.material = Elastic.*: must be a VonMises",
+        ),
+        (lambda: march(STEEL, Schedule(2)), "scene = VonMises.*: must be a Scene"),
         (lambda: march(scene(), Schedule(2), start=0.5), "start = 0.5: must be a State or None"),
     ],
 )

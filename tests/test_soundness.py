@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot import Control, FlatTool, Geometry, Material, Perfect, Scene, Schedule, Support, march, upsetting
+from bipot import Control, FlatTool, Geometry, Perfect, Scene, Schedule, Support, VonMises, march, upsetting
 from bipot.certificate import Bounds
 from bipot.fem.kinematics import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
@@ -51,7 +51,7 @@ def clamped(length, stress):
     return Scene(
         block(3 * length, 4 * length, 3, 4),
         Geometry.PLANE_STRAIN,
-        Material(Elasticity(200 * stress, 0.4999), Perfect(0.02 * stress)),
+        VonMises(Elasticity(200 * stress, 0.4999), Perfect(0.02 * stress)),
         (Support("base", 0), Support("base", 1)),
         (tool,),
         configuration=Configuration.PAPER,
@@ -82,7 +82,7 @@ def loose(mesh, mu):
     sides = ("left", "right")
     above = FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.1), ("top", *sides), mu)
     below = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base", *sides), mu)
-    return Scene(mesh, Geometry.PLANE_STRAIN, Material(Elasticity(200.0, 0.3), Perfect(1.0)), (), (above, below))
+    return Scene(mesh, Geometry.PLANE_STRAIN, VonMises(Elasticity(200.0, 0.3), Perfect(1.0)), (), (above, below))
 
 
 @pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=lambda form: form.name.value)
