@@ -5,8 +5,8 @@
 The tasks of :mod:`benchmarks.paired_tasks` run on a worktree of COMMIT and on this tree, each pair in two fresh
 processes of one thread, after a pair that is not counted. Within a pair and from pair to pair they take turns, A B B A,
 because the speed of a shared machine drifts by the second. Measured are processor seconds. A pair's ratio (this tree
-over the other, or one form over another on this tree) is the median of its turns. Of these the median is reported, with
-an interval that holds the true one with 95 %, whatever the distribution: two of the ratios, counted by the binomial law.
+over the other, or one form over another on this tree) is the median of its turns. Of these the median is reported, and
+an interval that holds the true one with 95 %, whatever the distribution: two of the ratios, by the binomial law.
 
 Writes ``DIR/paired.csv`` (name, size, against, pairs, seconds, seconds_against, passes, passes_against, ratio, low,
 high, most); ends with exit code 1 where a median exceeds its limit ``most``.

@@ -7,7 +7,8 @@ certificate. Public names by subject; everything else is in the submodules, one 
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Perfect, Linear, Voce, Swift, Tabulated
 * march: march, Schedule, Control, Accepted, Certificate
-* forms: Tangent, Dissipation, Newton, Backend
+* forms: Tangent, Dissipation, Newton
+* solvers: Clarabel, Qoco, Cvxpy
 * results: Recorder, load
 * errors: BipotError, IncrementFailed
 
@@ -17,10 +18,13 @@ True
 """
 
 from bipot.certificate import Certificate
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.forms import Backend, Dissipation, Newton, Tangent
+from bipot.forms import Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
@@ -32,11 +36,12 @@ __version__ = "0.1.0"
 
 __all__ = [
     "Accepted",
-    "Backend",
     "BipotError",
     "Certificate",
+    "Clarabel",
     "Configuration",
     "Control",
+    "Cvxpy",
     "Dissipation",
     "Elastic",
     "Elasticity",
@@ -47,6 +52,7 @@ __all__ = [
     "Material",
     "Newton",
     "Perfect",
+    "Qoco",
     "Quadrature",
     "Recorder",
     "Scene",

@@ -26,11 +26,13 @@ import scipy.sparse as sp
 from scipy.linalg import null_space
 from scipy.optimize import linprog
 
+from bipot.conic.clarabel import solve
+from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
 from bipot.laws.tensors import norm
-from bipot.programs.clarabel import Accuracy, solve
 from bipot.programs.condensation import factorise
-from bipot.programs.data import Block, Cone, ConicProgram, ContactRows, Rows, Term, rows_of
+from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.response import Response
 from bipot.system import System
 from bipot.typing import Bools, Floats

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, replace
 from enum import Enum
 
 from bipot.certificate import Bounds
-from bipot.forms import Backend, Dissipation, Form, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.forms import Dissipation, Form, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.forms.newton import Newton
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
@@ -54,8 +54,8 @@ class Setting:
 
 
 FORMS: dict[Method, Callable[[float], Form]] = {
-    Method.TANGENT: lambda K: Tangent(backend=Backend.CLARABEL),
-    Method.FROZEN: lambda K: Tangent(backend=Backend.CLARABEL, coupled=False),
+    Method.TANGENT: lambda K: Tangent(),
+    Method.FROZEN: lambda K: Tangent(coupled=False),
     Method.DISSIPATION: lambda K: Dissipation(),
     Method.NEWTON: lambda K: Newton(),
     Method.EULER: lambda K: Newton(),

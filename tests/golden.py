@@ -42,6 +42,7 @@ from bipot import (
     upsetting,
 )
 from bipot.certificate import Bounds
+from bipot.conic.solver import Accuracy
 from bipot.coulomb import Limits as Effort
 from bipot.coulomb import ProximalPoint
 from bipot.forms import Delassus, Form, Penalty, Uzawa
@@ -49,7 +50,6 @@ from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.mesh import block, ring
 from bipot.paper import as_written, unreturned
-from bipot.programs.clarabel import Accuracy
 
 TABLE = Path(__file__).parent / "data" / "golden.csv"
 DIGITS = 13

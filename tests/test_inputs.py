@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.conic.solver import Accuracy
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
@@ -21,7 +22,6 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paper import unreturned
-from bipot.programs.clarabel import Accuracy
 from bipot.programs.fixed_point import Safeguard
 from bipot.scene import FlatTool, Scene, Support, upsetting
 
@@ -61,8 +61,8 @@ def refused(make, words):
         (lambda: upsetting(mu=0.1, quadrature="gauss2"), "scene.quadrature = 'gauss2'"),
         (lambda: upsetting(mu=0.1, configuration="paper"), "scene.configuration = 'paper'"),
         (lambda: Tangent(kind="continuum"), "tangent.kind = 'continuum': must be a TangentKind"),
-        (lambda: Tangent(backend="cvxpy"), r"tangent.backend = 'cvxpy': must be a Backend, e.g. Backend.CVXPY"),
-        (lambda: Dissipation(backend="cvxpy"), "dissipation.backend"),
+        (lambda: Tangent(solver="cvxpy"), r"tangent.solver = 'cvxpy': must be a ConicSolver, e.g. Clarabel\(\)"),
+        (lambda: Dissipation(solver="cvxpy"), "dissipation.solver"),
         (lambda: Penalty(1.0, 1.0, optimiser="newton"), "e.g. Optimiser.NEWTON"),
         (lambda: Uzawa(1.0, 1.0, kind="consistent"), "e.g. TangentKind.CONSISTENT"),
         (lambda: Control(integration="BDF2"), "control.integration = 'BDF2': must be an Integration"),

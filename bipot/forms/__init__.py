@@ -1,6 +1,6 @@
 """The forms an increment can take: small frozen objects with one verb, one pass each."""
 
-from bipot.forms.base import Answer, Backend, Form, FormName, Pass, Workspace
+from bipot.forms.base import Answer, Form, FormName, Pass, Workspace
 from bipot.forms.conic import Dissipation, Tangent
 from bipot.forms.delassus import Delassus
 from bipot.forms.newton import Newton
@@ -12,7 +12,6 @@ OWN = (Tangent, Dissipation, Newton, Delassus, Penalty, Uzawa)
 __all__ = [
     "OWN",
     "Answer",
-    "Backend",
     "Delassus",
     "Dissipation",
     "Form",

@@ -14,12 +14,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.conic.solver import Handle
 from bipot.forms.memory import Memory, Pace
-from bipot.programs.clarabel import Solver
 from bipot.programs.condensation import Split, touched
-from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import ContactRows, Outcome, Stopwatch, Timing, Units
-from bipot.programs.statement import Stated
 from bipot.response import Body, Response
 
 Floats = NDArray[np.float64]
@@ -34,13 +32,6 @@ class FormName(Enum):
     UZAWA = "uzawa"
     NEWTON = "newton"
     DELASSUS = "delassus"
-
-
-class Backend(Enum):
-    """Who hands a program to Clarabel: its cvxpy statement, or the same data directly."""
-
-    CVXPY = "cvxpy"
-    CLARABEL = "clarabel"
 
 
 @dataclass(frozen=True)
@@ -93,25 +84,18 @@ class Measured(NamedTuple):
 
 @dataclass
 class Workspace:
-    """Programs compiled during a run, by structure: the one mutable thing, owned by the march.
+    """What the forms keep during a run: the one mutable thing, owned by the march.
 
-    ``assembly`` counts the seconds of the body's responses and tangents.
+    ``handles`` are what their solvers keep of the last program; ``assembly`` counts the seconds of the body's
+    responses and tangents.
     """
 
-    compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
     last_split: Split | None = None
     assembly: Stopwatch = field(default_factory=Stopwatch)
     measured: Measured | None = None
-    solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
-
-    def stated(self, program: TangentProgram) -> Stated:
-        """The compiled statement with the numbers of ``program`` assigned."""
-        key = structure(program)
-        if key not in self.compiled:
-            self.compiled[key] = CompiledTangent.of(program)
-        return self.compiled[key].assign(program)
+    handles: dict[FormName, Handle] = field(default_factory=dict)
 
     def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
         """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""

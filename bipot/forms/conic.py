@@ -13,16 +13,18 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.errors import InvertedElement, ProgramError, require_count, require_type
-from bipot.forms.base import Answer, Backend, FormName, Measured, Pass, Workspace
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import ConicProgram, Outcome, Timing
+from bipot.conic.solver import Accuracy, ConicSolver
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
+from bipot.forms.base import Answer, FormName, Measured, Pass, Workspace
 from bipot.laws.coulomb import natural_map
-from bipot.programs.clarabel import Accuracy, Solver
 from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ConicProgram, Outcome, Timing
+from bipot.programs.data import Block
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.polish import couple, polish
-from bipot.programs.statement import Stated, solve_stated
 from bipot.programs.terms import ContactTerms
 from bipot.response import Response, TangentKind
 
@@ -43,7 +45,7 @@ class Tangent:
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
-    backend: Backend = Backend.CLARABEL
+    solver: ConicSolver = Clarabel()
     accuracy: Accuracy = Accuracy(1e-9)
     coupled: bool = True
     halvings: int = 3
@@ -54,7 +56,7 @@ class Tangent:
 
     def __post_init__(self) -> None:
         require_type(self.kind, TangentKind, "tangent.kind")
-        require_type(self.backend, Backend, "tangent.backend")
+        _require_solver(self.solver, "tangent.solver")
         require_type(self.accuracy, Accuracy, "tangent.accuracy")
         require_type(self.coupled, bool, "tangent.coupled")
         require_count(self.halvings, "tangent.halvings", 0)
@@ -68,19 +70,13 @@ class Tangent:
         if coupled is not None:
             raw = Raw(*coupled, Outcome.SOLVED, 0, Timing(solve=workspace.assembly.outside() - began))
         else:
-            raw = self._posed(small, workspace)
+            raw = _solved(self, small, workspace)
             coupled = couple(small, raw.u, raw.r) if self.coupled else None
         exact = coupled is not None
         u, r = coupled or polish(small, raw.u, raw.r)
         x = condensed.recover(u) * given.units.length
         answer = Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
         return _shortened(given, answer, self.halvings, workspace) if self.coupled else answer
-
-    def _posed(self, program: TangentProgram, workspace: Workspace) -> Raw:
-        """The program solved by interior points."""
-        if self.backend is Backend.CVXPY:
-            return _through_cvxpy(workspace.stated(program), self.accuracy)
-        return _directly(program, self.accuracy, workspace.solvers[self.name])
 
     def _gone_on(self, given: Pass, condensed: Condensed, last: Measured | None) -> tuple[Floats, Floats] | None:
         """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
@@ -89,7 +85,7 @@ class Tangent:
         """
         if last is None or last.response is not given.response or last.rows is not given.rows:
             return None
-        if last.distance > NEARBY or not self.coupled or self.backend is Backend.CVXPY:
+        if last.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
         start = given.response.x[condensed.kept] / given.units.length
         return couple(condensed.program, start, given.last_forces / given.units.force)
@@ -102,7 +98,7 @@ class Dissipation:
     With ``polished``, a pass ends with the Newton step described above.
     """
 
-    backend: Backend = Backend.CLARABEL
+    solver: ConicSolver = Clarabel()
     accuracy: Accuracy = Accuracy(1e-11)
     polished: bool = True
     name: ClassVar[FormName] = FormName.DISSIPATION
@@ -111,7 +107,7 @@ class Dissipation:
     nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        require_type(self.backend, Backend, "dissipation.backend")
+        _require_solver(self.solver, "dissipation.solver")
         require_type(self.accuracy, Accuracy, "dissipation.accuracy")
         require_type(self.polished, bool, "dissipation.polished")
 
@@ -125,10 +121,7 @@ class Dissipation:
         """One program with the configuration and the line of the yield stress frozen."""
         with workspace.assembly:
             program = self.program(given)
-        if self.backend is Backend.CVXPY:
-            raw = _through_cvxpy(program.statement(), self.accuracy)
-        else:
-            raw = _directly(program, self.accuracy, workspace.solvers[self.name])
+        raw = _solved(self, program, workspace)
         x, r = raw.u * given.units.length, raw.r * given.units.force
         answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
         return _improved(given, answer, workspace) if self.polished else answer
@@ -224,12 +217,13 @@ class Exact(Protocol):
         ...
 
 
-def _through_cvxpy(stated: Stated, accuracy: Accuracy) -> Raw:
-    outcome, iterations, timing = solve_stated(stated, accuracy)
-    return Raw(np.asarray(stated.dU.value), stated.contact.forces(), outcome, iterations, timing)
-
-
-def _directly(program: Exact, accuracy: Accuracy, solver: Solver) -> Raw:
-    answer = solver.solve(program.conic(), accuracy)
+def _solved(form: Tangent | Dissipation, program: Exact, workspace: Workspace) -> Raw:
+    """The program solved by the form's solver, which keeps in the workspace what it can use again."""
+    answer, handle = form.solver.solve(program.conic(), form.accuracy, workspace.handles.get(form.name))
+    workspace.handles[form.name] = handle
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
+
+
+def _require_solver(solver: object, field: str) -> None:
+    require(callable(getattr(solver, "solve", None)), field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Block, ConicProgram, ConicSolution, Term, Units
-from bipot.programs.statement import ContactData, ContactStatement, Stated
+from bipot.conic.problem import ConicProgram, ConicSolution, Layout
+from bipot.conic.through_cvxpy import Stated
+from bipot.programs.data import Block, Term, Units
 from bipot.programs.terms import ContactTerms, norm_rows
 
 Floats = NDArray[np.float64]
@@ -92,34 +92,31 @@ class DissipationProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
-        m, n = self.model, len(self.force)
-        points, width = m.stress.shape if m.flows else (0, 0)
-        starts = np.cumsum([0, n, points * width, points, int(self.contact.sliding.sum())])
-        blocks = {block: slice(starts[i], starts[i + 1]) for i, block in enumerate(Block)}
+        m, layout, slips = self.model, Layout(), self.contact.threshold[self.contact.sliding]
+        points, width = m.stress.shape
+        weights = np.repeat(m.weight, width)
+        layout.add(Block.DISPLACEMENT, len(self.force))
         stiffness, force = _quadratic(m.volumetric, m.weight, m.pressure, m.bulk, m.trace_0)
-        contact, slips = self.contact.cone_rows(starts[4], starts[3]), self.contact.threshold[self.contact.sliding]
-        if not m.flows:
-            modulus, weight = 2 * m.shear, np.repeat(m.weight, m.stress.shape[1])
-            more, moved = _quadratic(m.deviatoric, weight, m.stress.ravel(), modulus, m.deviator_0.ravel())
-            P = _beside(sp.csc_matrix(stiffness + more), np.zeros(len(slips)))
-            return ConicProgram(P, np.concatenate([force + moved - self.force, slips]), contact, blocks)
-        diagonal = np.concatenate(
-            [
-                np.repeat(2 * m.shear * m.weight, width),
-                2 / 3 * m.slope * m.weight,
-                np.zeros(len(slips)),
-            ]
+        diagonal = cost = np.zeros(0)
+        if m.flows:
+            layout.add(Block.ELASTIC_DEVIATOR, points * width)
+            layout.add(Block.PLASTIC_NORM, points)
+            diagonal = np.concatenate([2 * m.shear * weights, 2 / 3 * m.slope * m.weight])
+            cost = np.concatenate([weights * m.stress.ravel(), ROOT * m.weight * m.threshold])
+        else:
+            more, moved = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
+            stiffness, force = sp.csc_matrix(stiffness + more), force + moved
+        rows = self.contact.cone_rows(layout.size + len(slips), layout.add(Block.SLIP_BOUND, len(slips)))
+        if m.flows:
+            norms, elastic = (layout.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
+            rows = (norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, layout.size, norms, minus=elastic), *rows)
+        return ConicProgram(
+            P=_beside(stiffness, np.concatenate([diagonal, np.zeros(len(slips))])),
+            q=np.concatenate([force - self.force, cost, slips]),
+            rows=rows,
+            blocks=layout.blocks,
+            statement=self.statement,
         )
-        q = np.concatenate(
-            [
-                force - self.force,
-                (m.weight[:, None] * m.stress).ravel(),
-                ROOT * m.weight * m.threshold,
-                slips,
-            ]
-        )
-        flow = norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, starts[4], starts[2], minus=starts[1])
-        return ConicProgram(_beside(stiffness, diagonal), q, (flow, *contact), blocks)
 
     def plastic_strain(self, solution: ConicSolution) -> Floats:
         """e_p (g, m) in basis coordinates: dev e - d."""
@@ -131,9 +128,13 @@ class DissipationProgram:
 
     def statement(self) -> Stated:
         """The same program as one writes it."""
+        import cvxpy as cp
+
+        from bipot.programs.statement import ContactStatement
+
         m = self.model
         dU = cp.Variable(len(self.force))
-        contact = ContactStatement.of(dU, self.contact, ContactData.of(self.contact))
+        contact = ContactStatement.of(dU, self.contact)
         volume_change = m.volumetric @ dU + m.trace_0
         deviator = cp.reshape(m.deviatoric @ dU, m.stress.shape, order="C") + m.deviator_0
         d = cp.Variable(m.stress.shape) if m.flows else deviator
@@ -144,12 +145,13 @@ class DissipationProgram:
             + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
             + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
         )
-        cost, constraints = stored - self.force @ dU + contact.cost, list(contact.constraints)
+        cost, blocks, constraints = stored - self.force @ dU + contact.cost, contact.blocks, contact.constraints
         if m.flows:
             t = cp.Variable(len(m.weight))
             cost += ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
-            constraints.insert(0, cp.SOC(t, deviator - d, axis=1))
-        return Stated(cp.Problem(cp.Minimize(cost), constraints), dU, contact)
+            blocks = {Block.ELASTIC_DEVIATOR: d, Block.PLASTIC_NORM: t, **blocks}
+            constraints = {Term.YIELD: cp.SOC(t, deviator - d, axis=1), **constraints}
+        return Stated(cp.Problem(cp.Minimize(cost), list(constraints.values())), blocks, constraints)
 
 
 def _quadratic(
