@@ -12,19 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bipot.carrying import Attempt
 from bipot.contact import carries
 from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved, System
 from bipot.response import State
 from bipot.system import Increment
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 FIRST_LOOK = 0.9
 """Where to look for the event between an open start and a first trial that is closed."""
@@ -53,25 +50,8 @@ class Locate:
         require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
 
 
-class Tried(Protocol):
-    """An attempt at an increment: what it gave, None if every form failed, and the passes it took."""
-
-    @property
-    def solved(self) -> Solved | None:
-        """The increment that met its bounds."""
-        ...
-
-    @property
-    def passes(self) -> int:
-        """Passes spent."""
-        ...
-
-
-Attempt = TypeVar("Attempt", bound=Tried)
-
-
 @dataclass(frozen=True)
-class Landing(Generic[Attempt]):
+class Landing:
     """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node, gap."""
 
     tau: float
@@ -99,7 +79,7 @@ def locate(
     solve: Callable[[float], Attempt],
     how: Locate,
     known: frozenset[int] = frozenset(),
-) -> tuple[Landing[Attempt] | None, int]:
+) -> tuple[Landing | None, int]:
     """The first landing in the increment from ``state`` to ``tau`` that ``solved`` holds, and the passes spent on it.
 
     ``solve(tau)`` attempts the increment from ``state`` to another end; ``known`` are candidates not to locate again.

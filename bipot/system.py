@@ -40,6 +40,11 @@ class System:
         scene = self.body.scene
         return rigid_motions(scene.mesh.nodes, self.body.space.free, scene.geometry)
 
+    def rigid_at(self, nodes: Floats) -> Floats:
+        """Those in the configuration ``nodes`` (a, d)."""
+        body = self.body
+        return rigid_motions(nodes, body.space.free, body.scene.geometry) if self.rigid.size else self.rigid
+
     @cached_property
     def shares(self) -> bool:
         """Whether any node could have more contact forces than free unknowns, or two contacts."""

@@ -5,6 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.carrying import Attempt
 from bipot.errors import SceneError
 from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton
@@ -85,10 +86,8 @@ def test_a_search_that_fails_leaves_the_increment_whole():
     asked = scene(GAP)
     system, (first, second) = system_of(asked), run(asked, how=None)[:2]
 
-    class Failed:
-        solved, passes = None, 3
-
-    found = locate(system, first.state, second.state.tau, second.solved, lambda tau: Failed(), HOW)
+    failed = Attempt(None, Newton.name, 3, [])
+    found = locate(system, first.state, second.state.tau, second.solved, lambda tau: failed, HOW)
     assert found == (None, 3)
 
 
