@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.coulomb import CoulombProblem, write_fclib
-from bipot.increment import NEAR, System
+from bipot.forms.posed import NEAR
+from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.delassus import reduce
 from bipot.response import TangentKind
-from bipot.system import Increment
 from bipot.traction import LEAST_MOTION, largest_displacement
 
 
@@ -35,17 +35,17 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
     The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate that
-    carries force or is tied, those whose gap at the end is within :data:`bipot.increment.NEAR` of the increment's own
+    carries force or is tied, those whose gap at the end is within :data:`bipot.forms.posed.NEAR` of the increment's own
     motion (of the tools or of the body, whichever is larger; closed ones also where both rest), and the nearest.
 
     Raises:
         ProgramError: a welded point, or a singular stiffness.
     """
-    response, rows = accepted.solved.response, accepted.solved.rows
+    iterate, rows = accepted.solved.iterate, accepted.solved.rows
     near = _near(system, accepted)
     taken = rows.take(near)
-    K = system.body.stiffness(response, TangentKind.CONSISTENT)
-    f = K @ response.x - response.internal
+    K = iterate.stiffness(TangentKind.CONSISTENT)
+    f = K @ iterate.x - iterate.residual
     program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
     problem = reduce(condense(program).program).problem
     return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
@@ -53,12 +53,10 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
 
 def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
     """The candidates (c,) of the increment's contact problem."""
-    solved = accepted.solved
-    start = accepted.start
-    travel = Increment(system, start, accepted.state.tau).reach
-    body = largest_displacement(system.candidates, solved.response.x)
-    motion = max(float(travel), body, LEAST_MOTION * system.body.scene.mesh.size)
-    gap = solved.rows.motion(solved.response.x)[:, 0]
+    solved, iterate = accepted.solved, accepted.solved.iterate
+    body = largest_displacement(system.candidates, iterate.x)
+    motion = max(iterate.increment.reach, body, LEAST_MOTION * system.body.scene.mesh.size)
+    gap = iterate.motion[:, 0]
     return (gap <= max(NEAR * motion, float(gap.min()))) | (solved.r != 0).any(axis=1) | solved.rows.tied
 
 

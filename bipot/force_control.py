@@ -27,6 +27,7 @@ from scipy.optimize import brentq
 from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number
 from bipot.increment import Solved, System
 from bipot.landing import Tried
+from bipot.reason import Reason
 from bipot.response import State
 
 Floats = NDArray[np.float64]
@@ -66,11 +67,11 @@ class Seek:
 
 
 class Told(Tried, Protocol):
-    """An attempt that says in words why forms failed."""
+    """An attempt that says why forms failed."""
 
     @property
-    def failures(self) -> Sequence[str]:
-        """One sentence a failed form."""
+    def failures(self) -> Sequence[Reason]:
+        """One a failed form."""
         ...
 
 
@@ -138,7 +139,7 @@ class _Search(Generic[Attempt]):
         attempt = self.solve(tau)
         self.solves, self.passes = self.solves + 1, self.passes + attempt.passes
         if attempt.solved is None:
-            why = "; ".join(attempt.failures)
+            why = "; ".join(map(str, attempt.failures))
             raise NotConverged(f"no increment to tau = {tau:.6g} on the way to the force {self.force:.9g}: {why}")
         return Loaded(tau, attempt, attempt.solved, tool_force(self.system, attempt.solved.r, self.tool), self.passes)
 

@@ -11,7 +11,7 @@ it spends closed, starts there. A candidate is located once in a scheduled incre
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Generic, Protocol, TypeVar
 
 import numpy as np
@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved, System
+from bipot.iterate import Increment
 from bipot.response import State
-from bipot.system import Increment
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -94,21 +94,20 @@ def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
 
 
 def locate(
-    system: System,
-    state: State,
-    tau: float,
+    increment: Increment,
     solved: Solved,
-    solve: Callable[[float], Attempt],
+    solve: Callable[[Increment], Attempt],
     how: Locate,
     known: frozenset[int] = frozenset(),
 ) -> tuple[Landing[Attempt] | None, int]:
-    """The first landing in the increment from ``state`` to ``tau`` that ``solved`` holds, and the passes spent on it.
+    """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
 
-    ``solve(tau)`` attempts the increment from ``state`` to another end; ``known`` are candidates not to locate again.
-    None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    ``solve`` attempts it with another end; ``known`` are candidates not to locate again. None leaves the increment
+    whole: nothing lands, an event in its margins, a failed or undecided search.
     """
+    system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
-    none = how.tolerance * Increment(system, state, tau).reach
+    none = how.tolerance * increment.reach
     start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
@@ -122,7 +121,7 @@ def locate(
         if middle >= high:
             # A secant that overshoots comes near; one that keeps overshooting is halved.
             middle = low + (high - low) * (0.5 if last > state.tau else NEAR)
-        attempt = solve(middle)
+        attempt = solve(replace(increment, tau=middle))
         passes += attempt.passes
         if attempt.solved is None:
             break
@@ -130,7 +129,7 @@ def locate(
         if earlier.size:
             landed, high = earlier, middle
         else:
-            now = attempt.solved.rows.motion(attempt.solved.response.x)[:, 0]
+            now = attempt.solved.iterate.motion[:, 0]
             rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
             first = int(landed[np.argmin(now[landed])])
             if now[first] <= none and middle <= end:

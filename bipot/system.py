@@ -11,12 +11,8 @@ from bipot.certificate import EPS
 from bipot.contact import Candidates
 from bipot.fem.assembly import elastic_diagonal, rigid_motions
 from bipot.fem.kinematics import gradients
-from bipot.laws.tensors import norm
-from bipot.programs.data import ContactRows
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
-
-REACH = 10.0
 
 
 @dataclass(frozen=True)
@@ -95,43 +91,3 @@ def tool_forces(system: System, r: Floats) -> Floats:
 def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
     """Displacement (tools, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
     return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
-
-
-@dataclass(frozen=True)
-class Increment:
-    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
-
-    system: System
-    start: State
-    tau: float
-
-    @cached_property
-    def rows(self) -> ContactRows:
-        """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
-
-    @cached_property
-    def travel(self) -> Floats:
-        """Displacement (tools, d) of each tool."""
-        return tool_travel(self.system, self.start.tau, self.tau)
-
-    @cached_property
-    def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body.
-
-        One that runs farther from it than REACH times the size of the body at rest is no scale.
-        """
-        system, longest = self.system, 0.0
-        lengths = norm(self.travel).tolist()
-        for k, tool in enumerate(system.body.scene.tools):
-            nearest = float(self.start.gap[system.candidates.tool == k].min()) - float(
-                np.dot(tool.normal, self.travel[k])
-            )
-            if nearest <= REACH * system.body.scene.mesh.size:
-                longest = max(longest, lengths[k])
-        return longest
-
-    @cached_property
-    def inside(self) -> float:
-        """Depth in a tool of nodes that are held, hence no contacts."""
-        return self.system.candidates.driven_into(self.tau).depth

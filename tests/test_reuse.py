@@ -1,6 +1,7 @@
 """Clarabel updated instead of set up anew, condensation from one factorisation, and what the dissipation form costs."""
 
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,15 +10,16 @@ import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
 from bipot.errors import ProgramError, SceneError
-from bipot.forms import Backend, Dissipation, Newton, Tangent, Workspace
+from bipot.forms import Backend, Cache, Dissipation, Newton, Tangent
 from bipot.forms.conic import condensed_tangent
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
 from bipot.programs.clarabel import Accuracy, Solver, clarabel, solve
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ContactRows, Timing
+from bipot.programs.data import Block, ContactRows, Stopwatch, Timing
 from bipot.programs.statement import solve_stated
 from bipot.response import TangentKind
 from bipot.scene import upsetting
@@ -39,19 +41,28 @@ def passes():
 @pytest.mark.parametrize("form", [Tangent, Dissipation])
 def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
     """Polished, as the toolkit uses them: to 1e-7 in displacement and force, on programs sent one after another."""
-    workspace = Workspace()
+    cache = Cache()
     reused = set()
-    for given in passes[1::3]:
-        fast = form(backend=Backend.CLARABEL).solve(given, workspace)
-        slow = form(backend=Backend.CVXPY).solve(given, Workspace())
-        assert relative(fast.x, slow.x) < 1e-7
+    for seen in passes[1::3]:
+        fast = first_step(form(backend=Backend.CLARABEL), seen, cache)
+        slow = first_step(form(backend=Backend.CVXPY), seen, Cache())
+        assert relative(fast.iterate.x, slow.iterate.x) < 1e-7
         assert relative(fast.r, slow.r) < 1e-7
-        reused.add(id(workspace.solvers[form.name]._last))
+        reused.add(id(cache.solvers[form.name]._last))
     assert len(reused) == 1
 
 
-def tangent_program(given):
-    return condensed_tangent(given, given.response, TangentKind.CONSISTENT, Workspace()).program
+def first_step(form, seen, cache):
+    """The pass that was seen, with what its increment had frozen by then but nothing else of its past."""
+    return form.step(seen.iterate, seen.r, replace(seen.state, cache=cache))[0]
+
+
+def tangent_program(seen):
+    return condensed_tangent(seen.iterate, seen.r, seen.state, TangentKind.CONSISTENT, Stopwatch()).program
+
+
+def dissipation_program(seen):
+    return Dissipation().program(seen.iterate, seen.r, seen.state)
 
 
 def least_cost(stated):
@@ -63,7 +74,7 @@ def least_cost(stated):
     return stated.problem.value - constant
 
 
-@pytest.mark.parametrize("program_of", [tangent_program, Dissipation().program], ids=["tangent", "dissipation"])
+@pytest.mark.parametrize("program_of", [tangent_program, dissipation_program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
     """No polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
     solver, accuracy = Solver(), np.sqrt(TIGHT.tolerance)
@@ -81,10 +92,10 @@ def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, 
 
 
 @pytest.mark.parametrize("form", [Tangent(backend=Backend.CLARABEL), Dissipation()], ids=lambda form: form.name.value)
-def test_answers_carry_the_response_they_were_judged_by(form, passes):
-    given = passes[2]
-    answer = form.solve(given, Workspace())
-    np.testing.assert_array_equal(answer.response.x, answer.x)
+def test_steps_carry_the_response_they_were_judged_by(form, passes):
+    step = first_step(form, passes[2], Cache())
+    again = step.iterate.increment.at(step.iterate.x)
+    np.testing.assert_array_equal(step.iterate.response.internal, again.response.internal)
 
 
 def test_halvings_below_zero_are_refused():
@@ -139,13 +150,13 @@ def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():
     system = system_of(scene)
     state = next(march(scene, Schedule(20), Control(Newton(), ()))).state
 
-    def attempt(tau, passes, workspace):
+    def attempt(tau, passes, cache):
         control = Control(Newton(), (), Limits(passes=passes), integration=Integration.BACKWARD_EULER)
-        return attempt_increment(system, state, tau, control, workspace, 0.0)
+        return attempt_increment(Increment(system, state, tau), control, cache, 0.0)
 
-    used = Workspace()
+    used = Cache()
     assert attempt(1.0, 1, used).solved is None
-    again, first = attempt(0.1, 40, used), attempt(0.1, 40, Workspace())
+    again, first = attempt(0.1, 40, used), attempt(0.1, 40, Cache())
     assert again.passes == first.passes
     np.testing.assert_array_equal(again.solved.r, first.solved.r)
 
