@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 
 from benchmarks.kappa import LEAST, Kappa
 from benchmarks.rows import Row
+from bipot.conic.clarabel import Transferred, transfer
+from bipot.conic.problem import ConicProgram, Rows
 from bipot.forms import Dissipation, FormName
 from bipot.increment import Trial
 from bipot.march import Control, Schedule, march, system_of
-from bipot.programs.clarabel import Transferred, transfer
-from bipot.programs.data import Block, ConicProgram, Rows, Term
+from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows
 from bipot.scene import upsetting
@@ -96,7 +97,7 @@ def with_plastic_variable(program: DissipationProgram) -> ConicProgram:
     """The same program in (dU, e_p, t, slip bounds); its ELASTIC_DEVIATOR block is e_p."""
     m, ours = program.model, program.conic()
     points, width = m.stress.shape
-    starts = [ours.blocks[block].start for block in Block]
+    starts = [part.start for part in ours.blocks.values()]
     size, n = len(ours.q), len(program.force)
     stiffness = 2 * m.shear * np.repeat(m.weight, width)
     D = sp.diags_array(stiffness)
@@ -110,7 +111,7 @@ def with_plastic_variable(program: DissipationProgram) -> ConicProgram:
     q[starts[1] : starts[2]] = -load
     none = sp.csr_matrix((points * width, n))
     cone = norm_rows(Term.YIELD, none, np.zeros((points, width)), size, starts[2], minus=starts[1])
-    rows: list[Rows] = [cone if r.term is Term.YIELD else r for r in ours.rows]
+    rows: list[Rows] = [cone if r.term == Term.YIELD else r for r in ours.rows]
     return ConicProgram(sp.csc_matrix(P), q, tuple(rows), ours.blocks)
 
 

@@ -3,10 +3,12 @@
 A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Support, Material, Geometry, Configuration, Quadrature, upsetting
-* hardening: Perfect, Linear, Voce, Tabulated
+* scene: Scene, FlatTool, Support, Geometry, Configuration, Quadrature, upsetting
+* material: Material, VonMises, Elastic, Elasticity
+* hardening: Perfect, Linear, Voce, Swift, Tabulated
 * march: march, Schedule, Control, Accepted, Certificate
-* forms: Tangent, Dissipation, Newton, Backend
+* forms: Tangent, Dissipation, Newton
+* solvers: Clarabel, Qoco, Cvxpy
 * results: Recorder, load
 * errors: BipotError, IncrementFailed
 
@@ -16,25 +18,33 @@ True
 """
 
 from bipot.certificate import Certificate
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
-from bipot.forms import Backend, Dissipation, Newton, Tangent
+from bipot.forms import Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
-from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
+from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
+from bipot.laws.material import Elastic, Material
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Accepted, Control, Schedule, march
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Accepted",
-    "Backend",
     "BipotError",
     "Certificate",
+    "Clarabel",
     "Configuration",
     "Control",
+    "Cvxpy",
     "Dissipation",
+    "Elastic",
+    "Elasticity",
     "FlatTool",
     "Geometry",
     "IncrementFailed",
@@ -42,14 +52,17 @@ __all__ = [
     "Material",
     "Newton",
     "Perfect",
+    "Qoco",
     "Quadrature",
     "Recorder",
     "Scene",
     "Schedule",
     "Support",
+    "Swift",
     "Tabulated",
     "Tangent",
     "Voce",
+    "VonMises",
     "load",
     "march",
     "upsetting",

@@ -33,7 +33,6 @@ from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
-from bipot.laws.tensors import equivalent_strain
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.system import System
@@ -138,8 +137,8 @@ class Course:
         stopped = carried.on & (np.vecdot(own, last) <= 0)
         if stopped.any():
             dissipation = weight * np.vecdot(response.returned.stress, flow)
-            yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
-            lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
+            wanted = system.body.scene.material.dissipation(last, response.state.peeq)
+            lost = float(np.sum((weight * a * wanted)[stopped]))
             if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped

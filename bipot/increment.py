@@ -24,8 +24,6 @@ from bipot.programs.data import ContactRows, Outcome, Timing
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
 from bipot.system import System as System
-from bipot.system import tool_forces as tool_forces
-from bipot.system import tool_travel as tool_travel
 from bipot.typing import Floats
 
 RUNAWAY = 10.0
@@ -263,10 +261,11 @@ def advance(start: State, solved: Solved) -> State:
 def _predicted(increment: Increment, cache: Cache) -> Floats:
     """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
 
-    Forces at contacts do no work where they touch on and take work away where they slide on. Where the tools turn back
-    the forces of the start, pushing over the gaps that the last motion would open, do more of it than over no motion.
+    Where tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and
+    more of it over the last motion, which opens them further.
     """
     start, rows, space = increment.start, increment.rows, increment.system.body.space
     x = cache.pace.predict(start, increment.tau).ravel()[space.free]
-    going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) for y in (x, np.zeros_like(x)))
-    return x if going_on <= abs(staying) else np.zeros_like(x)
+    carried = float(start.forces[:, 0] @ start.gap)
+    going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))
+    return np.zeros_like(x) if going_on > staying > 0 else x

@@ -22,17 +22,16 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
+from bipot.contact import LEAST_MOTION
 from bipot.fem.geometric import Scratch
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
-from bipot.system import System, tool_forces, tool_travel
+from bipot.system import System
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
-REACH = 10.0
-LEAST_TRAVEL = 1e-6
 
 FAINT = 0.1
 """Round-off below this fraction of a bound decides nothing about it."""
@@ -59,23 +58,12 @@ class Increment:
     @cached_property
     def travel(self) -> Floats:
         """Displacement (tools, d) of each tool."""
-        return tool_travel(self.system, self.start.tau, self.tau)
+        return self.system.candidates.travel(self.start.tau, self.tau)
 
     @cached_property
     def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body.
-
-        One that runs farther from it than REACH times the size of the body at rest is no scale.
-        """
-        system, longest = self.system, 0.0
-        lengths = norm(self.travel).tolist()
-        for k, tool in enumerate(system.body.scene.tools):
-            nearest = float(self.start.gap[system.candidates.tool == k].min()) - float(
-                np.dot(tool.normal, self.travel[k])
-            )
-            if nearest <= REACH * system.body.scene.mesh.size:
-                longest = max(longest, lengths[k])
-        return longest
+        """The longest travel of a tool that may matter to the body."""
+        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
 
     @cached_property
     def inside(self) -> float:
@@ -88,9 +76,9 @@ class Increment:
         state, scene = self.start, self.system.body.scene
         material, size = scene.material, scene.mesh.size
         # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
-        length = self.reach or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
+        length = self.reach or float(norm(state.displacement).max()) or LEAST_MOTION * size
         reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
-        return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
+        return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the free displacements x (n,).
@@ -138,7 +126,7 @@ class Iterate:
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return tool_forces(self.increment.system, r)
+        return self.increment.system.candidates.resultant(r)
 
     def examined(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Examined:
         """The same with contact forces r (c, d), to be certified; ``largest`` is the largest of the run so far."""
@@ -204,8 +192,8 @@ class Examined:
 
     def _material(self) -> MaterialFields:
         response, material = self.response, self.increment.system.body.scene.material
-        kin, returned, elastic = response.kinematics, response.returned, material.elasticity
-        sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
+        kin, returned = response.kinematics, response.returned
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(MANDEL_2D)
         points = (-1, MANDEL_2D)
         return MaterialFields(
             before=response.rotated.reshape(points),
@@ -214,8 +202,7 @@ class Examined:
             elastic_stress=sigma_e.reshape(points),
             peeq=(response.state.peeq + returned.dpeeq).ravel(),
             weight=kin.volume.ravel(),
-            elasticity=elastic,
-            hardening=material.hardening,
+            material=material,
         )
 
     def _contact(self) -> ContactFields:

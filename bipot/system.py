@@ -76,18 +76,3 @@ class System:
         """The state at rest."""
         scene = self.body.scene
         return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
-
-
-def tool_forces(system: System, r: Floats) -> Floats:
-    """Force (tools, d) of each tool on the modelled body from contact forces r (c, d)."""
-    tools = system.body.scene.tools
-    out = np.zeros((len(tools), 2))
-    for k, tool in enumerate(tools):
-        mine = r[system.candidates.tool == k].sum(axis=0)
-        out[k] = mine[0] * np.array(tool.normal) + mine[1] * np.array([tool.normal[1], -tool.normal[0]])
-    return out
-
-
-def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
-    """Displacement (tools, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
-    return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from studies import penalty_round_off, penalty_vs_conic, speed_vs_error
+from studies import penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
 from studies.speed_jobs import Knob
 from studies.speed_tables import MEASURES
 from studies.tables import Value, read_csv
@@ -59,6 +59,26 @@ def of_optimisers(results: Path) -> str:
     names = ("largest_difference", "mean_iterations", "seconds_per_pass", "passes", "almost")
     head = ["optimiser", "largest difference from newton", "mean iterations", "s a pass", "passes", "almost solved"]
     return table(head, [[str(line["optimiser"]), *(brief(line[n], 3) for n in names)] for line in lines])
+
+
+def of_solvers(results: Path) -> str:
+    """Objective, residuals and cost of the conic solvers on the same programs."""
+    lines = _read(results, solvers.NAME, solvers.NAME)
+    head = [
+        "form",
+        "solver",
+        "variables",
+        "second-order cones",
+        "objective off by",
+        "error",
+        "iterations",
+        "s a program",
+    ]
+    rows = []
+    for line in lines:
+        cells = [str(line["form"]), str(line["solver"]), f"{line['variables']:g}", f"{line['cones']:g}"]
+        rows.append([*cells, *(brief(line[n], 3) for n in ("objective", "error", "iterations", "seconds"))])
+    return table(head, rows)
 
 
 def of_penalty_errors(results: Path) -> str:
@@ -166,6 +186,7 @@ def _read(results: Path, name: str, study: str) -> list[Line]:
 
 TABLES: dict[str, Callable[[Path], str]] = {
     "optimisers": of_optimisers,
+    "solvers": of_solvers,
     "penalty_errors": of_penalty_errors,
     "penalty_fields": of_penalty_fields,
     "exact_forms": of_exact_forms,

@@ -20,7 +20,7 @@ from typing import TextIO
 import numpy as np
 
 from bipot.errors import BipotError, ResultsError
-from bipot.forms import Backend, Tangent
+from bipot.forms import Tangent
 from bipot.march import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
@@ -68,7 +68,7 @@ def measure(mu: float, knob: str, value: int, plan: Plan) -> Row:
     system = system_of(scene)
     first = FIRST / REDUCTION if mu > 0 else 0.0
     schedule = Schedule(increments, first, landings=(EARLY / REDUCTION,))
-    accepted = list(march(scene, schedule, Control(Tangent(backend=Backend.CLARABEL))))
+    accepted = list(march(scene, schedule, Control(Tangent())))
     early = next(a for a in accepted if a.state.tau == schedule.landings[0])
     end, certificates = accepted[-1], [a.solved.certificate for a in accepted]
     return Row(

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.errors import IncrementFailed
-from bipot.forms import Backend, Tangent
+from bipot.forms import Tangent
 from bipot.march import Accepted, Control, Schedule, march
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene import upsetting
@@ -30,7 +30,7 @@ from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST
 
 NAME = "coupling"
-FORM = Tangent(backend=Backend.CLARABEL, coupled=False)
+FORM = Tangent(coupled=False)
 
 
 class Outcome(Enum):

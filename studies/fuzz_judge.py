@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.certificate import Bounds
+from bipot.conic.through_cvxpy import Cvxpy
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import BipotError
-from bipot.forms import Backend, Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.march import Accepted, Control, march, system_of
 from bipot.scene import Scene
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
@@ -63,7 +64,7 @@ def control_of(drawn: Drawn, scene: Scene) -> Control:
     """The drawn form and its fallbacks, made for ``scene`` (penalties have its units)."""
     forms: dict[str, Callable[[], tuple[Form, tuple[Form, ...]]]] = {
         "tangent": lambda: (Tangent(), (Dissipation(),)),
-        "tangent-cvxpy": lambda: (Tangent(backend=Backend.CVXPY), (Dissipation(backend=Backend.CVXPY),)),
+        "tangent-cvxpy": lambda: (Tangent(solver=Cvxpy()), (Dissipation(solver=Cvxpy()),)),
         "uncoupled": lambda: (Tangent(coupled=False), ()),
         "dissipation": lambda: (Dissipation(), ()),
         "newton": lambda: (Newton(), (Tangent(), Dissipation())),

@@ -11,12 +11,13 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.conic.clarabel import solve
+from bipot.conic.solver import Accuracy
 from bipot.errors import UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.forms import FormName
 from bipot.laws.coulomb import bipotential_gap, natural_map
 from bipot.march import system_of
-from bipot.programs.clarabel import Accuracy, solve
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.dissipation import ROOT, DissipationProgram, PlasticModel

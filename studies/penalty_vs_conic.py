@@ -28,7 +28,7 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.errors import BipotError
-from bipot.forms import Backend, Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
+from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.increment import Limits, System
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
@@ -135,7 +135,7 @@ def schedule_of(plan: Plan) -> Schedule:
 def form_of(case: Case, scene: Scene) -> Form:
     """The form with its penalties in physical units."""
     if case.form is FormName.TANGENT:
-        return Tangent(backend=Backend.CLARABEL)
+        return Tangent()
     K = contact_penalty(system_of(scene).candidates, case.factor)
     return Uzawa(K, K) if case.form is FormName.UZAWA else Penalty(K, K)
 

@@ -6,15 +6,20 @@ An option that the chosen form does not use is refused, not ignored.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.solver import ConicSolver
+from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import SceneError, require
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration
 from bipot.forms import (
-    Backend,
     Delassus,
     Dissipation,
     Form,
@@ -25,7 +30,7 @@ from bipot.forms import (
     Uzawa,
     contact_penalty,
 )
-from bipot.laws.hardening import Hardening, hardening_from_text
+from bipot.laws.hardening import Hardening, hardening_from_text, hardening_usage
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 
@@ -39,16 +44,32 @@ UZAWA_FACTOR = 1e4
 
 PENALISED = (FormName.PENALTY, FormName.UZAWA)
 ROUTED = (FormName.TANGENT, FormName.DISSIPATION)
-"""Forms whose programs have two routes to the solver: through their cvxpy statement, or the same data directly."""
+"""Forms that pose conic programs, which any solver may take."""
 
-ROUTES = {Backend.CVXPY: "cvxpy", Backend.CLARABEL: "direct"}
-ABOUT_ROUTES = """\
-routes: a conic program reaches its solver by one of two routes, of equal answers. Route "cvxpy": each increment is
-posed as the cvxpy statement of its program, which is what this study does by default. Route "direct": the same data
-go to Clarabel without cvxpy (--backend clarabel); the library's Tangent() and Dissipation() take this route unless
-told otherwise. newton, penalty, uzawa and delassus solve their passes directly; fallbacks of newton and delassus
-pose theirs in cvxpy. The route is stored with the run's parameters.
+DIRECT: Mapping[str, ConicSolver] = {"clarabel": Clarabel()} | ({"qoco": Qoco()} if find_spec("qoco") else {})
+THROUGH = "cvxpy:"
+DEFAULT_SOLVER = f"{THROUGH}clarabel"
+ABOUT_SOLVERS = f"""\
+solvers: a conic program reaches its solver by one of two routes, of equal answers. {THROUGH}NAME poses each increment
+as the cvxpy statement of its program and gives it to the solver of that name, which is what this study does by default
+({DEFAULT_SOLVER}). clarabel and qoco take the same data without cvxpy; the library's Tangent() and Dissipation() go
+to clarabel unless told otherwise. newton, penalty, uzawa and delassus solve their passes directly; fallbacks of newton
+and delassus take --solver's default. The route is stored with the run's parameters.
 """
+
+
+def solver_of(text: str) -> ConicSolver:
+    """clarabel, qoco, or cvxpy:NAME of a solver that cvxpy finds installed; raises SceneError."""
+    if text in DIRECT:
+        return DIRECT[text]
+    name = text.removeprefix(THROUGH).upper()
+    if text.startswith(THROUGH):
+        import cvxpy
+
+        installed = cvxpy.installed_solvers()
+        require(name in installed, "--solver", text, f"{THROUGH} and one of {', '.join(installed).lower()}")
+        return Cvxpy(name)
+    raise SceneError(f"--solver = {text!r}: must be one of {', '.join(DIRECT)}, or {THROUGH}NAME")
 
 
 @dataclass(frozen=True)
@@ -60,7 +81,7 @@ class Case:
     quadrature: Quadrature
     increments: int
     form: FormName
-    backend: Backend
+    solver: str
     configuration: Configuration
     reduction: float
     hardening: str
@@ -97,7 +118,8 @@ class Case:
 
     def control(self) -> Control:
         """The form with its fallbacks; a penalised one has none, because an exact one would change the law."""
-        tangent, dissipation = Tangent(backend=self.backend), Dissipation(backend=self.backend)
+        solver = solver_of(self.solver)
+        tangent, dissipation = Tangent(solver=solver), Dissipation(solver=solver)
         choices: dict[FormName, tuple[Form, tuple[Form, ...]]] = {
             FormName.TANGENT: (tangent, (dissipation,)),
             FormName.DISSIPATION: (dissipation, ()),
@@ -117,13 +139,13 @@ class Case:
     def parameters(self) -> dict[str, Any]:
         """What identifies the run in its folder."""
         asked = {k: getattr(v, "value", v) for k, v in vars(self).items()}
-        return asked | {"mu": f"{self.mu:g}", "route": self.route()}
+        return asked | {"mu": f"{self.mu:g}", "solver": self.route()}
 
     def route(self) -> str:
         """How the run's conic programs reach their solver, in words."""
         if self.form in ROUTED:
-            return ROUTES[self.backend]
-        fallbacks = f", fallbacks {ROUTES[self.backend]}" if self.control().fallbacks else ""
+            return self.solver
+        fallbacks = f", fallbacks {self.solver}" if self.control().fallbacks else ""
         return f"direct{fallbacks}"
 
 
@@ -132,7 +154,7 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(
         prog="studies.upsetting",
         description="Upset the cylinder of the seed paper.",
-        epilog=ABOUT_ROUTES,
+        epilog=ABOUT_SOLVERS,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
@@ -142,11 +164,11 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
     p.add_argument(
-        "--backend", choices=[b.value for b in Backend], help="route of tangent and dissipation (default cvxpy)"
+        "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
     )
     p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
     p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
-    p.add_argument("--hardening", default="perfect:300", help="perfect:S, linear:S,H, voce:S,Q,b[,H], table:p/S,...")
+    p.add_argument("--hardening", default="perfect:300", help=hardening_usage())
     p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
     p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
@@ -158,6 +180,7 @@ def parser() -> argparse.ArgumentParser:
 def cases(arguments: argparse.Namespace) -> list[Case]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
     refuse_without_effect(arguments)
+    solver_of(arguments.solver or DEFAULT_SOLVER)
     chosen = FAST if arguments.fast else DEFAULT
     elements = chosen["elements"] if arguments.elements is None else arguments.elements
     increments = chosen["increments"] if arguments.increments is None else arguments.increments
@@ -168,7 +191,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             Quadrature(arguments.quadrature),
             increments,
             FormName(arguments.form),
-            Backend(arguments.backend or Backend.CVXPY.value),
+            arguments.solver or DEFAULT_SOLVER,
             Configuration(arguments.configuration),
             arguments.reduction,
             arguments.hardening,
@@ -187,7 +210,7 @@ def refuse_without_effect(arguments: argparse.Namespace) -> None:
     for option, value, used, by in (
         ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
         ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
-        ("--backend", a.backend, form in ROUTED, f"--form {routed}"),
+        ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
         ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
     ):
         if value is not None and not used:

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.forms import Backend, Tangent
+from bipot.forms import Tangent
 from bipot.increment import System
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.conic import TangentProgram
@@ -16,7 +16,7 @@ from bipot.response import TangentKind
 from bipot.scene import upsetting
 
 FIRST = 0.001
-DIRECT = Tangent(backend=Backend.CLARABEL)
+DIRECT = Tangent()
 
 
 def path(reduction: float, increments: int) -> Schedule:

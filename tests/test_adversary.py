@@ -16,14 +16,14 @@ from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty,
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block
 from bipot.paper import as_written
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from bipot.typing import Floats
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]
 PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), candidates=("top",), mu=0.1)
 

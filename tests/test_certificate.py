@@ -17,7 +17,7 @@ from bipot.certificate import (
 )
 from bipot.iterate import Increment, Iterate
 from bipot.laws.hardening import Linear
-from bipot.laws.von_mises import Elasticity, radial_return
+from bipot.laws.von_mises import Elasticity, VonMises, radial_return
 from tests.scenes import fresh, run
 
 ELASTIC, HARDENING = Elasticity(210_000.0, 0.3), Linear(300.0, 1000.0)
@@ -133,8 +133,7 @@ def material_fields(plastic_factor=1.0):
         elastic_stress=sigma_e,
         peeq=peeq,
         weight=np.array([2.0]),
-        elasticity=ELASTIC,
-        hardening=HARDENING,
+        material=VonMises(ELASTIC, HARDENING),
     )
     return fields, found
 

@@ -42,13 +42,15 @@ def test_an_abbreviated_option_is_unknown(option, capsys):
     [
         (["--kn", "1e5"], "--kn has no effect on --form tangent as asked: it needs --form penalty or uzawa"),
         (["--form", "newton", "--kt", "1e5"], "--kt has no effect on --form newton"),
-        (["--form", "newton", "--backend", "cvxpy"], "--backend has no effect on --form newton"),
-        (["--form", "penalty", "--backend", "clarabel"], "it needs --form tangent or dissipation"),
-        (["--form", "delassus", "--backend", "cvxpy"], "--backend has no effect"),
+        (["--form", "newton", "--solver", "qoco"], "--solver has no effect on --form newton"),
+        (["--form", "penalty", "--solver", "clarabel"], "it needs --form tangent or dissipation"),
+        (["--form", "delassus", "--solver", "qoco"], "--solver has no effect"),
         (["--fast"], "--fast has no effect on --form tangent as asked: it needs --elements or --increments left to it"),
         (["--mu", "0.3", "0.3000000001"], "--mu = ['0.3', '0.3']: must be different to six digits"),
         (["--mu", "inf", "--form", "uzawa"], "--mu = 'inf': must be finite: uzawa does not weld"),
         (["--mu", "inf", "--form", "delassus"], "--mu = 'inf': must be finite: delassus does not weld"),
+        (["--solver", "scs"], "--solver = 'scs': must be one of clarabel, qoco, or cvxpy:NAME"),
+        (["--solver", "cvxpy:nobody"], "--solver = 'cvxpy:nobody': must be cvxpy: and one of"),
         (["--mu", "inf", "--fclib"], "--mu = 'inf': must be finite with --fclib"),
     ],
 )
@@ -61,27 +63,29 @@ def test_an_option_without_effect_is_refused(arguments, words, tmp_path, capsys)
 @pytest.mark.parametrize(
     ("arguments", "route"),
     [
-        ([], "cvxpy"),
-        (["--backend", "clarabel"], "direct"),
-        (["--form", "dissipation"], "cvxpy"),
-        (["--form", "newton"], "direct, fallbacks cvxpy"),
-        (["--form", "delassus"], "direct, fallbacks cvxpy"),
+        ([], "cvxpy:clarabel"),
+        (["--solver", "clarabel"], "clarabel"),
+        (["--solver", "qoco"], "qoco"),
+        (["--solver", "cvxpy:scs"], "cvxpy:scs"),
+        (["--form", "dissipation"], "cvxpy:clarabel"),
+        (["--form", "newton"], "direct, fallbacks cvxpy:clarabel"),
+        (["--form", "delassus"], "direct, fallbacks cvxpy:clarabel"),
         (["--form", "penalty"], "direct"),
     ],
 )
-def test_the_route_is_one_of_the_parameters(arguments, route):
+def test_the_solver_is_one_of_the_parameters(arguments, route):
     (case,) = cases(parser().parse_args([*SMALL, *arguments]))
-    assert case.parameters()["route"] == route
+    assert case.parameters()["solver"] == route
 
 
-def test_the_route_is_stored_and_both_are_in_the_help(tmp_path, capsys):
+def test_the_solver_is_stored_and_the_routes_are_in_the_help(tmp_path, capsys):
     assert upsetting.main([*SMALL, "--out", str(tmp_path)]) == 0
-    assert load(tmp_path / "mu0").parameters["route"] == "cvxpy"
+    assert load(tmp_path / "mu0").parameters["solver"] == "cvxpy:clarabel"
     with pytest.raises(SystemExit):
         upsetting.main(["--help"])
     told = capsys.readouterr().out
-    assert 'Route "cvxpy"' in told
-    assert 'Route "direct"' in told
+    assert "cvxpy:NAME poses each increment" in told
+    assert "clarabel and qoco take the same data without cvxpy" in told
 
 
 def test_every_form_has_a_case():

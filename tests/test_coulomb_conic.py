@@ -1,7 +1,5 @@
 """The convex programs: cvxpy against Clarabel, interior-point answers and their polish, acceleration, derivatives."""
 
-from types import SimpleNamespace
-
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -9,8 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot import coulomb
+from bipot.conic.problem import ConicSolution, Outcome, Timing
 from bipot.coulomb.acceleration import Memory
-from bipot.coulomb.conic import ForceProgram, force_program, polish
+from bipot.coulomb.conic import force_program, polish
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
 from bipot.coulomb.scaling import scale
 from bipot.coulomb.statements import de_saxce_statement, tresca_statement
@@ -89,23 +88,21 @@ def test_interior_point_answers_stall_and_the_polish_does_not():
 class Claims:
     """A solver that only claims."""
 
-    def __init__(self, status):
-        self.status, self.asked = status, 0
+    def __init__(self):
+        self.asked = []
 
-    def update(self, **data):
-        self.asked += 1
-
-    def solve(self):
-        return SimpleNamespace(status=self.status, x=[0.0, 0.0])
+    def solve(self, program, accuracy, last=None):
+        self.asked.append(accuracy.tolerance)
+        return ConicSolution(program, np.zeros(2), {}, Outcome.ALMOST, 1, Timing()), None
 
 
 def test_almost_solved_is_never_accepted():
     scaled = scale(coulomb.CoulombProblem(np.eye(2), [-1.0, 0.0], 0.3, 2))
-    claims = Claims("AlmostSolved")
-    program = ForceProgram(scaled, scaled.mu, coulomb.ConicSettings(), claims, claims, 0)
-    with pytest.raises(ProgramError, match="AlmostSolved"):
+    program = force_program(scaled, scaled.mu, coulomb.ConicSettings(tol=1e-9))
+    program.solver = claims = Claims()
+    with pytest.raises(ProgramError, match="almost solved at 1e-07"):
         program.solve(scaled.q, np.zeros(1))
-    assert claims.asked == 2
+    assert claims.asked == pytest.approx([1e-9, 1e-7])
 
 
 def test_an_unbounded_force_program_is_infeasible_in_words():

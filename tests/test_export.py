@@ -13,7 +13,7 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot.export import NO_CANDIDATE, create, increment_traction
 from bipot.fem.elements import Quadrature, quad8
-from bipot.forms import Backend, Tangent
+from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
@@ -30,7 +30,7 @@ def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "run.h5"
     out = create(path, system, PARAMETERS, UNITS)
     accepted = []
-    for increment in march(scene, Schedule(3, first=0.005), Control(Tangent(backend=Backend.CLARABEL))):
+    for increment in march(scene, Schedule(3, first=0.005), Control(Tangent())):
         accepted.append(increment)
         out.append(increment)
     out.finish()

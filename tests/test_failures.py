@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 
 from bipot import increment
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
 from bipot.diagnosis import free_motion
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.kinematics import Geometry
 from bipot.forms import (
-    Backend,
     Delassus,
     Dissipation,
     Newton,
@@ -23,17 +24,15 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
-from bipot.programs.clarabel import Accuracy
 from bipot.programs.delassus import Reduced
-from bipot.programs.statement import solve_stated
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from studies import upsetting as study
 from tests.scenes import posed
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 INF = float("inf")
 
 
@@ -92,7 +91,7 @@ def test_a_solver_that_always_breaks_down_leaves_the_state_and_is_cut(monkeypatc
         raise cp.SolverError("Solver 'CLARABEL' failed.")
 
     monkeypatch.setattr(cp.Problem, "solve", stops)
-    form = Tangent(backend=Backend.CVXPY)
+    form = Tangent(solver=Cvxpy())
     words = last_words(scene(), Control(form, (), cuts=1))
     assert "stopped without an answer" in words
     fallen = next(march(scene(), Schedule(2), Control(form, (Newton(),))))

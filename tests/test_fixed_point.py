@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, enumerate_modes
 from bipot.errors import IncrementFailed, SceneError
-from bipot.forms import Backend, Dissipation, Tangent
+from bipot.forms import Dissipation, Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
 from bipot.march import Accepted, Control, march
@@ -34,7 +34,7 @@ from tests.test_programs import direct, relative, stated
 PLAIN = Safeguard(falls=np.inf)
 SHIFT = Safeguard(first=Frozen.SHIFT)
 LOOSE, TIGHT = Bounds(equilibrium=5e-7), Bounds(equilibrium=1e-7)
-UNCOUPLED = Tangent(backend=Backend.CLARABEL, coupled=False)
+UNCOUPLED = Tangent(coupled=False)
 
 
 def iterate(M: np.ndarray, rule: Safeguard, passes: int) -> tuple[int | None, Coupled]:
@@ -254,7 +254,7 @@ def test_a_failing_increment_says_how_friction_was_coupled() -> None:
 
 
 def test_the_polish_with_exact_friction_leaves_nothing_to_the_fixed_point() -> None:
-    steps = run(0.3, Tangent(backend=Backend.CLARABEL), Safeguard())
+    steps = run(0.3, Tangent(), Safeguard())
     assert {a.solved.coupled.route for a in steps} == {Route.EXACT}
     assert np.isnan(steps[-1].solved.coupled.contraction)
 

@@ -15,7 +15,7 @@ import pytest
 
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
 from bipot.errors import IncrementFailed, ResultsError, SceneError
-from bipot.forms import Backend, Tangent
+from bipot.forms import Tangent
 from bipot.history import Recorder, load, resume
 from bipot.laws.flow import Flow
 from bipot.march import Control, Schedule, march
@@ -25,7 +25,7 @@ from bipot.scene import upsetting
 
 SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
 SCHEDULE = Schedule(4, first=0.005)
-CONTROL = Control(Tangent(backend=Backend.CLARABEL))
+CONTROL = Control(Tangent())
 REDUCTION = Column("reduction", "of the height", lambda _, a: 0.2 * a.state.tau)
 COLUMNS = (INCREMENT, REDUCTION, *energies("J", 1e-3), *COURSE, *certificate("J", 1e-3), SECONDS)
 PARAMETERS = {"mu": 0.3, "elements": 2, "hardening": None, "form": "tangent"}

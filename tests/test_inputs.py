@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.conic.solver import Accuracy
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
@@ -16,14 +17,15 @@ from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits
 from bipot.landing import Locate
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block, cylinder, ring
-from bipot.programs.clarabel import Accuracy
+from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 NAN, INF = float("nan"), float("inf")
 
 
@@ -59,11 +61,10 @@ def refused(make, words):
         (lambda: upsetting(mu=0.1, quadrature="gauss2"), "scene.quadrature = 'gauss2'"),
         (lambda: upsetting(mu=0.1, configuration="paper"), "scene.configuration = 'paper'"),
         (lambda: Tangent(kind="continuum"), "tangent.kind = 'continuum': must be a TangentKind"),
-        (lambda: Tangent(backend="cvxpy"), r"tangent.backend = 'cvxpy': must be a Backend, e.g. Backend.CVXPY"),
-        (lambda: Dissipation(backend="cvxpy"), "dissipation.backend"),
+        (lambda: Tangent(solver="cvxpy"), r"tangent.solver = 'cvxpy': must be a ConicSolver, e.g. Clarabel\(\)"),
+        (lambda: Dissipation(solver="cvxpy"), "dissipation.solver"),
         (lambda: Penalty(1.0, 1.0, optimiser="newton"), "e.g. Optimiser.NEWTON"),
         (lambda: Uzawa(1.0, 1.0, kind="consistent"), "e.g. TangentKind.CONSISTENT"),
-        (lambda: Control(update="rate"), "control.update = 'rate': must be a StressUpdate, e.g. StressUpdate.RATE"),
         (lambda: Control(integration="BDF2"), "control.integration = 'BDF2': must be an Integration"),
         (lambda: Safeguard(first="threshold"), "safeguard.first = 'threshold': must be a Frozen"),
     ],
@@ -77,7 +78,7 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
     [
         (lambda: upsetting(mu=0.1, hardening=300), "material.hardening = 300: must be a Hardening"),
         (lambda: upsetting(mu=0.1, hardening=Perfect), "material.hardening = .*: must be a Hardening"),
-        (lambda: Material(210e3, Perfect(300.0)), "material.elasticity = 210000.0: must be an Elasticity"),
+        (lambda: VonMises(210e3, Perfect(300.0)), "material.elasticity = 210000.0: must be an Elasticity"),
         (lambda: scene(mesh="cylinder"), "scene.mesh = 'cylinder': must be a Mesh"),
         (lambda: scene(material=Perfect(300.0)), "scene.material"),
         (lambda: scene(tools=tool()), "scene.tools = .*: must be a tuple of FlatTool"),
@@ -101,7 +102,11 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
         (lambda: Delassus(limits=Limits()), "delassus.limits = .*: must be a Limits of bipot.coulomb"),
         (lambda: march(scene(), Schedule(2), Newton()), r"control = Newton\(.*must be a Control"),
         (lambda: march(scene(), 2), "schedule = 2: must be a Schedule"),
-        (lambda: march(STEEL, Schedule(2)), "scene = Material.*: must be a Scene"),
+        (
+            lambda: unreturned(replace(upsetting(mu=0.1), material=Elastic(STEEL.elasticity))),
+            "scene.material = Elastic.*: must be a VonMises",
+        ),
+        (lambda: march(STEEL, Schedule(2)), "scene = VonMises.*: must be a Scene"),
         (lambda: march(scene(), Schedule(2), start=0.5), "start = 0.5: must be a State or None"),
     ],
 )

@@ -9,15 +9,15 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
-from bipot.programs.clarabel import Accuracy
-from bipot.programs.data import ContactRows, Outcome
+from bipot.programs.data import Block, ContactRows, Outcome, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_cvxpy import fictitious, statement
 from bipot.programs.penalty_newton import newton
-from bipot.programs.statement import solve_stated
 from bipot.scene import upsetting
 from studies.optimisers import ALLOWED, compare
 from tests.scenes import path, posed
@@ -96,8 +96,8 @@ def test_the_fictitious_increments_of_29_give_the_envelopes(d, seed):
     solve_stated(stated, Accuracy(1e-12))
     x = newton(psi, np.zeros(len(psi.f))).x
     assert stated.problem.value == pytest.approx(psi.value(x), abs=1e-7)
-    np.testing.assert_allclose(stated.dU.value, x, atol=1e-6)
-    np.testing.assert_allclose(stated.contact.gap.dual_value, psi.contact.forces(x)[:, 0], atol=1e-5)
+    np.testing.assert_allclose(stated.blocks[Block.DISPLACEMENT].value, x, atol=1e-6)
+    np.testing.assert_allclose(stated.constraints[Term.FICTITIOUS].dual_value, psi.contact.forces(x)[:, 0], atol=1e-5)
 
 
 def test_condensing_changes_nothing():

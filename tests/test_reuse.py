@@ -9,18 +9,19 @@ import pytest
 import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
+from bipot.conic.clarabel import Clarabel, clarabel, solve
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.errors import ProgramError, SceneError
-from bipot.forms import Backend, Cache, Dissipation, Newton, Tangent
+from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.conic import condensed_tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
-from bipot.programs.clarabel import Accuracy, Solver, clarabel, solve
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch, Timing
-from bipot.programs.statement import solve_stated
 from bipot.response import TangentKind
 from bipot.scene import upsetting
 from tests.scenes import posed
@@ -44,11 +45,11 @@ def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
     cache = Cache()
     reused = set()
     for seen in passes[1::3]:
-        fast = first_step(form(backend=Backend.CLARABEL), seen, cache)
-        slow = first_step(form(backend=Backend.CVXPY), seen, Cache())
+        fast = first_step(form(), seen, cache)
+        slow = first_step(form(solver=Cvxpy()), seen, Cache())
         assert relative(fast.iterate.x, slow.iterate.x) < 1e-7
         assert relative(fast.r, slow.r) < 1e-7
-        reused.add(id(cache.solvers[form.name]._last))
+        reused.add(id(cache.handles[form.name]))
     assert len(reused) == 1
 
 
@@ -67,9 +68,7 @@ def dissipation_program(seen):
 
 def least_cost(stated):
     """The minimum, without the constant that the conic program leaves out."""
-    for variable in stated.problem.variables():
-        variable.value = np.zeros(variable.shape)
-    constant = stated.problem.objective.value
+    constant = stated.constant()
     solve_stated(stated, TIGHT)
     return stated.problem.value - constant
 
@@ -77,21 +76,20 @@ def least_cost(stated):
 @pytest.mark.parametrize("program_of", [tangent_program, dissipation_program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
     """No polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
-    solver, accuracy = Solver(), np.sqrt(TIGHT.tolerance)
+    last, accuracy = None, np.sqrt(TIGHT.tolerance)
     for number, program in enumerate(map(program_of, passes[1::3])):
-        conic, last = program.conic(), solver._last
-        updated = solver.solve(conic, TIGHT)
-        reused = solver._last is last
-        assert reused == (number > 0)
-        stated = program.statement()
-        cost = updated.x @ (conic.P @ updated.x) / 2 + conic.q @ updated.x
-        assert cost == pytest.approx(least_cost(stated), rel=1e-8)
-        assert relative(updated.block(Block.DISPLACEMENT), stated.dU.value) < accuracy
-        assert relative(program.contact.contact_forces(updated), stated.contact.forces()) < accuracy
+        conic = program.conic()
+        updated, handle = Clarabel().solve(conic, TIGHT, last)
+        assert (handle is last) == (number > 0)
+        last = handle
+        stated, _ = Cvxpy().solve(conic, TIGHT)
+        assert conic.cost(updated.x) == pytest.approx(least_cost(program.statement()), rel=1e-8)
+        assert relative(updated.block(Block.DISPLACEMENT), stated.block(Block.DISPLACEMENT)) < accuracy
+        assert relative(*(program.contact.contact_forces(answer) for answer in (updated, stated))) < accuracy
         assert relative(updated.x, solve(conic, TIGHT).x) < accuracy
 
 
-@pytest.mark.parametrize("form", [Tangent(backend=Backend.CLARABEL), Dissipation()], ids=lambda form: form.name.value)
+@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
 def test_steps_carry_the_response_they_were_judged_by(form, passes):
     step = first_step(form, passes[2], Cache())
     again = step.iterate.increment.at(step.iterate.x)
@@ -105,15 +103,12 @@ def test_halvings_below_zero_are_refused():
 
 def test_a_pattern_is_set_up_once_and_a_new_one_anew():
     program = posed(0.3).dissipation
-    solver = Solver()
-    solver.solve(program.conic(), TIGHT)
-    first = solver._last
-    solver.solve(program.conic(), TIGHT)
-    assert solver._last is first
-    solver.solve(program.conic(), Accuracy(1e-9))
-    assert solver._last is not first
+    _, first = Clarabel().solve(program.conic(), TIGHT)
+    assert Clarabel().solve(program.conic(), TIGHT, first)[1] is first
+    assert Clarabel().solve(program.conic(), Accuracy(1e-9), first)[1] is not first
+    assert Clarabel("faer").solve(program.conic(), TIGHT, first)[1] is not first
     tangent = posed(0.3).tangent.conic()
-    answer = solver.solve(tangent, TIGHT)
+    answer, _ = Clarabel().solve(tangent, TIGHT, first)
     np.testing.assert_array_equal(answer.x, solve(tangent, TIGHT).x)
 
 
@@ -121,12 +116,21 @@ def test_a_pattern_is_set_up_once_and_a_new_one_anew():
 def test_what_an_update_does_not_solve_is_set_up_afresh(status):
     """The equilibration of the last program may not suit the next."""
     program = posed(0.3).tangent.conic()
-    solver = Solver()
-    expected = solver.solve(program, TIGHT)
+    expected, last = Clarabel().solve(program, TIGHT)
     claim = SimpleNamespace(status=getattr(clarabel.SolverStatus, status), x=expected.x * 0, z=np.zeros(200))
     claim.iterations = 1
-    object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lambda: claim))
-    np.testing.assert_array_equal(solver.solve(program, TIGHT).x, expected.x)
+    last.clarabel = SimpleNamespace(update=lambda **_: None, solve=lambda: claim)
+    np.testing.assert_array_equal(Clarabel().solve(program, TIGHT, last)[0].x, expected.x)
+
+
+def test_matrices_that_are_the_same_objects_are_not_sent_again():
+    """But they are after others of the same pattern have been."""
+    program = posed(0.3).tangent.conic()
+    other = replace(program, P=2 * program.P, rows=tuple(replace(r, A=1.5 * r.A) for r in program.rows))
+    last = None
+    for given in (program, replace(program, q=0.9 * program.q), other, program):
+        answer, last = Clarabel().solve(given, TIGHT, last)
+        np.testing.assert_allclose(answer.x, solve(given, TIGHT).x, atol=1e-6 * np.abs(answer.x).max())
 
 
 def test_a_solve_that_was_lost_is_booked_as_a_solve(monkeypatch):
@@ -138,10 +142,10 @@ def test_a_solve_that_was_lost_is_booked_as_a_solve(monkeypatch):
         seconds[0] += 1.0
         return SimpleNamespace(status=clarabel.SolverStatus.NumericalError)
 
-    program, solver = posed(0.3).tangent.conic(), Solver()
-    solver.solve(program, TIGHT)
-    object.__setattr__(solver._last, "clarabel", SimpleNamespace(update=lambda **_: None, solve=lost))
-    assert solver.solve(program, TIGHT).timing == Timing(build=0.0, solve=1.0)
+    program = posed(0.3).tangent.conic()
+    _, last = Clarabel().solve(program, TIGHT)
+    last.clarabel = SimpleNamespace(update=lambda **_: None, solve=lost)
+    assert Clarabel().solve(program, TIGHT, last)[0].timing == Timing(build=0.0, solve=1.0)
 
 
 def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.errors import ResultsError
-from bipot.forms import Backend, Dissipation, Newton, Penalty, Tangent
+from bipot.forms import Dissipation, Newton, Penalty, Tangent
 from bipot.march import Control, Schedule, march, system_of
 from bipot.response import Body
 from bipot.scene import upsetting
@@ -165,7 +165,7 @@ def test_no_results_are_named_with_their_command(tmp_path):
 def short():
     scene = upsetting(mu=0.6, reduction=0.1, elements=2)
     schedule = Schedule(2, 0.01)
-    return scene, schedule, record(scene, schedule, Control(Tangent(backend=Backend.CLARABEL)), (1.0,))
+    return scene, schedule, record(scene, schedule, Control(Tangent()), (1.0,))
 
 
 def test_a_run_measured_by_itself_has_no_error(short):
@@ -197,7 +197,7 @@ def test_planted_errors_are_measured(short):
 NAP = 2e-3
 
 
-@pytest.mark.parametrize("form", [Newton(), Tangent(backend=Backend.CLARABEL), Dissipation(), Penalty(1e7, 1e7)])
+@pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation(), Penalty(1e7, 1e7)])
 def test_a_second_is_counted_once(form, monkeypatch):
     """With the body's part slowed down on purpose: all of it is found as assembly, none of it elsewhere."""
     calls = []

@@ -1,4 +1,4 @@
-"""Convex cone programs in the contact force, straight to Clarabel, set up once and updated.
+"""Convex cone programs in the contact force, set up once and updated.
 
     min ½ r · P r + p · r    subject to    r in a product of second-order cones (fixed or with given radii)
 
@@ -11,28 +11,30 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-import clarabel as _clarabel
 import numpy as np
 from scipy import sparse
 
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.coulomb.solver import Solver
-from bipot.errors import InfeasibleProgram, ProgramError, require
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require
 from bipot.laws.tensors import FloatArray
-
-# its stubs do not name what it exports
-clarabel: Any = _clarabel
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15
 
+# A tolerance beyond LOOSEST, however loosened, is none; and Clarabel's own limit of iterations.
+_LOOSEST, _ITERATIONS = 9e-3, 200
+
 
 @dataclass(frozen=True)
 class ConicSettings:
-    """Clarabel's gap and feasibility tolerance, its time limit [s], and the multiple of I added to W.
+    """Gap and feasibility tolerance, Clarabel's time limit [s], and the multiple of I added to W.
 
     A program not solved at ``tol`` is tried again at 100 tol, once; AlmostSolved is refused. ``polish``
     Newton steps follow, because an interior-point answer is only as near as the square root of the gap where
@@ -50,42 +52,36 @@ class ConicSettings:
         require(self.polish >= 0, "polish", self.polish, ">= 0")
         require(self.regularisation >= 0, "regularisation", self.regularisation, ">= 0")
 
-    def for_clarabel(self, loosened: float = 1.0) -> Any:
-        """Clarabel's settings object."""
-        settings = clarabel.DefaultSettings()
-        settings.verbose = False
-        settings.presolve_enable = False
-        settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = self.tol * loosened
-        settings.time_limit = self.seconds
-        return settings
+    def accuracy(self, loosened: float = 1.0) -> Accuracy:
+        """What the interior points are asked."""
+        return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
 
 
-def _normal_rows(problem: ScaledProblem) -> sparse.csr_array:
+def _normal_rows(problem: ScaledProblem) -> sparse.csr_matrix:
     dofs = np.arange(0, problem.size, problem.dim)
-    return sparse.csr_array((np.ones(dofs.size), (np.arange(dofs.size), dofs)), shape=(dofs.size, problem.size))
+    return sparse.csr_matrix((np.ones(dofs.size), (np.arange(dofs.size), dofs)), shape=(dofs.size, problem.size))
 
 
-def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_array:
+def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_matrix:
     """diag(top, 1 … 1) by contact: the rows whose cone is |r_t| <= top r_n (+ a radius)."""
     diagonal = np.ones((problem.mu.size, problem.dim))
     diagonal[:, 0] = top
-    return sparse.csr_array(sparse.diags_array(diagonal.ravel()))
+    return sparse.csr_matrix(sparse.diags_array(diagonal.ravel()))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class ForceProgram:
-    """One program with its Clarabel solver; ``solve`` changes the linear term and the radii only.
+    """One program with its solver; ``solve`` changes the linear term and the radii only.
 
-    ``top`` (c,) is mu for the friction cone |r_t| <= mu r_n, zero for discs of given radii. r_n >= 0 is a
-    row of its own wherever the cone does not imply it.
+    Its cones are |r_t| <= top r_n + radius: ``top`` is mu for the friction cone, zero for discs of given radii.
+    ``handle`` is what the solver keeps of the last program at the asked tolerance.
     """
 
     problem: ScaledProblem
-    top: FloatArray
     settings: ConicSettings
-    solver: Any
-    loose: Any
-    contacts_with_row: int
+    solver: ConicSolver
+    conic: ConicProgram
+    handle: Handle = None
 
     def solve(self, linear: FloatArray, radius: FloatArray, centre: FloatArray | None = None) -> FloatArray:
         """The minimiser r (dc,), the regularisation around ``centre`` (default 0).
@@ -96,19 +92,21 @@ class ForceProgram:
             linear = linear - self.settings.regularisation * centre
         b = np.zeros((self.problem.mu.size, self.problem.dim))
         b[:, 0] = radius
-        right = np.concatenate([np.zeros(self.contacts_with_row), b.ravel()])
-        status = "not run"
-        for solver in (self.solver, self.loose):
-            solver.update(q=linear, b=right)
-            answer = solver.solve()
-            status = str(answer.status)
-            if status == "Solved":
-                return np.asarray(answer.x)
-            if status == "DualInfeasible":
-                raise InfeasibleProgram(
-                    "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
-                )
-        raise ProgramError(f"Clarabel returned {status} at {100 * self.settings.tol:.0e}, which is not accepted")
+        bare, cones = self.conic.rows
+        program = replace(self.conic, q=linear, rows=(bare, replace(cones, b=b.ravel())))
+        try:
+            answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
+            if answer.outcome is not Outcome.SOLVED:
+                answer, _ = self.solver.solve(program, self.settings.accuracy(100))
+        except UnboundedProgram as unbounded:
+            raise InfeasibleProgram(
+                "the program in the contact forces is unbounded: some self-balanced forces meet no resistance"
+            ) from unbounded
+        except ProgramError:
+            answer, _ = self.solver.solve(program, self.settings.accuracy(100))
+        if answer.outcome is not Outcome.SOLVED:
+            raise ProgramError(f"almost solved at {100 * self.settings.tol:.0e}, which is not accepted")
+        return answer.x
 
 
 def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int) -> FloatArray:
@@ -143,17 +141,14 @@ def _refined(
 
 
 def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
-    """Set the program up: P, the cones, and two solvers on the same pattern (the asked tolerance and a
-    looser)."""
+    """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
     W = sparse.csr_array(problem.W)
-    P = sparse.csc_matrix(sparse.triu((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size)))
+    P = sparse.csc_matrix((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size))
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
-    A = sparse.csc_matrix(-sparse.vstack([_normal_rows(problem)[bare], _cone_rows(problem, top)]))
-    cones = [clarabel.NonnegativeConeT(bare.size)] if bare.size else []
-    cones += [clarabel.SecondOrderConeT(problem.dim)] * problem.mu.size
-    b = np.zeros(bare.size + problem.size)
-    asked, looser = (
-        clarabel.DefaultSolver(P, problem.q, A, b, cones, settings.for_clarabel(loosened)) for loosened in (1, 100)
+    rows = (
+        Rows("normal", Cone.NONNEGATIVE, _normal_rows(problem)[bare], np.zeros(bare.size)),
+        Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
     )
-    return ForceProgram(problem, top, settings, asked, looser, bare.size)
+    conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})
+    return ForceProgram(problem, settings, Clarabel(seconds=settings.seconds), conic)

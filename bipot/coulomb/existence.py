@@ -11,23 +11,22 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any
 
-import clarabel as _clarabel
 import numpy as np
 from scipy import sparse
 
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.solver import Accuracy
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.errors import ProgramError
 from bipot.laws.tensors import FloatArray
-
-# its stubs do not name what it exports
-clarabel: Any = _clarabel
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7
 _SYMMETRIC = 1e-6
 _BALANCED = 1e-6
-_TOLERANCE = 1e-10
+_ACCURACY = Accuracy(1e-10, 200)
 
 
 class Existence(Enum):
@@ -63,24 +62,22 @@ def _largest_margin(A: sparse.csr_array, b: FloatArray, cone: FloatArray | None,
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu =
     ``cone``."""
     n, on_t = columns(A), np.ones(b.size)
-    cones: list[object] = [clarabel.NonnegativeConeT(1)]
-    if cone is None:
-        cones.append(clarabel.NonnegativeConeT(b.size))
-    else:
+    if cone is not None:
         weight = np.repeat(cone, dim)
         weight[::dim], on_t = 1.0, np.tile([1.0] + [0.0] * (dim - 1), cone.size)
         A, b = sparse.csr_array(sparse.diags_array(weight) @ A), weight * b
-        cones += [clarabel.SecondOrderConeT(dim)] * cone.size
-    capped = sparse.csr_array(([1.0], ([0], [n])), shape=(1, n + 1))
-    constraints = sparse.csc_matrix(sparse.vstack([capped, sparse.hstack([-A, on_t[:, None]])]))
-    settings = clarabel.DefaultSettings()
-    settings.verbose, settings.time_limit = False, seconds
-    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = _TOLERANCE
+    kind, width = (Cone.NONNEGATIVE, 1) if cone is None else (Cone.SECOND_ORDER, dim)
+    capped = sparse.csr_matrix(([-1.0], ([0], [n])), shape=(1, n + 1))
+    inside = sparse.csr_matrix(sparse.hstack([A, -on_t[:, None]]))
+    rows = (Rows("cap", Cone.NONNEGATIVE, capped, np.ones(1)), Rows("margin", kind, inside, b, width))
     objective = np.zeros(n + 1)
     objective[-1] = -1.0
-    nothing = sparse.csc_matrix((n + 1, n + 1))
-    answer = clarabel.DefaultSolver(nothing, objective, constraints, np.r_[1.0, b], cones, settings).solve()
-    return _Margin(float(answer.x[-1]), np.asarray(answer.z)[1:], str(answer.status) == "Solved")
+    program = ConicProgram(sparse.csc_matrix((n + 1, n + 1)), objective, rows, {"x": slice(0, n), "t": slice(n, n + 1)})
+    try:
+        answer, _ = Clarabel(seconds=seconds).solve(program, _ACCURACY)
+    except ProgramError:
+        return _Margin(np.nan, np.zeros(b.size), False)
+    return _Margin(float(answer.x[-1]), answer.dual["margin"].ravel(), answer.outcome is Outcome.SOLVED)
 
 
 def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray, FloatArray]:

@@ -1,6 +1,6 @@
 """The forms an increment can take: small frozen objects that take one pass after another."""
 
-from bipot.forms.base import Backend, Cache, Form, FormName, Step
+from bipot.forms.base import Cache, Form, FormName, Step
 from bipot.forms.conic import Dissipation, Tangent
 from bipot.forms.delassus import Delassus
 from bipot.forms.newton import Newton
@@ -11,7 +11,6 @@ OWN = (Tangent, Dissipation, Newton, Delassus, Penalty, Uzawa)
 
 __all__ = [
     "OWN",
-    "Backend",
     "Cache",
     "Delassus",
     "Dissipation",

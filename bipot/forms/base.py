@@ -14,15 +14,13 @@ from typing import ClassVar, Protocol, TypeVar, runtime_checkable
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.conic.solver import Handle
 from bipot.forms.memory import Pace, Setup
 from bipot.iterate import Iterate
-from bipot.programs.clarabel import Solver
 from bipot.programs.condensation import Split, touched
-from bipot.programs.conic import CompiledTangent, TangentProgram, structure
 from bipot.programs.data import ContactRows, Outcome, Timing
 from bipot.programs.fixed_point import Coupled, Route
 from bipot.programs.newton import Frames
-from bipot.programs.statement import Stated
 from bipot.typing import Floats
 
 S = TypeVar("S")
@@ -37,13 +35,6 @@ class FormName(Enum):
     UZAWA = "uzawa"
     NEWTON = "newton"
     DELASSUS = "delassus"
-
-
-class Backend(Enum):
-    """Who hands a program to Clarabel: its cvxpy statement, or the same data directly."""
-
-    CVXPY = "cvxpy"
-    CLARABEL = "clarabel"
 
 
 @dataclass(frozen=True)
@@ -66,21 +57,14 @@ class Step:
 
 @dataclass
 class Cache:
-    """What a run finds once: orderings, patterns, compiled programs, the predictor. Owned by the march."""
+    """What a run finds once: orderings, patterns, the predictor, what solvers keep of the last program. Owned by
+    the march."""
 
     pace: Pace = field(default_factory=Pace)
-    solvers: dict[FormName, Solver] = field(default_factory=lambda: {name: Solver() for name in FormName})
-    _compiled: dict[bytes, CompiledTangent] = field(default_factory=dict)
+    handles: dict[FormName, Handle] = field(default_factory=dict)
     _split: Split | None = None
     _setup: Setup | None = None
     _frames: dict[bytes, Frames] = field(default_factory=dict)
-
-    def stated(self, program: TangentProgram) -> Stated:
-        """The compiled statement with the numbers of ``program`` assigned."""
-        key = structure(program)
-        if key not in self._compiled:
-            self._compiled[key] = CompiledTangent.of(program)
-        return self._compiled[key].assign(program)
 
     def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
         """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""

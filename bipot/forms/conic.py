@@ -12,19 +12,21 @@ from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
-from bipot.errors import InvertedElement, ProgramError, require_count, require_type
-from bipot.forms.base import Backend, Cache, FormName, Step
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import ConicProgram, Outcome, Timing
+from bipot.conic.solver import Accuracy, ConicSolver
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
+from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
-from bipot.programs.clarabel import Accuracy, Solver
 from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ConicProgram, Outcome, Stopwatch, Timing
+from bipot.programs.data import Block, Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Safeguard
 from bipot.programs.polish import couple, polish
-from bipot.programs.statement import Stated, solve_stated
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.typing import Floats
@@ -44,7 +46,7 @@ class Tangent:
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
-    backend: Backend = Backend.CLARABEL
+    solver: ConicSolver = Clarabel()
     accuracy: Accuracy = Accuracy(1e-9)
     coupled: bool = True
     halvings: int = 3
@@ -53,7 +55,7 @@ class Tangent:
 
     def __post_init__(self) -> None:
         require_type(self.kind, TangentKind, "tangent.kind")
-        require_type(self.backend, Backend, "tangent.backend")
+        _require_solver(self.solver, "tangent.solver")
         require_type(self.accuracy, Accuracy, "tangent.accuracy")
         require_type(self.coupled, bool, "tangent.coupled")
         require_count(self.halvings, "tangent.halvings", 0)
@@ -83,14 +85,11 @@ class Tangent:
 
     def _solve(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> Raw:
         """The polished answer to the condensed program."""
-        program, cache = condensed.program, state.cache
+        program = condensed.program
         gone_on = self._gone_on(iterate, r, state, condensed)
         if gone_on is not None:
             return Raw(*gone_on, Outcome.SOLVED, 0, Timing(), exact=True)
-        if self.backend is Backend.CVXPY:
-            raw = _through_cvxpy(cache.stated(program), self.accuracy)
-        else:
-            raw = _directly(program, self.accuracy, cache.solvers[self.name])
+        raw = _solved(self, program, state.cache)
         coupled = couple(program, raw.u, raw.r) if self.coupled else None
         u, forces = coupled or polish(program, raw.u, raw.r)
         return replace(raw, u=u, r=forces, exact=coupled is not None)
@@ -100,7 +99,7 @@ class Tangent:
 
         None in the first pass of an increment and through cvxpy, which poses every pass.
         """
-        if state.distance is None or state.distance > NEARBY or not self.coupled or self.backend is Backend.CVXPY:
+        if state.distance is None or state.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
         units = state.units
         return couple(condensed.program, iterate.x[condensed.kept] / units.length, r[state.near] / units.force)
@@ -114,14 +113,14 @@ class Dissipation:
     is helped.
     """
 
-    backend: Backend = Backend.CLARABEL
+    solver: ConicSolver = Clarabel()
     accuracy: Accuracy = Accuracy(1e-11)
     polished: bool = True
     safeguard: Safeguard = Safeguard()
     name: ClassVar[FormName] = FormName.DISSIPATION
 
     def __post_init__(self) -> None:
-        require_type(self.backend, Backend, "dissipation.backend")
+        _require_solver(self.solver, "dissipation.solver")
         require_type(self.accuracy, Accuracy, "dissipation.accuracy")
         require_type(self.polished, bool, "dissipation.polished")
         require_type(self.safeguard, Safeguard, "dissipation.safeguard")
@@ -142,10 +141,7 @@ class Dissipation:
         began = clock.outside()
         with clock:
             program = self.program(iterate, r, state)
-        if self.backend is Backend.CVXPY:
-            raw = _through_cvxpy(program.statement(), self.accuracy)
-        else:
-            raw = _directly(program, self.accuracy, state.cache.solvers[self.name])
+        raw = _solved(self, program, state.cache)
         with clock:
             there = iterate.increment.at(raw.u * state.units.length)
         tried = Tried(there, state.spread(raw.r * state.units.force), whole=False)
@@ -261,12 +257,13 @@ class Exact(Protocol):
         ...
 
 
-def _through_cvxpy(stated: Stated, accuracy: Accuracy) -> Raw:
-    outcome, iterations, timing = solve_stated(stated, accuracy)
-    return Raw(np.asarray(stated.dU.value), stated.contact.forces(), outcome, iterations, timing)
-
-
-def _directly(program: Exact, accuracy: Accuracy, solver: Solver) -> Raw:
-    answer = solver.solve(program.conic(), accuracy)
+def _solved(form: Tangent | Dissipation, program: Exact, cache: Cache) -> Raw:
+    """The program solved by the form's solver, which keeps in the cache what it can use again."""
+    answer, handle = form.solver.solve(program.conic(), form.accuracy, cache.handles.get(form.name))
+    cache.handles[form.name] = handle
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
+
+
+def _require_solver(solver: object, field: str) -> None:
+    require(callable(getattr(solver, "solve", None)), field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")

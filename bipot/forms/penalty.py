@@ -10,16 +10,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.penalised import default_penalty
-from bipot.programs.clarabel import Accuracy
 from bipot.programs.data import Stopwatch, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
-from bipot.programs.penalty_cvxpy import fictitious
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region
 from bipot.response import TangentKind
@@ -43,11 +42,18 @@ class Optimiser(Enum):
         return _OPTIMISERS[self](program, start)
 
 
+def _stated(program: PenaltyProgram, start: Floats) -> Minimum:
+    """(29) through cvxpy, which is imported by those who ask for it."""
+    from bipot.programs.penalty_cvxpy import fictitious
+
+    return fictitious(program, TIGHT)
+
+
 _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
     Optimiser.NEWTON: newton,
     Optimiser.TRUST_REGION: trust_region,
     Optimiser.GRADIENT_ONLY: gradient_only,
-    Optimiser.CVXPY: lambda program, start: fictitious(program, TIGHT),
+    Optimiser.CVXPY: _stated,
 }
 
 

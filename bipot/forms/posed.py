@@ -6,14 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.contact import near_tools
 from bipot.forms.base import Cache
 from bipot.iterate import Iterate
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.fixed_point import Coupling, Safeguard, image
 from bipot.programs.terms import ContactTerms
 from bipot.typing import Bools, Floats
-
-NEAR = 4.0
 
 
 @dataclass(frozen=True)
@@ -37,9 +36,7 @@ class Posed:
         Candidates within a few lengths of a tool at the predicted end get rows: the others not until they touch.
         """
         rows, units = iterate.rows, iterate.increment.units
-        gap = iterate.motion[:, 0]
-        # At least one, so that no program is without contact rows: an open one changes nothing.
-        near = (gap <= max(NEAR * units.length, float(gap.min()))) | rows.tied
+        near = near_tools(rows, iterate.x, units.length)
         coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), rule is not None)
         return Posed(cache, units, near, rows.take(near), coupling)
 

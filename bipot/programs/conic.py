@@ -12,13 +12,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Block, ConicProgram, ContactRows, Units
-from bipot.programs.statement import ContactData, ContactStatement, Stated
+from bipot.conic.problem import ConicProgram, Layout
+from bipot.conic.through_cvxpy import Stated
+from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.terms import ContactTerms
 
 Floats = NDArray[np.float64]
@@ -47,18 +47,24 @@ class TangentProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (dU, t): P = diag(K, 0), q = (-f, s), rows of :class:`ContactTerms`."""
-        n = len(self.f)
-        cost = self.contact.threshold[self.contact.sliding]
-        P = _padded(self.K, n + len(cost))
-        blocks = {Block.DISPLACEMENT: slice(0, n), Block.SLIP_BOUND: slice(n, n + len(cost))}
-        return ConicProgram(P, np.concatenate([-self.f, cost]), self.contact.cone_rows(n + len(cost), n), blocks)
+        layout, cost = Layout(), self.contact.threshold[self.contact.sliding]
+        layout.add(Block.DISPLACEMENT, len(self.f))
+        bounds = layout.add(Block.SLIP_BOUND, len(cost))
+        rows = self.contact.cone_rows(layout.size, bounds)
+        P, q = _padded(self.K, layout.size), np.concatenate([-self.f, cost])
+        return ConicProgram(P, q, rows, layout.blocks, self.statement)
 
     def statement(self) -> Stated:
         """The same program as one writes it."""
+        import cvxpy as cp
+
+        from bipot.programs.statement import ContactStatement
+
         dU = cp.Variable(len(self.f))
-        contact = ContactStatement.of(dU, self.contact, ContactData.of(self.contact))
+        contact = ContactStatement.of(dU, self.contact)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
-        return Stated(cp.Problem(cp.Minimize(energy + contact.cost), contact.constraints), dU, contact)
+        problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))
+        return Stated(problem, contact.blocks, contact.constraints)
 
 
 def _padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
@@ -70,50 +76,3 @@ def _padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
     n = len(K)
     ends = np.minimum(np.arange(size + 1), n) * n
     return sp.csc_matrix((K.ravel(order="F"), np.tile(np.arange(n), n), ends), shape=(size, size))
-
-
-@dataclass(frozen=True)
-class CompiledTangent:
-    """The dense tangent program of one structure, compiled once: K enters by a square root L' L = K.
-
-    quad_form with a parameter is outside cvxpy's disciplined parametrised rules; |L dU|^2 is inside.
-    """
-
-    stated: Stated
-    factor: cp.Parameter
-    load: cp.Parameter
-    data: ContactData
-
-    @staticmethod
-    def of(program: TangentProgram) -> CompiledTangent:
-        """Compile for the structure (sizes, sliding set, operators) of ``program``."""
-        n = len(program.f)
-        dU, factor, load = cp.Variable(n), cp.Parameter((n, n)), cp.Parameter(n)
-        data = ContactData.parameters(program.contact)
-        contact = ContactStatement.of(dU, program.contact, data)
-        energy = cp.sum_squares(factor @ dU) / 2 - load @ dU
-        problem = cp.Problem(cp.Minimize(energy + contact.cost), contact.constraints)
-        return CompiledTangent(Stated(problem, dU, contact), factor, load, data)
-
-    def assign(self, program: TangentProgram) -> Stated:
-        """Give the parameters the numbers of ``program``, which must have the compiled structure."""
-        self.factor.value = square_root(np.asarray(program.K))
-        self.load.value = program.f
-        self.data.assign(program.contact)
-        return self.stated
-
-
-def square_root(K: Floats) -> Floats:
-    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
-    values, vectors = np.linalg.eigh(K)
-    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-
-
-def structure(program: TangentProgram) -> bytes:
-    """A key that is equal for two programs exactly when one compilation serves both."""
-    contact = program.contact
-    operators = (contact.rows.G_n, contact.rows.G_t, contact.shifted_rows()[2])
-    parts = [a for G in operators for a in (np.array(G.shape), G.indptr, G.indices, G.data)]
-    return b"".join(
-        np.ascontiguousarray(a).tobytes() for a in (*parts, contact.rows.tied, contact.sliding, contact.coned)
-    )

@@ -1,39 +1,25 @@
-r"""The data of a program, and a solution that measures itself.
-
-A program in conic form is
-
-    minimise  1/2 x' P x + q' x    subject to   A_i x + b_i in K_i,   i = 1 .. m,
-
-with each ``A_i x + b_i`` a block of rows of one kind of cone. Optimality: ``P x + q = sum_i A_i' z_i`` with
-``z_i`` in the dual cone and orthogonal to the rows, so the duals of gap and slip rows *are* the contact forces.
-"""
+"""Contact rows, units, and the names of a mechanical program's terms and variables."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass, field
-from enum import Enum
+from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.conic.problem import Outcome as Outcome
+from bipot.conic.problem import Timing as Timing
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 
-class Cone(Enum):
-    """Kinds of cone; in SECOND_ORDER the first of each ``width`` rows bounds the norm of the others."""
-
-    ZERO = "zero"
-    NONNEGATIVE = "nonnegative"
-    SECOND_ORDER = "second_order"
-
-
-class Term(Enum):
+class Term(StrEnum):
     """The mechanical terms that contribute rows; they name the duals of a solution."""
 
     GAP = "gap"
@@ -44,59 +30,13 @@ class Term(Enum):
     FICTITIOUS = "fictitious"
 
 
-class Block(Enum):
+class Block(StrEnum):
     """The named variable blocks of a program."""
 
     DISPLACEMENT = "dU"
     ELASTIC_DEVIATOR = "elastic_deviator"
     PLASTIC_NORM = "plastic_norm"
     SLIP_BOUND = "slip_bound"
-
-
-class Outcome(Enum):
-    """What the solver claimed. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
-
-    SOLVED = "solved"
-    ALMOST = "almost"
-
-
-@dataclass(frozen=True)
-class Rows:
-    """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,)."""
-
-    term: Term
-    cone: Cone
-    A: sp.csr_matrix
-    b: Floats
-    width: int = 1
-
-    @property
-    def count(self) -> int:
-        """Number m of cones."""
-        return len(self.b) // self.width
-
-
-@dataclass(frozen=True)
-class ConicProgram:
-    """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks."""
-
-    P: sp.csc_matrix
-    q: Floats
-    rows: tuple[Rows, ...]
-    blocks: Mapping[Block, slice]
-
-
-@dataclass(frozen=True)
-class Timing:
-    """Seconds spent stating (compiling, transferring) and solving a program, and on the body's part of it."""
-
-    build: float = 0.0
-    solve: float = 0.0
-    assembly: float = 0.0
-
-    def __add__(self, other: Timing) -> Timing:
-        """Both together."""
-        return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
 
 
 @dataclass
@@ -117,46 +57,6 @@ class Stopwatch:
     def outside(self) -> float:
         """A clock (s) that stands still inside the blocks."""
         return time.perf_counter() - self.seconds
-
-
-@dataclass(frozen=True)
-class ConicSolution:
-    """Primal x (n,), dual per term (m, width), and measures of both that do not ask the solver."""
-
-    program: ConicProgram
-    x: Floats
-    dual: Mapping[Term, Floats]
-    outcome: Outcome
-    iterations: int
-    timing: Timing
-
-    def block(self, block: Block) -> Floats:
-        """The variables of one named block."""
-        return self.x[self.program.blocks[block]]
-
-    def dual_residual(self) -> float:
-        """max |P x + q - sum A' z|."""
-        stationarity = self.program.P @ self.x + self.program.q
-        for rows in self.program.rows:
-            stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
-        return float(np.abs(stationarity).max())
-
-    def primal_residual(self) -> float:
-        """Largest distance of a row block from its cone (componentwise excess)."""
-        return max((_excess(r, (r.A @ self.x + r.b).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
-
-    def duality_gap(self) -> float:
-        """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
-        return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
-
-
-def _excess(rows: Rows, value: Floats) -> float:
-    if rows.count == 0:
-        return 0.0
-    if rows.cone is Cone.ZERO:
-        return float(np.abs(value).max())
-    inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
-    return float(np.maximum(-inside, 0).max())
 
 
 @dataclass(frozen=True)

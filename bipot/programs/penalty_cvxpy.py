@@ -19,13 +19,12 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.conic.problem import Outcome, Timing
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import Stated, solve_stated
 from bipot.errors import ProgramError
-from bipot.programs.clarabel import Accuracy
-from bipot.programs.conic import square_root
-from bipot.programs.data import Outcome, Timing
+from bipot.programs.data import Block, Term
 from bipot.programs.penalty import Minimum, PenaltyProgram
-from bipot.programs.statement import ContactStatement, Stated, solve_stated
-from bipot.programs.terms import ContactTerms
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +48,7 @@ def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Min
             failure = failed
             continue
         iterations, timing = iterations + count, timing + spent
-        answers.append(np.asarray(stated.dU.value))
+        answers.append(np.asarray(stated.blocks[Block.DISPLACEMENT].value))
         if outcome is Outcome.SOLVED:
             return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
     if not answers:
@@ -73,8 +72,13 @@ def statement(program: PenaltyProgram) -> Stated:
         + terms.threshold @ length
         + cp.sum_squares(np.sqrt(terms.k_t / 2) * lag_t)
     )
-    contact = ContactStatement(
-        ContactTerms(rows, terms.threshold), cost, v_n >= -np.maximum(terms.start_gap, 0.0), None, None, None
-    )
+    closed = v_n >= -np.maximum(terms.start_gap, 0.0)
     energy = cp.sum_squares(square_root(np.asarray(program.K)) @ dU) / 2 - program.f @ dU
-    return Stated(cp.Problem(cp.Minimize(energy + cost), contact.constraints), dU, contact)
+    problem = cp.Problem(cp.Minimize(energy + cost), [closed])
+    return Stated(problem, {Block.DISPLACEMENT: dU}, {Term.FICTITIOUS: closed})
+
+
+def square_root(K: Floats) -> Floats:
+    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
+    values, vectors = np.linalg.eigh(K)
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T

@@ -27,6 +27,10 @@ Floats = NDArray[np.float64]
 ITERATIONS = 12
 EXACT = 1e-10
 
+YIELDING = 1e-9
+"""Compliance of every contact force in the Newton matrix: where rows repeat each other it picks the forces next to the
+last ones, where they do not it slows nothing."""
+
 
 @dataclass(frozen=True)
 class NaturalMap:
@@ -120,7 +124,7 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
             break
         if error < least:
             best, least = current, error
-        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
+        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r + YIELDING * np.eye(len(by_r))
         try:
             current = current - np.linalg.solve(jacobian, residual)
         except np.linalg.LinAlgError:

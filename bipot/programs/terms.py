@@ -22,7 +22,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from bipot.programs.data import Bools, Cone, ConicSolution, ContactRows, Ints, Rows, Term, Units, rows_of
+from bipot.conic.problem import Cone, ConicSolution, Rows
+from bipot.programs.data import Bools, ContactRows, Ints, Term, Units, rows_of
 
 Floats = NDArray[np.float64]
 

@@ -1,0 +1,209 @@
+"""Clarabel on a conic program's own data.
+
+Programs of a run mostly differ in their numbers only. :class:`Transferred` keeps the pattern of the last one:
+ordering, symbolic factorisation and equilibration stay, and every number is sent to its place.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from typing import Any
+
+import clarabel as _clarabel
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
+from bipot.errors import ProgramError, require
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.intp]
+
+# The extension module carries no annotations.
+clarabel: Any = _clarabel
+
+CLAIMS = {clarabel.SolverStatus.Solved: Outcome.SOLVED, clarabel.SolverStatus.AlmostSolved: Outcome.ALMOST}
+INFEASIBLE = (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.AlmostPrimalInfeasible)
+UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostDualInfeasible)
+METHODS = ("auto", "qdldl", "faer")
+
+
+@dataclass(frozen=True)
+class Clarabel:
+    """Interior points by Clarabel, on one thread, for at most ``seconds``.
+
+    ``method`` is that of its linear systems: "qdldl" in the plane, "faer" (supernodal) for large programs in 3D.
+    """
+
+    method: str = "auto"
+    seconds: float = math.inf
+
+    def __post_init__(self) -> None:
+        require(self.method in METHODS, "clarabel.method", self.method, f"one of {', '.join(METHODS)}")
+        require(self.seconds > 0, "clarabel.seconds", self.seconds, "> 0")
+
+    def solve(
+        self, program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None
+    ) -> tuple[ConicSolution, Transferred]:
+        """As :meth:`ConicSolver.solve`; what the last program's equilibration does not solve is set up afresh."""
+        started, lost = time.perf_counter(), Timing()
+        ready = transfer(program, accuracy, last, self)
+        if ready is last:
+            sent = time.perf_counter()
+            try:
+                answer = _answer(ready, program, started)
+            except ProgramError:
+                pass
+            else:
+                if answer.outcome is Outcome.SOLVED:
+                    return answer, ready
+            failed = time.perf_counter()
+            lost, started = Timing(build=sent - started, solve=failed - sent), failed
+            ready = Transferred.of(program, accuracy, self)
+        answer = _answer(ready, program, started)
+        return replace(answer, timing=lost + answer.timing), ready
+
+    def settings(self, accuracy: Accuracy) -> Any:
+        """Clarabel's settings for the asked accuracy, silent and on one thread."""
+        chosen = clarabel.DefaultSettings()
+        chosen.verbose = False
+        # It would only look for infinite right-hand sides, of which there are none, and forbid new numbers.
+        chosen.presolve_enable = False
+        chosen.max_iter = accuracy.iterations
+        chosen.max_threads = 1
+        chosen.time_limit = self.seconds
+        chosen.direct_solve_method = self.method
+        chosen.tol_gap_abs = chosen.tol_gap_rel = chosen.tol_feas = accuracy.tolerance
+        return chosen
+
+
+@dataclass(eq=False)
+class Transferred:
+    """Clarabel set up for the pattern of ``program``, in its form ``A x + s = b, s in K`` (its A is ours negated).
+
+    ``program`` is the last one sent. ``upper`` are the places of P's upper triangle in the data of P, ``stacked`` those
+    of A in the data of all rows.
+    """
+
+    program: ConicProgram
+    accuracy: Accuracy
+    solver: Clarabel
+    upper: Ints
+    stacked: Ints
+    clarabel: Any
+
+    @staticmethod
+    def of(program: ConicProgram, accuracy: Accuracy, solver: Clarabel) -> Transferred:
+        """Sort the pattern and set Clarabel up with the numbers of ``program``."""
+        P, size = program.P, len(program.q)
+        numbered = sp.csc_matrix((np.arange(P.nnz), P.indices, P.indptr), shape=(size, size))
+        triangle = sp.csc_matrix(sp.triu(numbered, format="csc"))
+        rows = sp.csc_matrix(_stacked_pattern(program.rows, size))
+        upper, stacked = np.asarray(triangle.data, dtype=np.intp), np.asarray(rows.data, dtype=np.intp)
+        b = _right(program)
+        made = clarabel.DefaultSolver(
+            sp.csc_matrix((_quadratic(program, upper), triangle.indices, triangle.indptr), shape=(size, size)),
+            program.q,
+            sp.csc_matrix((_linear(program, stacked), rows.indices, rows.indptr), shape=(len(b), size)),
+            b,
+            [cone for r in program.rows if r.count for cone in _cones(r)],
+            solver.settings(accuracy),
+        )
+        return Transferred(program, accuracy, solver, upper, stacked, made)
+
+    def serves(self, program: ConicProgram, accuracy: Accuracy, solver: Clarabel) -> bool:
+        """Whether ``program`` differs in its numbers only."""
+        return (
+            (accuracy, solver) == (self.accuracy, self.solver)
+            and len(program.rows) == len(self.program.rows)
+            and _same_pattern(program.P, self.program.P)
+            and all(_same_rows(new, old) for new, old in zip(program.rows, self.program.rows, strict=True))
+        )
+
+    def send(self, program: ConicProgram) -> None:
+        """The numbers of a program that this one :meth:`serves`; matrices that are the same objects stay."""
+        # Lists, because the binding reads an array as a sequence of array scalars, which takes twice as long.
+        numbers = {"q": program.q.tolist(), "b": _right(program).tolist()}
+        if program.P is not self.program.P:
+            numbers["P"] = _quadratic(program, self.upper).tolist()
+        if any(new.A is not old.A for new, old in zip(program.rows, self.program.rows, strict=True)):
+            numbers["A"] = _linear(program, self.stacked).tolist()
+        self.clarabel.update(**numbers)
+        self.program = program
+
+
+def transfer(
+    program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None, solver: Clarabel = Clarabel()
+) -> Transferred:
+    """Clarabel with the numbers of ``program``: ``last`` where that serves, else set up anew."""
+    if last is not None and last.serves(program, accuracy, solver):
+        last.send(program)
+        return last
+    return Transferred.of(program, accuracy, solver)
+
+
+def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
+    """Solve a single program; errors as of :meth:`Clarabel.solve`."""
+    return Clarabel().solve(program, accuracy)[0]
+
+
+def _answer(ready: Transferred, program: ConicProgram, started: float) -> ConicSolution:
+    built = time.perf_counter()
+    answer = ready.clarabel.solve()
+    solved = time.perf_counter()
+    if answer.status in INFEASIBLE:
+        raise infeasible()
+    if answer.status in UNBOUNDED:
+        raise unbounded(answer.x)
+    if answer.status not in CLAIMS:
+        raise unsolved(answer.status)
+    return ConicSolution(
+        program,
+        np.array(answer.x),
+        program.split(np.array(answer.z)),
+        CLAIMS[answer.status],
+        answer.iterations,
+        Timing(built - started, solved - built),
+    )
+
+
+def _stacked_pattern(rows: tuple[Rows, ...], columns: int) -> sp.csr_matrix:
+    """All rows in one, their entries numbered."""
+    counts = np.concatenate([np.diff(r.A.indptr) for r in rows] or [np.zeros(0, np.intp)])
+    indices = np.concatenate([r.A.indices for r in rows] or [np.zeros(0, np.intp)])
+    indptr = np.concatenate([[0], np.cumsum(counts)])
+    return sp.csr_matrix((np.arange(len(indices)), indices, indptr), shape=(len(counts), columns))
+
+
+def _right(program: ConicProgram) -> Floats:
+    return np.concatenate([r.b for r in program.rows] or [np.zeros(0)])
+
+
+def _quadratic(program: ConicProgram, upper: Ints) -> Floats:
+    return np.asarray(program.P.data, dtype=np.float64)[upper]
+
+
+def _linear(program: ConicProgram, stacked: Ints) -> Floats:
+    data = np.concatenate([r.A.data for r in program.rows] or [np.zeros(0)])
+    return np.negative(np.asarray(data, dtype=np.float64)[stacked])
+
+
+def _same_pattern(one: sp.csc_matrix | sp.csr_matrix, other: sp.csc_matrix | sp.csr_matrix) -> bool:
+    same = one is other
+    return same or (np.array_equal(one.indptr, other.indptr) and np.array_equal(one.indices, other.indices))
+
+
+def _same_rows(one: Rows, other: Rows) -> bool:
+    return (one.cone, one.width) == (other.cone, other.width) and _same_pattern(one.A, other.A)
+
+
+def _cones(rows: Rows) -> list[object]:
+    if rows.cone is Cone.ZERO:
+        return [clarabel.ZeroConeT(len(rows.b))]
+    if rows.cone is Cone.NONNEGATIVE:
+        return [clarabel.NonnegativeConeT(len(rows.b))]
+    return [clarabel.SecondOrderConeT(rows.width)] * rows.count

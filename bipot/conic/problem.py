@@ -1,0 +1,151 @@
+r"""The data of a program, and a solution that measures itself.
+
+A program in conic form is
+
+    minimise  1/2 x' P x + q' x    subject to   A_i x + b_i in K_i,   i = 1 .. m,
+
+with each ``A_i x + b_i`` a block of rows of one kind of cone. Optimality: ``P x + q = sum_i A_i' z_i`` with
+``z_i`` in the dual cone and orthogonal to the rows, so the duals of gap and slip rows *are* the contact forces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+class Cone(Enum):
+    """Kinds of cone; in SECOND_ORDER the first of each ``width`` rows bounds the norm of the others."""
+
+    ZERO = "zero"
+    NONNEGATIVE = "nonnegative"
+    SECOND_ORDER = "second_order"
+
+
+@dataclass
+class Layout:
+    """The named blocks of a program's variables, one after another as they are added."""
+
+    blocks: dict[str, slice] = field(default_factory=dict)
+    size: int = 0
+
+    def add(self, name: str, count: int) -> int:
+        """Put ``count`` variables behind those there are; the number of the first."""
+        start, self.size = self.size, self.size + count
+        self.blocks[name] = slice(start, self.size)
+        return start
+
+
+class Outcome(Enum):
+    """What the solver claimed. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
+
+    SOLVED = "solved"
+    ALMOST = "almost"
+
+
+@dataclass(frozen=True)
+class Rows:
+    """``A x + b`` in a product of equal cones of ``width`` rows each: A (m width, n), b (m width,)."""
+
+    term: str
+    cone: Cone
+    A: sp.csr_matrix
+    b: Floats
+    width: int = 1
+
+    @property
+    def count(self) -> int:
+        """Number m of cones."""
+        return len(self.b) // self.width
+
+
+@dataclass(frozen=True)
+class ConicProgram:
+    """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
+
+    ``statement`` makes the same program as one writes it in cvxpy, a :class:`bipot.conic.through_cvxpy.Stated`.
+    """
+
+    P: sp.csc_matrix
+    q: Floats
+    rows: tuple[Rows, ...]
+    blocks: Mapping[str, slice]
+    statement: Callable[[], Any] | None = field(default=None, repr=False, compare=False)
+
+    def cost(self, x: Floats) -> float:
+        """1/2 x' P x + q' x."""
+        return float(x @ (self.P @ x) / 2 + self.q @ x)
+
+    def split(self, z: Floats) -> dict[str, Floats]:
+        """Values of all rows, one after another, by their term: (m, width) each."""
+        ends = np.cumsum([len(r.b) for r in self.rows])
+        return {r.term: z[end - len(r.b) : end].reshape(-1, r.width) for r, end in zip(self.rows, ends, strict=True)}
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Seconds spent stating (compiling, transferring) and solving a program, and on the body's part of it."""
+
+    build: float = 0.0
+    solve: float = 0.0
+    assembly: float = 0.0
+
+    def __add__(self, other: Timing) -> Timing:
+        """Both together."""
+        return Timing(self.build + other.build, self.solve + other.solve, self.assembly + other.assembly)
+
+
+@dataclass(frozen=True)
+class ConicSolution:
+    """Primal x (n,), dual per term (m, width), and measures of both that do not ask the solver."""
+
+    program: ConicProgram
+    x: Floats
+    dual: Mapping[str, Floats]
+    outcome: Outcome
+    iterations: int
+    timing: Timing
+
+    def block(self, block: str) -> Floats:
+        """The variables of one named block."""
+        return self.x[self.program.blocks[block]]
+
+    def dual_residual(self) -> float:
+        """max |P x + q - sum A' z|."""
+        stationarity = self.program.P @ self.x + self.program.q
+        for rows in self.program.rows:
+            stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
+        return float(np.abs(stationarity).max())
+
+    def primal_residual(self) -> float:
+        """Largest distance of a row block from its cone (componentwise excess)."""
+        return max((_excess(r, (r.A @ self.x + r.b).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
+
+    def duality_gap(self) -> float:
+        """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
+        return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
+
+    def error(self) -> float:
+        """The largest of the three, each over the size of what it is a difference of."""
+        balanced = max(float(np.abs(self.program.q).max(initial=0.0)), float(np.abs(self.program.P @ self.x).max()))
+        offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
+        terms = abs(float(self.x @ (self.program.P @ self.x))) + abs(float(self.program.q @ self.x))
+        measured = (self.dual_residual(), balanced), (self.primal_residual(), offset), (self.duality_gap(), terms)
+        return max(found / (size or 1.0) for found, size in measured)
+
+
+def _excess(rows: Rows, value: Floats) -> float:
+    if rows.count == 0:
+        return 0.0
+    if rows.cone is Cone.ZERO:
+        return float(np.abs(value).max())
+    inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
+    return float(np.maximum(-inside, 0).max())

@@ -1,0 +1,81 @@
+"""QOCO on a conic program's own data: few iterations on small programs, and no certificate of infeasibility.
+
+Its form is ``A x = b``, ``h - G x`` in the nonnegative orthant times second-order cones.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
+from bipot.conic.solver import Accuracy, unsolved
+from bipot.errors import require
+
+Floats = NDArray[np.float64]
+
+CLAIMS = {"QOCO_SOLVED": Outcome.SOLVED, "QOCO_SOLVED_INACCURATE": Outcome.ALMOST}
+ORDER = (Cone.ZERO, Cone.NONNEGATIVE, Cone.SECOND_ORDER)
+
+
+@dataclass(frozen=True)
+class Qoco:
+    """Interior points by QOCO, set up anew for each program: nothing is kept.
+
+    Raises:
+        SceneError: the package ``qoco`` is not installed.
+    """
+
+    def __post_init__(self) -> None:
+        require(find_spec("qoco") is not None, "solver", "qoco", "installed: pip install qoco")
+
+    def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
+        """As :meth:`ConicSolver.solve`; what has no solution ends as ProgramError."""
+        import qoco
+
+        started = time.perf_counter()
+        rows = [[r for r in program.rows if r.cone is cone and r.count] for cone in ORDER]
+        equal, bounded = _stacked(rows[0]), _stacked(rows[1] + rows[2])
+        widths = [width for r in rows[2] for width in [r.width] * r.count]
+        solver: Any = qoco.QOCO()
+        solver.setup(
+            len(program.q),
+            0 if bounded is None else len(bounded[1]),
+            0 if equal is None else len(equal[1]),
+            program.P if program.P.nnz else None,
+            program.q,
+            *((None, None) if equal is None else (-equal[0], equal[1])),
+            *((None, None) if bounded is None else (-bounded[0], bounded[1])),
+            sum(r.count for r in rows[1]),
+            len(widths),
+            np.array(widths, dtype=np.int32),
+            abstol=accuracy.tolerance,
+            reltol=accuracy.tolerance,
+            max_iters=accuracy.iterations,
+            verbose=0,
+        )
+        built = time.perf_counter()
+        answer = solver.solve()
+        solved = time.perf_counter()
+        if answer.status not in CLAIMS:
+            raise unsolved(answer.status)
+        dual = {r.term: np.zeros((0, r.width)) for r in program.rows}
+        for group, multipliers in ((rows[0], answer.y), (rows[1] + rows[2], answer.z)):
+            ends = np.cumsum([len(r.b) for r in group])
+            for r, end in zip(group, ends, strict=True):
+                dual[r.term] = np.array(multipliers[end - len(r.b) : end]).reshape(-1, r.width)
+        timing = Timing(built - started, solved - built)
+        return ConicSolution(program, np.array(answer.x), dual, CLAIMS[answer.status], answer.iters, timing), None
+
+
+def _stacked(rows: list[Any]) -> tuple[sp.csc_matrix, Floats] | None:
+    """(A, b) of rows one below the other, None of none."""
+    if not rows:
+        return None
+    return sp.csc_matrix(sp.vstack([r.A for r in rows])), np.concatenate([r.b for r in rows])

@@ -1,0 +1,53 @@
+"""What a conic solver is: one program in, one measured solution out, and what the next program may reuse."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from bipot.conic.problem import ConicProgram, ConicSolution
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_number
+
+Handle = Any
+"""What a solver keeps of its last program, to be handed back with the next: its own affair."""
+
+
+@dataclass(frozen=True)
+class Accuracy:
+    """Tolerance on gap and feasibility, in the units of the program, and iteration limit."""
+
+    tolerance: float = 1e-10
+    iterations: int = 100
+
+    def __post_init__(self) -> None:
+        require_number(self.tolerance, "tolerance")
+        require(0 < self.tolerance < 1e-2, "tolerance", self.tolerance, "in (0, 0.01)")
+        require_count(self.iterations, "iterations")
+
+
+class ConicSolver(Protocol):
+    """Solves one program after another. What it claims is recorded; the solution measures itself."""
+
+    def solve(self, program: ConicProgram, accuracy: Accuracy, last: Handle = None) -> tuple[ConicSolution, Handle]:
+        """The solution, and what to hand back as ``last`` with the next program.
+
+        Raises:
+            InfeasibleProgram, UnboundedProgram: the solver has a certificate.
+            ProgramError: no answer within the limits.
+        """
+        ...
+
+
+def infeasible() -> InfeasibleProgram:
+    """The error of constraints that exclude each other."""
+    return InfeasibleProgram("no displacement satisfies the contact and support constraints together")
+
+
+def unbounded(ray: Any = None) -> UnboundedProgram:
+    """The error of a cost without lower bound along ``ray``."""
+    return UnboundedProgram("the load is above the limit load: a mechanism dissipates less than it gains", ray)
+
+
+def unsolved(status: object) -> ProgramError:
+    """The error of any other end."""
+    return ProgramError(f"conic solver stopped with {status}: refine the increment or loosen the tolerance")

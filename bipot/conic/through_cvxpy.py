@@ -1,0 +1,128 @@
+r"""Any solver that cvxpy knows, on a program's own statement where it has one, else on its data."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
+from bipot.errors import ProgramError
+
+if TYPE_CHECKING:
+    import cvxpy as cp
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A cvxpy problem with the variables and constraints that a conic program calls blocks and terms.
+
+    What has no variables or rows may be missing in either.
+    """
+
+    problem: cp.Problem
+    blocks: Mapping[str, cp.Expression]
+    constraints: Mapping[str, cp.Constraint]
+
+    def constant(self) -> float:
+        """What the statement's cost has beyond that of the conic program, which is 0 at x = 0."""
+        for variable in self.problem.variables():
+            variable.value = np.zeros(variable.shape)
+        return float(np.asarray(self.problem.objective.value))
+
+
+@dataclass(frozen=True)
+class Cvxpy:
+    """The solver called ``name`` in cvxpy; of those not in OPTIONS the tolerance is their own."""
+
+    name: str = "CLARABEL"
+
+    def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
+        """As :meth:`ConicSolver.solve`."""
+        began = time.perf_counter()
+        stated = written(program) if program.statement is None else program.statement()
+        began, building = time.perf_counter(), time.perf_counter() - began
+        outcome, iterations, timing = solve_stated(stated, accuracy, self.name)
+        x = np.zeros(len(program.q))
+        for block, variable in stated.blocks.items():
+            x[program.blocks[block]] = np.ravel(np.asarray(variable.value))
+        dual = {r.term: _dual(stated.constraints.get(r.term), r) for r in program.rows}
+        return ConicSolution(program, x, dual, outcome, iterations, Timing(build=building) + timing), None
+
+
+OPTIONS: Mapping[str, Any] = {
+    "CLARABEL": lambda a: {
+        "tol_gap_abs": a.tolerance,
+        "tol_gap_rel": a.tolerance,
+        "tol_feas": a.tolerance,
+        "max_iter": a.iterations,
+        "max_threads": 1,
+    },
+    "QOCO": lambda a: {"abstol": a.tolerance, "reltol": a.tolerance, "max_iters": a.iterations},
+    "SCS": lambda a: {"eps_abs": a.tolerance, "eps_rel": a.tolerance, "max_iters": a.iterations},
+}
+"""The asked accuracy in the words of each solver."""
+
+
+def written(program: ConicProgram) -> Stated:
+    """The data of a program as a statement of one variable x."""
+    import cvxpy as cp
+
+    x = cp.Variable(len(program.q))
+    constraints: dict[str, Any] = {}
+    for r in program.rows:
+        value = r.A @ x + r.b
+        if r.count and r.cone is Cone.SECOND_ORDER:
+            cones = cp.reshape(value, (r.count, r.width), order="C")
+            constraints[r.term] = cp.SOC(cones[:, 0], cones[:, 1:], axis=1)
+        elif r.count:
+            constraints[r.term] = value == 0 if r.cone is Cone.ZERO else value >= 0
+    cost = cp.quad_form(x, cp.psd_wrap(program.P)) / 2 + program.q @ x
+    problem = cp.Problem(cp.Minimize(cost), list(constraints.values()))
+    return Stated(problem, {name: x[part] for name, part in program.blocks.items()}, constraints)
+
+
+def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> tuple[Outcome, int, Timing]:
+    """Solve through cvxpy; values and duals are then in the statement's variables.
+
+    Raises:
+        InfeasibleProgram, UnboundedProgram, ProgramError: by the solver's status.
+    """
+    import cvxpy as cp
+
+    started = time.perf_counter()
+    with warnings.catch_warnings():
+        # cvxpy warns of AlmostSolved; we record it as an outcome and re-check the answer ourselves.
+        warnings.filterwarnings("ignore", message="Solution may be inaccurate")
+        try:
+            stated.problem.solve(solver=name, warm_start=False, **OPTIONS.get(name, lambda a: {})(accuracy))
+        except cp.SolverError as broken:
+            # cvxpy raises where the solver stops without an answer: a failed attempt like any other.
+            raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken
+    total = time.perf_counter() - started
+    status, stats = stated.problem.status, stated.problem.solver_stats
+    if status in (cp.INFEASIBLE, cp.INFEASIBLE_INACCURATE):
+        raise infeasible()
+    if status in (cp.UNBOUNDED, cp.UNBOUNDED_INACCURATE):
+        raise unbounded()
+    if status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        raise unsolved(status)
+    outcome = Outcome.SOLVED if status == cp.OPTIMAL else Outcome.ALMOST
+    solved = float(stats.solve_time or 0.0)
+    return outcome, int(stats.num_iters or 0), Timing(total - solved, solved)
+
+
+def _dual(constraint: cp.Constraint | None, rows: Rows) -> Floats:
+    """Multipliers (m, width); cvxpy's of equalities have the opposite sign."""
+    if constraint is None:
+        return np.zeros((rows.count, rows.width))
+    parts = [np.asarray(v.value, dtype=float).reshape(rows.count, -1) for v in constraint.dual_variables]
+    return -parts[0] if rows.cone is Cone.ZERO else np.hstack(parts)

@@ -1,0 +1,123 @@
+r"""The programs of one upsetting by every conic solver: objective, residuals and seconds.
+
+    python -m studies.solvers [--fast] [--out DIR]
+
+The seed paper's cylinder, mu = 0.3, is marched to 10 % with each conic form, and ten of its programs, spread over the
+march, are given to each solver through the one interface. ``solvers.csv``: a row for each form and solver, with the
+largest relative difference of the objective from Clarabel's at its tightest, the largest error of the solution as it
+measures itself, and the median seconds of a program (statement or transfer, and solution).
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import ConicProgram, ConicSolution
+from bipot.conic.qoco import Qoco
+from bipot.conic.solver import Accuracy, ConicSolver, Handle
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.forms import Dissipation, Form, FormName, Tangent
+from bipot.march import Control, Schedule, march
+from bipot.scene import upsetting
+from studies.tables import text, write_csv
+from studies.upsetting_case import FIRST
+
+NAME = "solvers"
+MU, REDUCTION, INCREMENTS, PROGRAMS = 0.3, 0.1, 10, 10
+REFERENCE = Accuracy(1e-12)
+SOLVERS: Mapping[str, tuple[ConicSolver, Accuracy]] = {
+    "clarabel": (Clarabel(), Accuracy(1e-10)),
+    "qoco": (Qoco(), Accuracy(1e-9)),
+    "cvxpy:clarabel": (Cvxpy("CLARABEL"), Accuracy(1e-10)),
+    "cvxpy:scs": (Cvxpy("SCS"), Accuracy(1e-7, 100_000)),
+}
+"""Each with what it is asked."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One solver on the programs of one form; ``variables`` and ``cones`` are the largest there were."""
+
+    form: str
+    solver: str
+    programs: int
+    variables: int
+    cones: int
+    objective: float
+    error: float
+    iterations: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A solver that keeps the programs it is given."""
+
+    solver: ConicSolver = Clarabel()
+    programs: list[ConicProgram] = field(default_factory=list)
+
+    def solve(self, program: ConicProgram, accuracy: Accuracy, last: Handle = None) -> tuple[ConicSolution, Handle]:
+        """As :meth:`ConicSolver.solve`."""
+        self.programs.append(program)
+        return self.solver.solve(program, accuracy, last)
+
+
+def recorded(name: FormName, elements: int, increments: int = INCREMENTS) -> list[ConicProgram]:
+    """Ten programs of an upsetting, spread over it."""
+    keeper = Recording()
+    form: Form = Tangent(solver=keeper) if name is FormName.TANGENT else Dissipation(solver=keeper)
+    scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
+    for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form)):
+        pass
+    chosen = np.linspace(0, len(keeper.programs) - 1, PROGRAMS).round().astype(int)
+    return [keeper.programs[i] for i in chosen]
+
+
+def compared(programs: list[ConicProgram], form: str) -> Iterator[Row]:
+    """Every solver on the same programs, one after another, each keeping what it can."""
+    exact = [program.cost(Clarabel().solve(program, REFERENCE)[0].x) for program in programs]
+    variables = max(len(program.q) for program in programs)
+    cones = max(sum(rows.count for rows in program.rows if rows.width > 1) for program in programs)
+    for name, (solver, accuracy) in SOLVERS.items():
+        answers, last = [], None
+        for program in programs:
+            answer, last = solver.solve(program, accuracy, last)
+            answers.append(answer)
+        costs = [answer.program.cost(answer.x) for answer in answers]
+        yield Row(
+            form,
+            name,
+            len(programs),
+            variables,
+            cones,
+            max(abs(cost / best - 1) for cost, best in zip(costs, exact, strict=True)),
+            max(answer.error() for answer in answers),
+            float(np.median([answer.iterations for answer in answers])),
+            float(np.median([answer.timing.build + answer.timing.solve for answer in answers])),
+        )
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run, rewriting the table after each form."""
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Conic solvers compared.", allow_abbrev=False)
+    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    parser.add_argument("--out", type=Path, default=Path("results"))
+    asked = parser.parse_args(argv)
+    rows: list[Row] = []
+    for name in (FormName.TANGENT, FormName.DISSIPATION):
+        programs = recorded(name, *((2, 3) if asked.fast else (10,)))
+        rows += compared(programs, name.value)
+        write_csv(asked.out / f"{NAME}.csv", rows)
+    print(text(rows, ("form", "solver", "objective", "error", "iterations", "seconds")))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

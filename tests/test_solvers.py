@@ -1,0 +1,75 @@
+"""Conic solvers behind one interface: the same objective, residuals of our own, and nothing imported unasked."""
+
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.errors import ProgramError, SceneError
+from bipot.forms import FormName
+from bipot.programs.data import Term
+from studies.solvers import compared, recorded
+from tests.scenes import posed
+
+TIGHT = Accuracy(1e-11)
+
+
+@pytest.mark.parametrize("form", [FormName.TANGENT, FormName.DISSIPATION])
+def test_all_solvers_find_one_objective_and_pass_our_residuals(form):
+    """On ten programs of an upsetting."""
+    for row in compared(recorded(form, 2, 3), form.value):
+        bound = 1e-4 if row.solver == "cvxpy:scs" else 1e-7
+        assert row.programs == 10
+        assert row.objective < bound
+        assert row.error < bound
+
+
+def test_the_error_of_a_solution_is_that_of_its_worst_part():
+    answer, _ = Clarabel().solve(posed(0.3).dissipation.conic(), TIGHT)
+    force = {**answer.dual, Term.GAP: 1.01 * answer.dual[Term.GAP]}
+    assert answer.error() < 1e-9
+    assert replace(answer, dual=force).error() > 1e-4
+    assert replace(answer, x=1.001 * answer.x).error() > 1e-4
+
+
+@pytest.mark.parametrize("solver", [Cvxpy(), Cvxpy("SCS"), Qoco()], ids=str)
+def test_programs_without_a_statement_are_stated_by_their_data(solver):
+    program = posed(0.3).dissipation.conic()
+    bare = replace(program, statement=None)
+    accuracy = Accuracy(1e-6, 100_000)
+    stated, bare = (solver.solve(given, accuracy)[0] for given in (program, bare))
+    assert program.cost(bare.x) == pytest.approx(program.cost(stated.x), rel=1e-4)
+    assert bare.error() < 1e-4
+
+
+def test_what_qoco_cannot_solve_is_a_program_error():
+    program = posed(0.3).tangent.conic()
+    shut = [replace(r, b=r.b - 1e3) if r.term == Term.GAP else r for r in program.rows]
+    apart = [replace(r, A=-r.A, b=-r.b - 1e3) for r in program.rows if r.term == Term.GAP]
+    with pytest.raises(ProgramError, match="conic solver stopped with QOCO"):
+        Qoco().solve(replace(program, rows=(*shut, *apart)), TIGHT)
+
+
+def test_a_method_that_clarabel_does_not_know_is_refused():
+    with pytest.raises(SceneError, match=r"clarabel\.method = 'lu'"):
+        Clarabel("lu")
+
+
+@pytest.mark.parametrize("method", ["qdldl", "faer"])
+def test_the_method_of_the_linear_systems_does_not_move_the_answer(method):
+    program = posed(0.3).dissipation.conic()
+    (one, _), (other, _) = (Clarabel(m).solve(program, TIGHT) for m in ("auto", method))
+    assert program.cost(one.x) == pytest.approx(program.cost(other.x), rel=1e-9)
+    assert np.abs(one.x - other.x).max() < 1e-5 * np.abs(one.x).max()
+
+
+def test_the_library_imports_neither_cvxpy_nor_qoco():
+    code = "import bipot, sys; print(sorted({'cvxpy', 'qoco'} & set(sys.modules)))"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "[]"
