@@ -124,7 +124,7 @@ class _Search:
         attempt = self.solve(tau)
         self.solves, self.passes = self.solves + 1, self.passes + attempt.passes
         if attempt.solved is None:
-            why = "; ".join(attempt.failures)
+            why = "; ".join(map(str, attempt.failures))
             raise NotConverged(f"no increment to tau = {tau:.6g} on the way to the force {self.force:.9g}: {why}")
         return Loaded(tau, attempt, attempt.solved, tool_force(self.system, attempt.solved.r, self.tool), self.passes)
 

@@ -11,16 +11,15 @@ it spends closed, starts there. A candidate is located once in a scheduled incre
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bipot.carrying import Attempt
 from bipot.contact import carries
 from bipot.errors import require, require_count, require_number
-from bipot.increment import Solved, System
-from bipot.response import State
-from bipot.system import Increment
+from bipot.increment import Solved
+from bipot.iterate import Increment
 from bipot.typing import Floats, Ints
 
 FIRST_LOOK = 0.9
@@ -72,22 +71,21 @@ def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
 
 
 def locate(
-    system: System,
-    state: State,
-    tau: float,
+    increment: Increment,
     solved: Solved,
-    solve: Callable[[float], Attempt],
+    solve: Callable[[Increment], Attempt],
     how: Locate,
     known: frozenset[int] = frozenset(),
 ) -> tuple[Landing | None, int]:
-    """The first landing in the increment from ``state`` to ``tau`` that ``solved`` holds, and the passes spent on it.
+    """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
 
-    ``solve(tau)`` attempts the increment from ``state`` to another end; ``known`` are candidates not to locate again.
-    None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    ``solve`` attempts it with another end; ``known`` are candidates not to locate again. None leaves the increment
+    whole: nothing lands, an event in its margins, a failed or undecided search.
     """
+    system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
-    increment, start_gap = Increment(system, state, tau), state.gap
     none = how.tolerance * increment.reach
+    start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
         return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
@@ -100,7 +98,7 @@ def locate(
         if middle >= high:
             # A secant that overshoots comes near; one that keeps overshooting is halved.
             middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
-        attempt = solve(middle)
+        attempt = solve(replace(increment, tau=middle))
         passes += attempt.passes
         if attempt.solved is None:
             break
@@ -108,7 +106,7 @@ def locate(
         if earlier.size:
             landed, high = earlier, middle
         else:
-            now = attempt.solved.rows.motion(attempt.solved.response.x)[:, 0]
+            now = attempt.solved.iterate.motion[:, 0]
             rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
             first = int(landed[np.argmin(now[landed])])
             if now[first] <= none and middle <= end:

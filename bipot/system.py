@@ -11,7 +11,6 @@ from bipot.certificate import EPS
 from bipot.contact import Candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import MANDEL_2D, gradients, strain_operator
-from bipot.programs.data import ContactRows
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
 
@@ -83,32 +82,3 @@ class System:
         """The state at rest."""
         scene = self.body.scene
         return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
-
-
-@dataclass(frozen=True)
-class Increment:
-    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
-
-    system: System
-    start: State
-    tau: float
-
-    @cached_property
-    def rows(self) -> ContactRows:
-        """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
-
-    @cached_property
-    def travel(self) -> Floats:
-        """Displacement (tools, d) of each tool."""
-        return self.system.candidates.travel(self.start.tau, self.tau)
-
-    @cached_property
-    def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
-
-    @cached_property
-    def inside(self) -> float:
-        """Depth in a tool of nodes that are held, hence no contacts."""
-        return self.system.candidates.driven_into(self.tau).depth
