@@ -6,7 +6,7 @@ import skfem
 from skfem.helpers import sym_grad
 
 from bipot.fem.assembly import element_force, element_stiffness, space
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import Quadrature, Reference
 from bipot.fem.kinematics import Configuration, Geometry, gradients, increment, strain_operator
 from bipot.laws.von_mises import Elasticity
 from bipot.mesh import Mesh, cylinder
@@ -87,11 +87,9 @@ def test_stiffness_and_force_equal_scikit_fem(geometry):
 
 
 def fine_rule():
-    from bipot.fem.elements import _tabulate
-
     x, w = np.polynomial.legendre.leggauss(12)
     points = np.array([(a, b) for a in (x + 1) / 2 for b in (x + 1) / 2])
-    return _tabulate(skfem.ElementQuadS2(), points, np.outer(w, w).ravel() / 4)
+    return Reference.of(skfem.ElementQuadS2(), points, np.outer(w, w).ravel() / 4)
 
 
 @pytest.mark.parametrize("rule", list(Quadrature))
