@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from bipot.conic.solver import Accuracy
-from bipot.contact import Candidates
+from bipot.contact import Candidates, touches
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -148,7 +148,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require_number(factor, "factor")
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
-    closed = candidates.distance(scene.mesh.nodes, 0.0) <= 1e-9 * scene.mesh.size
+    closed = touches(candidates.distance(scene.mesh.nodes, 0.0), scene.mesh.size)
     nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
     area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
     ends = scene.mesh.nodes[nodes[:, [0, 2]]]
@@ -162,7 +162,7 @@ def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
     for chosen in (closed, np.ones_like(closed)):
         edges = [contact_edges(candidates, k, tool, chosen) for k, tool in enumerate(scene.tools)]
         yield candidates.node[np.concatenate(edges)]
-    yield np.concatenate([scene.mesh.boundary(name) for tool in scene.tools for name in tool.candidates])
+    yield np.concatenate([scene.mesh.edges(*tool.candidates) for tool in scene.tools])
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
