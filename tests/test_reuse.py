@@ -14,7 +14,7 @@ from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Dissipation, Newton, Tangent, Workspace
-from bipot.forms.conic import condensed_tangent
+from bipot.forms.conic import tangent_program
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
@@ -52,8 +52,8 @@ def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
     assert len(reused) == 1
 
 
-def tangent_program(given):
-    return condensed_tangent(given, given.response, TangentKind.CONSISTENT, Workspace()).program
+def tangent(given):
+    return tangent_program(given, given.response, TangentKind.CONSISTENT, Workspace())
 
 
 def least_cost(stated):
@@ -63,7 +63,7 @@ def least_cost(stated):
     return stated.problem.value - constant
 
 
-@pytest.mark.parametrize("program_of", [tangent_program, Dissipation().program], ids=["tangent", "dissipation"])
+@pytest.mark.parametrize("program_of", [tangent, Dissipation().program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
     """No polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
     last, accuracy = None, np.sqrt(TIGHT.tolerance)

@@ -18,6 +18,7 @@ from bipot.conic.solver import Handle
 from bipot.forms.memory import Memory, Pace
 from bipot.programs.condensation import Split, touched
 from bipot.programs.data import ContactRows, Outcome, Stopwatch, Timing, Units
+from bipot.programs.polish import Elimination
 from bipot.response import Body, Response
 
 Floats = NDArray[np.float64]
@@ -93,6 +94,7 @@ class Workspace:
     newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
     last_split: Split | None = None
+    elimination: Elimination | None = None
     assembly: Stopwatch = field(default_factory=Stopwatch)
     measured: Measured | None = None
     handles: dict[FormName, Handle] = field(default_factory=dict)
@@ -104,6 +106,10 @@ class Workspace:
         if self.last_split is None or not np.array_equal(self.last_split.kept, kept):
             self.last_split = Split.of(K, kept)
         return self.last_split
+
+    def eliminate(self, K: sp.csc_matrix, rows: ContactRows) -> None:
+        """How the polish eliminates the contacts of ``rows`` (the last ones only) from a stiffness of K's pattern."""
+        self.elimination = Elimination.of(K, rows, self.elimination)
 
 
 @runtime_checkable

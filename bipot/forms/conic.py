@@ -20,7 +20,6 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
 from bipot.forms.base import Answer, FormName, Measured, Pass, Workspace
 from bipot.laws.coulomb import natural_map
-from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block
 from bipot.programs.dissipation import DissipationProgram
@@ -37,7 +36,7 @@ NEARBY = 1e-4
 
 @dataclass(frozen=True)
 class Tangent:
-    """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
+    """Quadratic C^ep energy, solved as a cone program and polished.
 
     With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
     when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
@@ -63,32 +62,33 @@ class Tangent:
 
     def solve(self, given: Pass, workspace: Workspace) -> Answer:
         """One proximal-Newton pass."""
-        condensed = condensed_tangent(given, given.response, self.kind, workspace)
-        small = condensed.program
+        program = tangent_program(given, given.response, self.kind, workspace)
         began = workspace.assembly.outside()
-        coupled = self._gone_on(given, condensed, workspace.measured)
+        coupled = self._gone_on(given, program, workspace)
         if coupled is not None:
             raw = Raw(*coupled, Outcome.SOLVED, 0, Timing(solve=workspace.assembly.outside() - began))
         else:
-            raw = _solved(self, small, workspace)
-            coupled = couple(small, raw.u, raw.r) if self.coupled else None
+            raw = _solved(self, program, workspace)
+            coupled = couple(program, raw.u, raw.r, workspace.elimination) if self.coupled else None
         exact = coupled is not None
-        u, r = coupled or polish(small, raw.u, raw.r)
-        x = condensed.recover(u) * given.units.length
-        answer = Answer(x, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact)
+        u, r = coupled or polish(program, raw.u, raw.r, workspace.elimination)
+        answer = Answer(
+            u * given.units.length, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact
+        )
         return _shortened(given, answer, self.halvings, workspace) if self.coupled else answer
 
-    def _gone_on(self, given: Pass, condensed: Condensed, last: Measured | None) -> tuple[Floats, Floats] | None:
+    def _gone_on(self, given: Pass, program: TangentProgram, workspace: Workspace) -> tuple[Floats, Floats] | None:
         """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
 
         None in the first pass of an increment and through cvxpy, which poses every pass.
         """
+        last = workspace.measured
         if last is None or last.response is not given.response or last.rows is not given.rows:
             return None
         if last.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
-        start = given.response.x[condensed.kept] / given.units.length
-        return couple(condensed.program, start, given.last_forces / given.units.force)
+        start = given.response.x / given.units.length
+        return couple(program, start, given.last_forces / given.units.force, workspace.elimination)
 
 
 @dataclass(frozen=True)
@@ -160,12 +160,12 @@ def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
         response = given.body.respond(given.response.state, answer.x)
     answer = replace(answer, response=response)
     try:
-        condensed = condensed_tangent(given, response, TangentKind.CONSISTENT, workspace)
-        start = answer.x[condensed.kept] / given.units.length
-        coupled = couple(condensed.program, start, answer.r / given.units.force)
+        program = tangent_program(given, response, TangentKind.CONSISTENT, workspace)
+        start = answer.x / given.units.length
+        coupled = couple(program, start, answer.r / given.units.force, workspace.elimination)
         if coupled is None:
             return answer
-        x, r = condensed.recover(coupled[0]) * given.units.length, coupled[1] * given.units.force
+        x, r = coupled[0] * given.units.length, coupled[1] * given.units.force
         with workspace.assembly:
             after = given.body.respond(given.response.state, x)
     except (InvertedElement, ProgramError):
@@ -184,13 +184,14 @@ def _distance(given: Pass, response: Response, r: Floats) -> float:
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def condensed_tangent(given: Pass, response: Response, kind: TangentKind, workspace: Workspace) -> Condensed:
-    """The tangent program at ``response``, dimensionless and condensed on the contact unknowns."""
+def tangent_program(given: Pass, response: Response, kind: TangentKind, workspace: Workspace) -> TangentProgram:
+    """The tangent program at ``response``, dimensionless."""
     with workspace.assembly:
         K = given.body.stiffness(response, kind)
     f = K @ response.x - response.internal + given.force
     program = TangentProgram(K, f, ContactTerms(given.rows, given.threshold, given.shift)).scaled(given.units)
-    return condense(program, workspace.split(K, given.rows))
+    workspace.eliminate(K, program.contact.rows)
+    return program
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,13 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
+import scipy.sparse as sp
 
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Answer, FormName, Pass, Workspace
-from bipot.forms.conic import condensed_tangent
+from bipot.forms.conic import tangent_program
+from bipot.programs.condensation import condense
 from bipot.programs.data import Outcome, Timing
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
@@ -55,7 +57,8 @@ class Delassus:
             ProgramError: from the reduction.
         """
         began = workspace.assembly.outside()
-        condensed = condensed_tangent(given, given.response, TangentKind.CONSISTENT, workspace)
+        program = tangent_program(given, given.response, TangentKind.CONSISTENT, workspace)
+        condensed = condense(program, workspace.split(sp.csc_matrix(program.K), given.rows))
         reduced = reduce(condensed.program)
         built = workspace.assembly.outside()
         found = self._find(reduced, given)

@@ -75,7 +75,7 @@ class Memory:
     rows: ContactRows | None = None
     key: bytes = b""
     frames: Frames | None = None
-    linearised: Linearised | None = None
+    linearised: Linearised[Pieces] | None = None
     merits: list[float] = field(default_factory=list)
     iterate: Iterate | None = None
 

@@ -101,7 +101,7 @@ class Newton:
 
     def _linearised(
         self, given: Pass, memory: Memory, frames: Frames, here: Iterate, assembly: Stopwatch
-    ) -> Linearised:
+    ) -> Linearised[Pieces]:
         """The last factor while it serves, else a new one at the iterate."""
         last, merits = memory.linearised, memory.merits
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
@@ -118,7 +118,7 @@ class Newton:
         self,
         law: Law,
         here: Iterate,
-        linearised: Linearised,
+        linearised: Linearised[Pieces],
         merits: list[float],
         dx: Floats,
         r: Floats,
@@ -154,7 +154,7 @@ class Law:
     frames: Frames
     scale: Floats
 
-    def iterate(self, response: Response, r: Floats, last: Linearised | None) -> Iterate:
+    def iterate(self, response: Response, r: Floats, last: Linearised[Pieces] | None) -> Iterate:
         """Evaluate response and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
         given, rows = self.given, self.given.rows
         motion, residual = self.frames.motion(rows, response.x), response.internal - given.force
