@@ -2,10 +2,11 @@
 
     python -m benchmarks.paired COMMIT [--pairs 20] [--only TASK ...] [--fast] [--out DIR]
 
-The tasks of :mod:`benchmarks.paired_tasks` run on a worktree of COMMIT and on this tree, each in a fresh process of one
-thread, alternating A B B A after one of each that is not counted. Measured are processor seconds. Of the ratios of the
-pairs (this tree over the other, or one form over another on this tree) the median is reported, with an interval that
-holds the true median with 95 %, whatever the distribution: two of the ratios themselves, counted by the binomial law.
+The tasks of :mod:`benchmarks.paired_tasks` run on a worktree of COMMIT and on this tree, each pair in two fresh
+processes of one thread, after a pair that is not counted. Within a pair and from pair to pair they take turns, A B B A,
+because the speed of a shared machine drifts by the second. Measured are processor seconds. A pair's ratio (this tree
+over the other, or one form over another on this tree) is the median of its turns. Of these the median is reported, and
+an interval that holds the true one with 95 %, whatever the distribution: two of the ratios, by the binomial law.
 
 Writes ``DIR/paired.csv`` (name, size, against, pairs, seconds, seconds_against, passes, passes_against, ratio, low,
 high, most); ends with exit code 1 where a median exceeds its limit ``most``.
@@ -17,9 +18,10 @@ import argparse
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import NamedTuple
@@ -37,7 +39,7 @@ PAIRS, LEVEL = 20, 0.95
 
 @dataclass(frozen=True)
 class Measure:
-    """A task at a ``size`` in elements (``small`` with --fast), and the largest ratio allowed.
+    """A task at a ``size`` in elements (``small`` with --fast), turns in a pair, and the largest ratio allowed.
 
     ``against`` is another task on this tree, or None for the same task on the other tree.
     """
@@ -46,15 +48,16 @@ class Measure:
     task: str
     size: int
     small: int
+    turns: int
     most: float
     against: str | None = None
 
 
 MEASURES = (
-    Measure("import bipot", "importing", 0, 0, 0.5),
-    Measure("newton pass", "newton", 10, 3, 1.05),
-    Measure("tangent pass, 2 size + 1 contact nodes", "tangent_wide", 100, 5, 3.0, against="newton_wide"),
-    Measure("delassus pass, 4 size rows", "delassus", 7, 2, float("inf")),
+    Measure("import bipot", "importing", 0, 0, 1, 0.5),
+    Measure("newton pass", "newton", 10, 3, 12, 1.05),
+    Measure("tangent pass, 2 size + 1 contact nodes", "tangent_wide", 100, 5, 1, 3.0, against="newton_wide"),
+    Measure("delassus pass, 4 size rows", "delassus", 7, 2, 2, float("inf")),
 )
 
 
@@ -99,35 +102,45 @@ def interval(values: Sequence[float], level: float = LEVEL) -> tuple[float, floa
     return (ordered[k - 1], ordered[-k]) if k > 0 else (0.0, float("inf"))
 
 
-def taken(tree: Path, task: str, size: int) -> Taken:
-    """Run a task on the library of ``tree`` in a process of its own.
+@contextmanager
+def started(tree: Path, task: str, size: int) -> Iterator[Callable[[], Taken]]:
+    """A process that has the library of ``tree``; called, it runs the task once.
 
-    Raises:
-        CalledProcessError: the task failed; what it said is on stderr.
-        RuntimeError: it measured a library from elsewhere.
+    The call raises RuntimeError where the process failed (it says why on stderr) or has a library from elsewhere.
     """
     command = [sys.executable, "-P", str(TASKS), task, str(size)]
     env = os.environ | THREADS | {"PYTHONPATH": str(tree)}
-    done = subprocess.run(command, env=env, cwd=tree, stdout=subprocess.PIPE, text=True, check=True)
-    seconds, passes, measured = done.stdout.strip().split(maxsplit=2)
+    with subprocess.Popen(command, env=env, cwd=tree, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
+        yield partial(answer, run, tree, task)
+
+
+def answer(run: subprocess.Popen[str], tree: Path, task: str) -> Taken:
+    """Let the process run its task once."""
+    asked, told = run.stdin, run.stdout
+    assert asked is not None
+    assert told is not None
+    print(file=asked, flush=True)
+    said = told.readline()
+    if not said:
+        raise RuntimeError(f"{task} failed on {tree}")
+    seconds, passes, measured = said.strip().split(maxsplit=2)
     if not Path(measured).resolve().is_relative_to(tree.resolve()):
         raise RuntimeError(f"{task} measured {measured}, which is not in {tree}")
     return Taken(float(seconds), int(passes))
 
 
 def compared(measure: Measure, other: Path, commit: str, pairs: int, fast: bool = False) -> Row:
-    """Run the pairs of a measure: this tree, or this form, first in every other one."""
-    size = measure.small if fast else measure.size
-    sides = (ROOT, measure.task), (other if measure.against is None else ROOT, measure.against or measure.task)
-    for tree, task in sides:
-        taken(tree, task, size)
-    found = list[tuple[Taken, Taken]]()
-    for k in range(pairs):
-        turn = (0, 1) if k % 2 == 0 else (1, 0)
-        times = {side: taken(*sides[side], size) for side in turn}
-        found.append((times[0], times[1]))
-    ratios = [ours.seconds / theirs.seconds for ours, theirs in found]
-    seconds = np.median([[one.seconds for one in pair] for pair in found], axis=0)
+    """Run the pairs of a measure; who begins changes from turn to turn and from pair to pair."""
+    size, count = (measure.small, 1) if fast else (measure.size, measure.turns)
+    tree, task = (other, measure.task) if measure.against is None else (ROOT, measure.against)
+    found, ratios = list[tuple[Taken, Taken]](), list[float]()
+    for pair in range(-1, pairs):
+        with started(ROOT, measure.task, size) as ours, started(tree, task, size) as theirs:
+            turns = [in_turn(ours, theirs, pair + turn) for turn in range(count if pair >= 0 else 1)]
+        if pair >= 0:
+            found += turns
+            ratios.append(float(np.median([mine.seconds / its.seconds for mine, its in turns])))
+    seconds = np.median([[side.seconds for side in turn] for turn in found], axis=0)
     return Row(
         measure.name,
         size,
@@ -141,6 +154,14 @@ def compared(measure: Measure, other: Path, commit: str, pairs: int, fast: bool 
         *interval(ratios),
         measure.most,
     )
+
+
+def in_turn(ours: Callable[[], Taken], theirs: Callable[[], Taken], turn: int) -> tuple[Taken, Taken]:
+    """What each of the two takes; ours begins in every other turn."""
+    if turn % 2 == 0:
+        return ours(), theirs()
+    first = theirs()
+    return ours(), first
 
 
 def git(*arguments: str | Path) -> str:

@@ -1,8 +1,9 @@
-"""One measurement in a process of its own: ``python -P benchmarks/paired_tasks.py TASK SIZE``.
+"""The side of a pair that is measured, in a process of its own: ``python -P benchmarks/paired_tasks.py TASK SIZE``.
 
-Prints processor seconds of a pass (of ``import``: of the import), the passes they were taken from, and which ``bipot``
-was measured. It runs on other states of the library too, so it uses public names alone, and imports nothing early
-that ``bipot`` would import itself. A history's first increment, which sets everything up, is not timed.
+To every line on stdin it answers with processor seconds of a pass (of ``importing``: of the import, which can be asked
+once), the passes they were taken from, and which ``bipot`` was measured. It runs on other states of the library too, so
+it uses public names alone, and imports nothing early that ``bipot`` would import itself. A history's first increment,
+which sets everything up, is not timed.
 """
 
 from __future__ import annotations
@@ -95,5 +96,6 @@ def _passes(scene: Scene, schedule: Schedule, form: Form) -> tuple[float, int]:
 TASKS = {f.__name__: f for f in (importing, newton, newton_wide, tangent_wide, delassus)}
 
 if __name__ == "__main__":
-    _seconds, _count = TASKS[sys.argv[1]](int(sys.argv[2]))
-    print(_seconds, _count, sys.modules["bipot"].__file__)
+    for _ in sys.stdin:
+        _seconds, _count = TASKS[sys.argv[1]](int(sys.argv[2]))
+        print(_seconds, _count, sys.modules["bipot"].__file__, flush=True)

@@ -31,8 +31,8 @@ from benchmarks.memory import measured as memory_of
 from benchmarks.rows import Error, Row, write
 from benchmarks.split import stopwatch
 from benchmarks.targets import verdicts
+from bipot.contact import carries
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
-from bipot.increment import tool_forces
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 
@@ -77,14 +77,14 @@ def control(form: Form) -> Control:
     return Control(form=form, fallbacks=(Tangent(), Dissipation()))
 
 
-def curve(scene: Scene, reduction: float, steps: Iterable[Accepted]) -> Floats:
+def curve(reduction: float, steps: Iterable[Accepted]) -> Floats:
     """Reduction, force and whether a candidate touched for the first time, (n, 3)."""
-    system, known, rows = system_of(scene), None, []
+    known, rows = None, []
     for a in steps:
-        closed = a.solved.r[:, 0] > 0
+        closed = carries(a.solved.r)
         landed = known is not None and bool(np.any(closed & ~known))
         known = closed if known is None else known | closed
-        rows.append((reduction * a.state.tau, -tool_forces(system, a.solved.r)[0, 1], landed))
+        rows.append((reduction * a.state.tau, -a.tool_forces[0, 1], landed))
     return np.array(rows)
 
 
@@ -94,7 +94,7 @@ def reference(history: History, folder: Path, increments: int) -> Floats:
     kept = folder / f"reference_{Control().integration.name.lower()}_{reached}.npy"
     if not kept.exists():
         schedule = Schedule(increments, first=SMALL / 2 / history.reduction)
-        np.save(kept, curve(history.scene(), history.reduction, march(history.scene(), schedule, control(Newton()))))
+        np.save(kept, curve(history.reduction, march(history.scene(), schedule, control(Newton()))))
     return np.load(kept)
 
 
@@ -116,7 +116,7 @@ def whole(history: History, form: Form, against: Floats) -> tuple[Row, Error]:
         running = watch.while_running(march(scene, history.schedule, control(form)))
         steps = list(interleaved(system_of(scene), running, kappa, count))
     seconds = sum(watch.seconds.values())
-    force = curve(scene, history.reduction, steps)
+    force = curve(history.reduction, steps)
     error, left_out = errors(force, against)
     name = form.name.value
     row = Row("history", name, history.mu, history.elements, kappa.median, seconds, seconds / kappa.median)

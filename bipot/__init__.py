@@ -3,8 +3,9 @@
 A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Support, Material, Geometry, Configuration, Quadrature, upsetting
-* hardening: Perfect, Linear, Voce, Tabulated
+* scene: Scene, FlatTool, Support, Geometry, Configuration, Quadrature, upsetting
+* material: Material, VonMises, Elastic, Elasticity
+* hardening: Perfect, Linear, Voce, Swift, Tabulated
 * march: march, Schedule, Control, Accepted, Certificate
 * forms: Tangent, Dissipation, Newton
 * solvers: Clarabel, Qoco, Cvxpy
@@ -25,9 +26,11 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
-from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
+from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
+from bipot.laws.material import Elastic, Material
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Accepted, Control, Schedule, march
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
 __version__ = "0.1.0"
 
@@ -40,6 +43,8 @@ __all__ = [
     "Control",
     "Cvxpy",
     "Dissipation",
+    "Elastic",
+    "Elasticity",
     "FlatTool",
     "Geometry",
     "IncrementFailed",
@@ -53,9 +58,11 @@ __all__ = [
     "Scene",
     "Schedule",
     "Support",
+    "Swift",
     "Tabulated",
     "Tangent",
     "Voce",
+    "VonMises",
     "load",
     "march",
     "upsetting",

@@ -32,7 +32,6 @@ import numpy as np
 from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.laws.flow import Flow, fraction
-from bipot.laws.tensors import equivalent_strain
 from bipot.response import State
 from bipot.system import System
 from bipot.typing import Bools, Floats
@@ -130,8 +129,8 @@ class Course:
         stopped = carried.on & (np.vecdot(own, last) <= 0)
         if stopped.any():
             dissipation = weight * np.vecdot(response.returned.stress, flow)
-            yields = system.body.scene.material.hardening.yield_stress(response.state.peeq)
-            lost = float(np.sum((weight * yields * a * equivalent_strain(last))[stopped]))
+            wanted = system.body.scene.material.dissipation(last, response.state.peeq)
+            lost = float(np.sum((weight * a * wanted)[stopped]))
             if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped

@@ -30,9 +30,8 @@ import numpy as np
 
 from bipot.errors import require, require_number
 from bipot.laws.coulomb import cone_violation, natural_map
-from bipot.laws.hardening import Hardening
-from bipot.laws.tensors import equivalent_strain, equivalent_stress, norm
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Material
+from bipot.laws.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
 
 EPS = 8 * float(np.finfo(float).eps)
@@ -61,7 +60,7 @@ class ContactFields:
 @dataclass(frozen=True)
 class MaterialFields:
     """Per point: sigma at start (turned with the body) and end, e_p, sigma_e as Mandel vectors (g, s), peeq at the end
-    (g,), weight (g,), and the law.
+    (g,), weight (g,), and the material.
     """
 
     before: Floats
@@ -70,18 +69,17 @@ class MaterialFields:
     elastic_stress: Floats
     peeq: Floats
     weight: Floats
-    elasticity: Elasticity
-    hardening: Hardening
+    material: Material
 
     @cached_property
     def yield_stress(self) -> Floats:
         """sigma_Y at the end (g,)."""
-        return np.asarray(self.hardening.yield_stress(self.peeq), dtype=np.float64)
+        return self.material.yield_stress(self.peeq)
 
     @cached_property
-    def flow_stress_work(self) -> Floats:
+    def dissipation(self) -> Floats:
         """sigma_Y |e_p|_eq (g,)."""
-        return self.yield_stress * equivalent_strain(self.plastic_strain)
+        return self.material.dissipation(self.plastic_strain, self.peeq)
 
 
 @dataclass(frozen=True)
@@ -219,18 +217,18 @@ def law_residual(contact: ContactFields) -> Floats:
 def material_gaps(material: MaterialFields) -> Floats:
     """Fenchel gap of plasticity plus elastic energy of the stress mismatch (g,)."""
     m = material
-    fenchel = m.flow_stress_work - np.vecdot(m.stress, m.plastic_strain)
+    fenchel = m.dissipation - np.vecdot(m.stress, m.plastic_strain)
     mismatch = m.stress - m.elastic_stress
-    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.elasticity.compliance(m.stress.shape[-1]))
+    elastic = 0.5 * np.vecdot(mismatch, mismatch @ m.material.elasticity.compliance(m.stress.shape[-1]))
     return m.weight * (np.abs(fenchel) + elastic)
 
 
 def _energies(material: MaterialFields) -> tuple[float, float]:
     """Plastic dissipation, and the change of stored energy summed without its sign."""
     m = material
-    change = (m.stress - m.before) @ m.elasticity.compliance(m.stress.shape[-1])
+    change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
-    return float(np.vdot(m.weight, m.flow_stress_work)), float(stored.sum())
+    return float(np.vdot(m.weight, m.dissipation)), float(stored.sum())
 
 
 def _friction(contact: ContactFields) -> float:

@@ -21,7 +21,7 @@ from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, 
 from bipot.fem.kinematics import MANDEL_2D
 from bipot.laws.tensors import norm
 from bipot.response import Response
-from bipot.system import Increment, System, tool_forces
+from bipot.system import Increment, System
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
@@ -47,7 +47,7 @@ class Examined:
     def certificate(self) -> Certificate:
         """Every measure."""
         size = self.increment.system.body.scene.mesh.size
-        work = float(np.vdot(tool_forces(self.increment.system, self.r), self.increment.travel))
+        work = float(np.vdot(self.increment.system.candidates.resultant(self.r), self.increment.travel))
         return certify(self._contact(), self._material(), self.balance, size, work)
 
     def ratios(self) -> dict[str, float]:
@@ -75,8 +75,8 @@ class Examined:
 
     def _material(self) -> MaterialFields:
         response, material = self.response, self.increment.system.body.scene.material
-        kin, returned, elastic = response.kinematics, response.returned, material.elasticity
-        sigma_e = response.trial - returned.plastic_strain @ elastic.stiffness(MANDEL_2D)
+        kin, returned = response.kinematics, response.returned
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(MANDEL_2D)
         points = (-1, MANDEL_2D)
         return MaterialFields(
             before=response.rotated.reshape(points),
@@ -85,8 +85,7 @@ class Examined:
             elastic_stress=sigma_e.reshape(points),
             peeq=(response.state.peeq + returned.dpeeq).ravel(),
             weight=kin.volume.ravel(),
-            elasticity=elastic,
-            hardening=material.hardening,
+            material=material,
         )
 
     def _contact(self) -> ContactFields:

@@ -11,7 +11,6 @@ from bipot.certificate import Bounds
 from bipot.fem.kinematics import Configuration, rotate
 from bipot.fem.orientation import min_scaled_jacobian
 from bipot.increment import System
-from bipot.laws.tensors import equivalent_strain
 from bipot.march import Accepted
 from bipot.overlap import overlap
 
@@ -57,7 +56,7 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     if scene.configuration is Configuration.MIDPOINT:
         before = rotate(before, kin.angle)
     flow = end.plastic_strain - before
-    length = kin.volume * scene.material.hardening.yield_stress(end.peeq) * equivalent_strain(flow)
+    length = kin.volume * scene.material.dissipation(flow, end.peeq)
     gap = np.abs(length - kin.volume * np.vecdot(end.stress, flow)).sum()
     return float(gap / length.sum()) if length.any() else 0.0
 

@@ -5,8 +5,17 @@ For the increment dU (free unknowns) of one step, per candidate c
     gap at the end        g + G_n dU         (n,)      with g = gap at the start against the tool's end position,
     relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion,
 
-both relative to the tool, n from the tool into the body. Dual to them are the contact *forces* (r_n, r_t).
-Friction rows exist only where the tangent is free and the tool has friction.
+both relative to the tool, in its frame (:func:`frames`): n from the tool into the body, t = (n_y, -n_x). Dual to them
+are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free and the tool has friction.
+
+A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). Which of them is
+asked depends on what is known and what for:
+
+* by force alone: tractions and landings, for what touches without a force has no traction and has not landed;
+* by gap alone: the start of an increment, where a weld takes hold, for forces there are those of the last increment;
+* by either: what keeps the body where it is, for what touches without a force still stops a motion one way.
+
+The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a solution, not statements about one.
 """
 
 from __future__ import annotations
@@ -17,18 +26,29 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.fem.assembly import Space
+from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows, rows_of
-from bipot.scene import Scene
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
-
+from bipot.scene import Scene, free_along
+from bipot.typing import Bools, Floats, Ints
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
+
+CARRIES = 1e-8
+"""A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
+
+TOUCHES = 1e-9
+"""A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
+
+NEAR = 4.0
+"""A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
+
+REACH = 10.0
+"""A tool farther from the body than this many sizes of it does not matter to it."""
+
+LEAST_MOTION = 1e-6
+"""Of the body's size: the length of an increment in which tools and body rest."""
 
 
 class DrivenInto(NamedTuple):
@@ -50,13 +70,42 @@ class Candidates:
     tangent_free: Bools
     mu: Floats
 
+    @cached_property
+    def frames(self) -> Floats:
+        """Normal and tangent (c, d, d) of each candidate: those of the tools, which do not turn."""
+        return frames(np.array([tool.normal for tool in self.scene.tools]))[self.tool]
+
     def distance(self, nodes: Floats, tau: float) -> Floats:
         """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``, good to its round-off."""
         gap = np.empty(len(self.node))
-        for k, tool in enumerate(self.scene.tools):
-            mine = self.tool == k
-            gap[mine] = nodes[self.node[mine]] @ np.array(tool.normal) - tool.offset(tau)
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            gap[mine] = tool.distance(nodes[self.node[mine]], tau)
         return gap
+
+    def travel(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (k, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
+        return np.array([tool.moved(tau, tau_end) for tool in self.scene.tools])
+
+    def reach(self, gap: Floats, tau: float, tau_end: float) -> float:
+        """The longest travel of a tool that may matter to the body: one out of :data:`REACH` is no scale.
+
+        ``gap`` (c,) is that at the end if the body rests.
+        """
+        near = [bool((gap[mine] <= REACH * self.scene.mesh.size).any()) for mine in self._owned]
+        return float(norm(self.travel(tau, tau_end))[near].max(initial=0.0))
+
+    def length(self, rows: ContactRows, x: Floats, tau: float, tau_end: float) -> float:
+        """How far tools go in the increment by x (n,) on ``rows``, or nodes where the tools rest; never zero."""
+        moved = max(float(norm(self.space.spread(x)).max()), LEAST_MOTION * self.scene.mesh.size)
+        return self.reach(rows.gap, tau, tau_end) or moved
+
+    def vectors(self, r: Floats) -> Floats:
+        """Contact forces r (c, d) on the body as vectors (c, d)."""
+        return np.einsum("ci,cij->cj", r, self.frames)
+
+    def resultant(self, r: Floats) -> Floats:
+        """Force (k, d) of each tool on the modelled body from contact forces r (c, d)."""
+        return self._owned @ self.vectors(r)
 
     def load(self, r: Floats) -> Floats:
         """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction."""
@@ -67,8 +116,8 @@ class Candidates:
     def held(self) -> tuple[tuple[Ints, Floats], ...]:
         """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal, and n . x there (h,)."""
         out = list[tuple[Ints, Floats]]()
-        for k, tool in enumerate(self.scene.tools):
-            nodes = np.setdiff1d(self.scene.mesh.boundary_nodes(*tool.candidates), self.node[self.tool == k])
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            nodes = np.setdiff1d(self.scene.mesh.boundary_nodes(*tool.candidates), self.node[mine])
             out.append((nodes, self.scene.mesh.nodes[nodes] @ np.array(tool.normal)))
         return tuple(out)
 
@@ -85,47 +134,71 @@ class Candidates:
 
     def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""
-        tools, (normal_rows, tangent_rows) = self.scene.tools, self._operators
-        travel = np.array([tool.moved(tau, tau_end) for tool in tools])[self.tool]
-        normal, tangent = self._axes
+        normal_rows, tangent_rows = self._operators
+        moved = np.vecdot(self.frames, self.travel(tau, tau_end)[self.tool][:, None])
         mu = self.mu
-        welded = np.array([tool.welded for tool in tools])[self.tool]
-        tied = welded & (gap <= _closed_tolerance(self.scene))
+        welded = np.array([tool.welded for tool in self.scene.tools])[self.tool]
+        tied = welded & touches(gap, self.scene.mesh.size)
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
-        slip = -np.vecdot(tangent, travel)[rubs]
         return ContactRows(
             normal_rows,
-            gap - np.vecdot(normal, travel),
+            gap - moved[:, 0],
             rows_of(tangent_rows, rubs),
-            slip[:, None],
+            -moved[rubs, 1:],
             np.flatnonzero(rubs),
             np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),
             tied,
         )
 
     @cached_property
-    def _axes(self) -> tuple[Floats, Floats]:
-        """Normal and tangent (c, 2): those of the tools, which do not turn."""
-        normal = np.array([tool.normal for tool in self.scene.tools])[self.tool]
-        return normal, np.column_stack([normal[:, 1], -normal[:, 0]])
+    def _owned(self) -> Bools:
+        """Whether the candidate is the tool's (k, c)."""
+        return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
     @cached_property
     def _operators(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate."""
-        normal, tangent = self._axes
-        return self._operator(self.node, normal), self._operator(self.node, tangent)
+        return self._operator(self.frames[:, 0]), self._operator(self.frames[:, 1])
 
-    def _operator(self, node: Ints, direction: Floats) -> sp.csr_matrix:
+    def _operator(self, direction: Floats) -> sp.csr_matrix:
         """Rows ``direction . dU_node`` on the free unknowns (held ones do not move)."""
-        dofs = self.space.position[2 * node[:, None] + np.arange(2)]
+        dofs = self.space.position[2 * self.node[:, None] + np.arange(2)]
         kept = (dofs >= 0) & (direction != 0)
         ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sp.csr_matrix((direction[kept], dofs[kept], ends), shape=(len(node), self.space.size))
+        return sp.csr_matrix((direction[kept], dofs[kept], ends), shape=(len(self.node), self.space.size))
 
 
-def _closed_tolerance(scene: Scene) -> float:
-    """A welded point counts as touching below this gap: round-off of the geometry, not physics."""
-    return 1e-9 * scene.mesh.size
+def frames(normal: Floats) -> Floats:
+    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+
+    >>> frames(np.array([0.6, 0.8])).tolist()
+    [[0.6, 0.8], [0.8, -0.6]]
+    """
+    return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def force_threshold(r: Floats) -> float:
+    """The force up to which a contact force of r (c, d) is none, see :data:`CARRIES`."""
+    return CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
+
+
+def carries(r: Floats, noise: float = 0.0) -> Bools:
+    """Which candidates (c,) push by contact forces r (c, d), of which those up to ``noise`` are none."""
+    return r[:, 0] > max(force_threshold(r), noise)
+
+
+def touches(gap: Floats, size: float) -> Bools:
+    """Which gaps (c,) are none in a body of ``size``."""
+    return gap <= TOUCHES * size
+
+
+def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
+    """Candidates (c,) near their tool, by the ``length`` of the increment, at its displacement x (n,), and those tied.
+
+    At least one, so that no program is without contact rows: an open one changes nothing.
+    """
+    gap = rows.gap + rows.G_n @ x
+    return (gap <= max(NEAR * length, float(gap.min()))) | rows.tied
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
@@ -134,15 +207,11 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     for k, tool in enumerate(scene.tools):
         mine = scene.mesh.boundary_nodes(*tool.candidates)
         free = space.position[2 * mine[:, None] + np.arange(2)] >= 0
-        movable = _free_along(free, tool.normal)
+        normal, tangent = frames(np.array(tool.normal))
+        movable = free_along(free, normal)
         mine, free = mine[movable], free[movable]
         node.append(mine)
         owner.append(np.full(len(mine), k))
-        tangent_free.append(_free_along(free, (tool.normal[1], -tool.normal[0])))
+        tangent_free.append(free_along(free, tangent))
         mu.append(np.array([tool.mu_at.get(int(a), tool.mu) for a in mine], dtype=np.float64))
     return Candidates(scene, space, *(np.concatenate(part) for part in (node, owner, tangent_free, mu)))
-
-
-def _free_along(free: Bools, direction: tuple[float, float]) -> Bools:
-    """Whether a node with free components (c, 2) can move along ``direction``."""
-    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))

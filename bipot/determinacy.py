@@ -29,6 +29,7 @@ from scipy.optimize import linprog
 from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
+from bipot.contact import carries, touches
 from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
@@ -37,9 +38,8 @@ from bipot.response import Response
 from bipot.system import System
 from bipot.typing import Bools, Floats
 
-CARRIES, STICKS, TOUCHES = 1e-8, 1e-8, 1e-10
-"""A contact is closed with this fraction of the largest force, or this near (of the body size); it sticks this far
-inside its cone (of the largest force)."""
+STICKS = 1e-8
+"""A contact sticks this far inside its cone, of the largest force."""
 
 STILL = 1e-9
 """Slip below this fraction of the largest is none."""
@@ -68,7 +68,7 @@ class Active:
     def of(rows: ContactRows, motion: Floats, r: Floats, size: float) -> Active:
         """By force, gap and slip."""
         largest = float(np.abs(r).max(initial=0.0))
-        closed = rows.tied | (r[:, 0] > CARRIES * largest) | (motion[:, 0] <= TOUCHES * size)
+        closed = rows.tied | carries(r) | touches(motion[:, 0], size)
         limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
         slip = norm(motion[:, 1:])
@@ -109,10 +109,10 @@ def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, 
         return False
     rigid = rigid_motions(nodes, system.body.space.free, system.body.scene.geometry)
     active = Active.of(rows, motion, r, system.body.scene.mesh.size)
-    carries = rows.tied | (r[:, 0] > max(CARRIES * float(np.abs(r).max(initial=0.0)), noise))
-    sticks = np.repeat((active.sticking & carries)[rows.frictional], rows.tangents)
-    N = rigid @ null_space(np.vstack([(rows.G_n @ rigid)[carries], (rows.G_t @ rigid)[sticks]]), rcond=RANK)
-    idle = active.closed & ~carries
+    presses = rows.tied | carries(r, noise)
+    sticks = np.repeat((active.sticking & presses)[rows.frictional], rows.tangents)
+    N = rigid @ null_space(np.vstack([(rows.G_n @ rigid)[presses], (rows.G_t @ rigid)[sticks]]), rcond=RANK)
+    idle = active.closed & ~presses
     return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
 
 
@@ -133,7 +133,7 @@ def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
     motion = rows.motion(x)
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
-    rubs = r[rows.frictional, 0] > CARRIES * np.abs(r).max(initial=0.0)
+    rubs = carries(r)[rows.frictional]
     along = slip * (rubs / np.where(length > 0, length, 1.0))[:, None]
     forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
     A = np.vstack([rows.G_n @ N, forward])

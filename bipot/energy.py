@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.fem.kinematics import Configuration, rotate
-from bipot.increment import Solved, System, tool_forces, tool_travel
+from bipot.increment import Solved, System
 from bipot.laws.tensors import trace
 from bipot.response import State
 
@@ -76,7 +76,8 @@ class Energies:
         r = (1 - theta) * start.forces + theta * end.forces
         motion = solved.rows.motion(solved.response.x)
         opened = motion[:, 0] - start.gap
-        tools = float(np.vdot(tool_forces(system, r), tool_travel(system, start.tau, end.tau)))
+        contacts = system.candidates
+        tools = float(np.vdot(contacts.resultant(r), contacts.travel(start.tau, end.tau)))
         return Energies(
             self.work + tools + float(np.vdot(r[:, 0], opened)),
             self.elastic + float(np.vdot(S, elastic)),

@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
-from bipot.increment import NEAR, System
+from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.delassus import reduce
 from bipot.response import TangentKind
-from bipot.system import Increment
-from bipot.traction import LEAST_MOTION, largest_displacement
 
 
 @dataclass(frozen=True)
@@ -35,8 +34,8 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
     The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate that
-    carries force or is tied, those whose gap at the end is within :data:`bipot.increment.NEAR` of the increment's own
-    motion (of the tools or of the body, whichever is larger; closed ones also where both rest), and the nearest.
+    carries any force, which all balance, and those near their tool at the end (:func:`bipot.contact.near_tools`) by the
+    increment's own motion, of the tools or where they rest of the body; closed ones also where both rest.
 
     Raises:
         ProgramError: a welded point, or a singular stiffness.
@@ -53,13 +52,9 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
 
 def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
     """The candidates (c,) of the increment's contact problem."""
-    solved = accepted.solved
-    start = accepted.start
-    travel = Increment(system, start, accepted.state.tau).reach
-    body = largest_displacement(system.candidates, solved.response.x)
-    motion = max(float(travel), body, LEAST_MOTION * system.body.scene.mesh.size)
-    gap = solved.rows.motion(solved.response.x)[:, 0]
-    return (gap <= max(NEAR * motion, float(gap.min()))) | (solved.r != 0).any(axis=1) | solved.rows.tied
+    rows, x, r = accepted.solved.rows, accepted.solved.response.x, accepted.solved.r
+    length = system.candidates.length(rows, x, accepted.start.tau, accepted.state.tau)
+    return near_tools(rows, x, length) | (r != 0).any(axis=1)
 
 
 def export_fclib(path: Path, system: System, accepted: Accepted) -> None:

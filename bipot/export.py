@@ -24,14 +24,16 @@ import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.contact import CARRIES
 from bipot.fem.kinematics import Configuration
 from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted
 from bipot.mesh import Mesh
 from bipot.scene import Scene
-from bipot.traction import FORCE_TOLERANCE, SLIP_TOLERANCE, Traction, traction
+from bipot.traction import SLIP_TOLERANCE, Traction, traction
 
 Floats = NDArray[np.float64]
 Parameters = Mapping[str, Any]
@@ -103,7 +105,7 @@ def create(path: Path, system: System, parameters: Parameters, units: Mapping[st
     own.attrs["versions"] = json.dumps(versions())
     own.attrs["status"] = json.dumps({**{s.name.lower(): int(s) for s in Status}, "no_candidate": NO_CANDIDATE})
     own.attrs["status_thresholds"] = (
-        f"steps/force_tol = {FORCE_TOLERANCE:g} x largest contact force, "
+        f"steps/force_tol = {CARRIES:g} x largest contact force, "
         f"steps/slip_tol = {SLIP_TOLERANCE:g} x motion of the tools in the increment, of the body where they rest"
     )
     own.create_group("steps")
@@ -141,10 +143,8 @@ def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dic
         out[node] = values[order]
         return out
 
-    normal = np.array([tool.normal for tool in scene.tools])[candidates.tool]
-    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-    force = np.zeros((count, 2))
-    np.add.at(force, candidates.node, r[:, :1] * normal + r[:, 1:] * tangent)
+    force = np.zeros(scene.mesh.nodes.shape)
+    np.add.at(force, candidates.node, candidates.vectors(r))
     gap = accepted.solved.rows.motion(accepted.solved.response.x)[:, 0]
     return {
         "velocity": padded(accepted.state.velocity),
@@ -228,9 +228,9 @@ def describe(scene: Scene) -> dict[str, Any]:
         "copies": scene.copies,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
-        "yield_stress": float(material.hardening.yield_stress(0.0)),
-        "hardening": repr(material.hardening),
-        "perfectly_plastic": isinstance(material.hardening, Perfect),
+        "yield_stress": float(material.yield_stress(0.0)),
+        "material": repr(material),
+        "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
         "supports": [{"boundary": s.boundary, "direction": s.direction} for s in scene.supports],
         "tools": [
             {

@@ -218,7 +218,7 @@ class _Search(Generic[Attempt]):
 
 def tool_force(system: System, r: Floats, tool: int) -> float:
     """Normal force of a tool on the modelled body from contact forces r (c, d)."""
-    return float(r[system.candidates.tool == tool, 0].sum())
+    return float(np.dot(system.candidates.resultant(r)[tool], system.body.scene.tools[tool].normal))
 
 
 def straight(system: System, tau: float) -> float:

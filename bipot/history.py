@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import TracebackType
@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.columns import ENERGY_ERROR, Column, Value
-from bipot.errors import IncrementFailed, ResultsError, require
+from bipot.errors import BipotError, IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, RunFile, create
 from bipot.laws.flow import Flow
 from bipot.march import Accepted, system_of
@@ -47,7 +47,7 @@ class Recorder:
 
     def __init__(
         self,
-        folder: Path,
+        folder: str | Path,
         scene: Scene,
         columns: Sequence[Column],
         parameters: Parameters,
@@ -55,6 +55,7 @@ class Recorder:
     ) -> None:
         names = [column.name for column in columns]
         require(len(set(names)) == len(names), "columns", names, "of different names")
+        folder = _path(folder)
         _refuse_other(folder, parameters)
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
         self.folder, self.columns, self.parameters, self.units = folder, (*columns, *missing), parameters, units
@@ -126,7 +127,7 @@ class History:
         """The state after the increment of ``row`` (negative: from the end), as a march resumes from it."""
         with _open(self.folder) as file:
             vtk, steps = file["VTKHDF"], file["bipot/steps"]
-            step = range(int(vtk["Steps"].attrs["NSteps"]))[row]
+            step = _step(vtk, row)
             return State(
                 tau=float(vtk["Steps/Values"][step]),
                 nodes=_nodal(vtk, "Points", step)[:, :2],
@@ -145,21 +146,22 @@ class History:
         with _open(self.folder) as file:
             vtk = file["VTKHDF"]
             require(name in vtk["PointData"], "nodal field", name, f"one of {list(vtk['PointData'])}")
-            return _nodal(vtk, f"PointData/{name}", range(int(vtk["Steps"].attrs["NSteps"]))[row])
+            return _nodal(vtk, f"PointData/{name}", _step(vtk, row))
 
 
-def load(folder: Path, command: str = "") -> History:
+def load(folder: str | Path, command: str = "") -> History:
     """Read the run in ``folder``.
 
     Raises:
-        ResultsError: there is none; the message names the ``command`` that makes it.
+        ResultsError: there is none, and the message names the ``command`` that makes it; or its files are no run's.
+        SceneError: ``folder`` is no path.
     """
+    folder = _path(folder)
     missing = [name for name in (CURVES, FIELDS) if not (folder / name).is_file()]
     if missing:
         advice = f"; run: {command}" if command else ""
         raise ResultsError(f"{folder}: no results ({', '.join(missing)} missing){advice}")
-    with (folder / CURVES).open(newline="", encoding="utf-8") as file:
-        header, *rows = csv.reader(file)
+    header, rows = _table(folder / CURVES)
     with _open(folder) as file:
         own = file["bipot"].attrs
         parameters, scene = json.loads(own["parameters"]), json.loads(own["scene"])
@@ -168,7 +170,7 @@ def load(folder: Path, command: str = "") -> History:
     return History(folder, columns, parameters, scene, complete)
 
 
-def resume(folder: Path, command: str = "") -> State:
+def resume(folder: str | Path, command: str = "") -> State:
     """The last state in ``folder``, for ``march(start=...)``.
 
     Raises:
@@ -195,11 +197,45 @@ def _refuse_other(folder: Path, parameters: Parameters) -> None:
             raise ResultsError(f"{folder}: holds a run with {name} = {held}, not {new}; {CHOICE}")
 
 
-def _open(folder: Path) -> Item:
+def _path(folder: str | Path) -> Path:
+    require(isinstance(folder, str | Path), "folder", folder, "a path")
+    return Path(folder)
+
+
+def _table(path: Path) -> tuple[list[str], list[list[str]]]:
+    """Names and rows of a CSV file."""
     try:
-        return h5py.File(folder / FIELDS, "r", locking=False)
-    except OSError as error:
-        raise ResultsError(f"{folder / FIELDS}: cannot be read ({error}); delete the folder and run again") from error
+        with path.open(newline="", encoding="utf-8") as file:
+            header, *rows = csv.reader(file)
+    except (OSError, ValueError, csv.Error) as error:
+        raise _unreadable(path, error) from error
+    if any(len(row) != len(header) for row in rows):
+        raise _unreadable(path, "rows of different lengths")
+    return header, rows
+
+
+@contextmanager
+def _open(folder: Path) -> Iterator[Item]:
+    """The file of fields; what it lacks is said as a :class:`ResultsError`."""
+    path = folder / FIELDS
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            yield file
+    except BipotError:
+        raise
+    except (OSError, KeyError, TypeError, ValueError) as error:
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, why: object) -> ResultsError:
+    return ResultsError(f"{path}: cannot be read ({why}); delete the folder and run again")
+
+
+def _step(vtk: Item, row: int) -> int:
+    """The number from 0 of the increment of ``row``."""
+    count = int(vtk["Steps"].attrs["NSteps"])
+    require(-count <= row < count, "row", row, f"in [{-count}, {count}), an accepted increment")
+    return row % count
 
 
 def _array(group: Item, name: str) -> NDArray[Any]:

@@ -14,21 +14,17 @@ import numpy as np
 
 from bipot.certificate import Bounds, Certificate
 from bipot.certification import Examined
+from bipot.contact import LEAST_MOTION, near_tools
 from bipot.determinacy import loose_motions, may_leave, settled, shared_forces
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Answer, Form, Pass, Workspace
 from bipot.laws.tensors import norm
-from bipot.programs.data import Bools, ContactRows, Outcome, Timing, Units
+from bipot.programs.data import ContactRows, Outcome, Timing, Units
 from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.response import Response, State
 from bipot.system import Increment
 from bipot.system import System as System
-from bipot.system import tool_forces as tool_forces
-from bipot.system import tool_travel as tool_travel
 from bipot.typing import Floats
-
-NEAR = 4.0
-LEAST_TRAVEL = 1e-6
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -131,7 +127,7 @@ def solve_increment(
     assembled = workspace.assembly.seconds
     with workspace.assembly:
         response = body.respond(state, x)
-    near = _near(rows, x, units) if form.nearby else np.ones(rows.count, dtype=bool)
+    near = near_tools(rows, x, units.length) if form.nearby else np.ones(rows.count, dtype=bool)
     taken = rows.take(near)
     coupling = Coupling.start(image(rows, r, x), limits.coupling, form.shifts)
     force = np.zeros(body.space.size)
@@ -275,7 +271,8 @@ def advance(system: System, start: State, solved: Solved, tau: float) -> State:
 def _predicted(system: System, state: State, tau: float, workspace: Workspace) -> Floats:
     """Displacement (a, d) to start from: the last motion goes on, unless the tools turn back."""
     going_on = workspace.pace.predict(state, tau)
-    before, now = tool_travel(system, 2 * state.tau - tau, state.tau), tool_travel(system, state.tau, tau)
+    travel = system.candidates.travel
+    before, now = travel(2 * state.tau - tau, state.tau), travel(state.tau, tau)
     return going_on if np.vdot(before, now) >= 0 else np.zeros_like(going_on)
 
 
@@ -284,13 +281,6 @@ def _units(increment: Increment) -> Units:
     state, scene = increment.start, increment.system.body.scene
     material, size = scene.material, scene.mesh.size
     # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
-    length = increment.reach or float(norm(state.displacement).max()) or LEAST_TRAVEL * size
+    length = increment.reach or float(norm(state.displacement).max()) or LEAST_MOTION * size
     reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
-    return Units(length, size, min(float(material.hardening.yield_stress(0.0)), reached), size**3)
-
-
-def _near(rows: ContactRows, x: Floats, units: Units) -> Bools:
-    """Candidates within a few travels of a tool at the predicted end: the others get no rows until they touch."""
-    gap = rows.gap + rows.G_n @ x
-    # At least one, so that no program is without contact rows: an open one changes nothing.
-    return (gap <= max(NEAR * units.length, float(gap.min()))) | rows.tied
+    return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)

@@ -17,6 +17,7 @@ from typing import Generic, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.contact import carries
 from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved, System
 from bipot.response import State
@@ -25,11 +26,8 @@ from bipot.system import Increment
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-NEAR = 0.9
+FIRST_LOOK = 0.9
 """Where to look for the event between an open start and a first trial that is closed."""
-
-CARRIES = 1e-8
-"""A candidate is closed when its normal force exceeds this fraction of the increment's largest contact force."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,7 @@ def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
     >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
     array([0])
     """
-    return np.flatnonzero((start_gap > none) & (r[:, 0] > CARRIES * np.abs(r).max(initial=0.0)))
+    return np.flatnonzero((start_gap > none) & carries(r))
 
 
 def locate(
@@ -108,20 +106,20 @@ def locate(
     None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
     """
     length = tau - state.tau
-    none = how.tolerance * Increment(system, state, tau).reach
-    start_gap = state.gap
+    increment, start_gap = Increment(system, state, tau), state.gap
+    none = how.tolerance * increment.reach
 
     def landings(found: Solved) -> Ints:
         return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
 
     landed, passes, end = landings(solved), 0, tau - how.margin * length
     low, high = state.tau + how.margin * length, tau
-    last, gap, rate = state.tau, start_gap, _expected_rate(system, state, tau)
+    last, gap, rate = state.tau, start_gap, _expected_rate(increment)
     for _ in range(how.solves if landed.size else 0):
         middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
         if middle >= high:
             # A secant that overshoots comes near; one that keeps overshooting is halved.
-            middle = low + (high - low) * (0.5 if last > state.tau else NEAR)
+            middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
         attempt = solve(middle)
         passes += attempt.passes
         if attempt.solved is None:
@@ -141,13 +139,11 @@ def locate(
     return None, passes
 
 
-def _expected_rate(system: System, state: State, tau: float) -> Floats:
-    """dg/dtau (c,) from the start to ``tau``: by the velocity that led there and the tools' own motion."""
-    candidates, tools = system.candidates, system.body.scene.tools
-    normal = np.array([tool.normal for tool in tools])[candidates.tool]
-    body = np.einsum("cd,cd->c", state.velocity[candidates.node], normal)
-    ahead = np.array([np.dot(tool.normal, tool.moved(state.tau, tau)) for tool in tools])
-    return body - ahead[candidates.tool] / (tau - state.tau)
+def _expected_rate(increment: Increment) -> Floats:
+    """dg/dtau (c,) in the increment: by the velocity that led to its start and the tools' own motion."""
+    rows, start = increment.rows, increment.start
+    body = rows.G_n @ start.velocity.ravel()[increment.system.body.space.free]
+    return body + (rows.gap - start.gap) / (increment.tau - start.tau)
 
 
 def _first(gap: Floats, rate: Floats) -> float:

@@ -34,10 +34,11 @@ from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
 from bipot.increment import Limits, Solved, Trial, advance, solve_increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
-from bipot.response import Body, State, StressUpdate, body_space
+from bipot.response import Body, State, body_space
 from bipot.scene import Scene
 from bipot.starting import require_start
 from bipot.system import System
+from bipot.typing import Floats
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -100,19 +101,18 @@ class Schedule:
 
 @dataclass(frozen=True)
 class Control:
-    """Form, what it falls back on, acceptance, how often an increment may be halved, stress update, integration.
+    """Form, what it falls back on, acceptance, how often an increment may be halved, integration.
 
     ``locate`` cuts an increment to where an open candidate lands; None leaves landings inside increments.
 
     Raises:
-        SceneError: a wrong type, a negative count, BDF2 without the return to the yield surface.
+        SceneError: a wrong type, a negative count.
     """
 
     form: Form = Tangent()
     fallbacks: tuple[Form, ...] = (Dissipation(),)
     limits: Limits = Limits()
     cuts: int = 8
-    update: StressUpdate = StressUpdate.RETURN
     integration: Integration = Integration.BDF2
     locate: Locate | None = None
 
@@ -122,17 +122,8 @@ class Control:
         require_type(self.limits, Limits, "control.limits")
         require_count(self.cuts, "cuts", 0)
         require(self.cuts <= 50, "cuts", self.cuts, "at most 50: a pseudo-time has no more digits to halve")
-        require_type(self.update, StressUpdate, "control.update")
         require_type(self.integration, Integration, "control.integration")
         require_type(self.locate, Locate, "control.locate", optional=True)
-        second = self.integration is Integration.BDF2
-        # Flow carried on takes the stress off the yield surface until the return brings it back.
-        require(
-            not (second and self.update is StressUpdate.RATE),
-            "integration",
-            self.integration.value,
-            f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface",
-        )
 
     @property
     def forms(self) -> tuple[Form, ...]:
@@ -148,6 +139,7 @@ class Control:
 class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
+    ``tool_forces`` (k, d) are those of the tools on the modelled body.
     ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut, ``strayed``
     whether it was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
     (:mod:`bipot.landing`), None if it was not.
@@ -157,6 +149,7 @@ class Accepted:
     start: State
     state: State
     solved: Solved
+    tool_forces: Floats
     energies: Energies
     form: FormName
     passes: int
@@ -175,10 +168,10 @@ class Accepted:
         return not self.solved.undetermined and not self.strayed
 
 
-def system_of(scene: Scene, update: StressUpdate = StressUpdate.RETURN) -> System:
+def system_of(scene: Scene) -> System:
     """Body and contact candidates of a scene."""
     space = body_space(scene)
-    return System(Body(scene, space, update), candidates(scene, space))
+    return System(Body(scene, space), candidates(scene, space))
 
 
 def march(
@@ -190,7 +183,8 @@ def march(
     its first increment 1 and its work, dissipation and stored energy start at zero.
 
     Raises:
-        SceneError: at once, a wrong type or a start state of another scene, naming its field.
+        SceneError: at once, a wrong type, a start state of another scene, BDF2 of a material whose stress is not
+            returned, naming its field.
         IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
             what a landing left of it, halved ``control.cuts`` times.
     """
@@ -198,7 +192,11 @@ def march(
     require_type(schedule, Schedule, "schedule")
     require_type(control, Control, "control")
     require_type(start, State, "start", optional=True)
-    system = system_of(scene, control.update)
+    # Flow carried on takes the stress off the yield surface until the return brings it back.
+    allowed = f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface"
+    second = control.integration is Integration.BDF2
+    require(not (second and scene.material.drifts), "integration", control.integration.value, allowed)
+    system = system_of(scene)
     if start is not None:
         require_start(start, system, control.limits.bounds.equilibrium)
     return _increments(system, schedule, control, system.rest() if start is None else start)
@@ -225,7 +223,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                     break
                 # Counted from what was scheduled: from the last success they creep up to a wall without an end.
                 if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise IncrementFailed(_advice(system, state, tau, attempt), state)
+                    raise IncrementFailed(_advice(system, state, tau, attempt, cuts), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append("cut")
@@ -248,6 +246,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 state,
                 accepted,
                 solved,
+                system.candidates.resultant(solved.r),
                 energies,
                 attempt.form,
                 passes,
@@ -295,11 +294,13 @@ def attempt_increment(
     return carry_on(system, state, tau, solve, refused, control.integration is Integration.BDF2)
 
 
-def _advice(system: System, state: State, tau: float, attempt: Attempt) -> str:
+def _advice(system: System, state: State, tau: float, attempt: Attempt, cuts: int) -> str:
+    """What failed, and one sentence on what to change after so many ``cuts``."""
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
     found = diagnosis(system, state, tau)
     if found:
         return failed + found
     if isinstance(attempt.last, InvertedElement):
-        return failed + "Remesh there: shorter increments fold the element too."
+        shorter = "Remesh there: shorter increments fold the element too."
+        return failed + (shorter if cuts else "Use more increments, or remesh there.")
     return failed + "Use more increments, or a mesh that is less distorted there."

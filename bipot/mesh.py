@@ -112,7 +112,7 @@ class Mesh:
 
     def inner_edges(self, *names: str) -> Ints:
         """Edges (f, 3) of the named boundaries that lie between two elements: nothing outside can touch them."""
-        edges = np.concatenate([self.boundary(name) for name in names])
+        edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
 
     def boundary(self, name: str) -> Ints:
@@ -120,9 +120,13 @@ class Mesh:
         require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
         return self.boundaries[name]
 
+    def edges(self, *names: str) -> Ints:
+        """Edges (f, 3) of the named boundaries, one after the other."""
+        return np.concatenate([self.boundary(name) for name in names])
+
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""
-        return np.unique(np.concatenate([self.boundary(name).ravel() for name in names]))
+        return np.unique(self.edges(*names))
 
     @cached_property
     def size(self) -> float:

@@ -24,8 +24,7 @@ def overlap(scene: Scene, nodes: Floats, tau: float) -> float:
     """
     deepest = 0.0
     for tool in scene.tools:
-        edges = np.concatenate([scene.mesh.boundary(name) for name in tool.candidates])
-        gap = nodes[edges] @ np.array(tool.normal) - tool.offset(tau)
+        gap = tool.distance(nodes[scene.mesh.edges(*tool.candidates)], tau)
         deepest = max(deepest, -float(least(gap).min()))
     return deepest / scene.mesh.size
 

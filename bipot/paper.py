@@ -11,23 +11,33 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bipot.certificate import Bounds
+from bipot.errors import require_type
 from bipot.fem.kinematics import Configuration
 from bipot.forms import Penalty
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
+from bipot.laws.rate import RateVonMises
+from bipot.laws.von_mises import TangentKind, VonMises
 from bipot.march import Control
-from bipot.response import StressUpdate, TangentKind
 from bipot.scene import Scene
 
 
-def as_written(
-    scene: Scene, K_n: float, K_t: float, update: StressUpdate = StressUpdate.RETURN
-) -> tuple[Scene, Control]:
-    """Scene and control of the paper's scheme; ``StressUpdate.RATE`` leaves out the return to the yield surface.
+def as_written(scene: Scene, K_n: float, K_t: float) -> tuple[Scene, Control]:
+    """Scene and control of the paper's scheme; of an :func:`unreturned` scene without the return map.
 
     Raises:
         SceneError: a penalty that is not finite and positive.
     """
     form = Penalty(K_n, K_t, kind=TangentKind.CONTINUUM)
-    control = Control(form, (), Limits(Bounds.none(), passes=1), update=update, integration=Integration.BACKWARD_EULER)
+    control = Control(form, (), Limits(Bounds.none(), passes=1), integration=Integration.BACKWARD_EULER)
     return replace(scene, configuration=Configuration.PAPER), control
+
+
+def unreturned(scene: Scene) -> Scene:
+    """The scene with the stress of its von Mises material by (4) alone, not returned to the yield surface.
+
+    Raises:
+        SceneError: another material.
+    """
+    require_type(scene.material, VonMises, "scene.material")
+    return replace(scene, material=RateVonMises(**vars(scene.material)))

@@ -30,23 +30,12 @@ from bipot.fem.kinematics import Configuration, Geometry
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.material import Material
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, cylinder
-from bipot.typing import Floats, Ints, read_only
+from bipot.typing import Bools, Floats, Ints, read_only
 
 LARGEST_MU = 1e12
-
-
-@dataclass(frozen=True)
-class Material:
-    """Isotropic elasticity with von Mises plasticity (5)-(9)."""
-
-    elasticity: Elasticity
-    hardening: Hardening
-
-    def __post_init__(self) -> None:
-        require_type(self.elasticity, Elasticity, "material.elasticity")
-        require_type(self.hardening, Hardening, "material.hardening")
 
 
 @dataclass(frozen=True)
@@ -124,6 +113,10 @@ class FlatTool:
         """n . x of the plane's points at pseudo-time tau."""
         return float(np.dot(self.normal, np.add(self.point, self.moved(0.0, tau))))
 
+    def distance(self, x: Floats, tau: float) -> Floats:
+        """Gaps (…) of points x (…, d) to the plane at pseudo-time tau."""
+        return x @ np.array(self.normal) - self.offset(tau)
+
     def moved(self, tau: float, tau_end: float) -> Floats:
         """Displacement (d,) from pseudo-time ``tau`` to ``tau_end``.
 
@@ -198,14 +191,19 @@ class Scene:
         nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
         inner = self.mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
-        edges = np.concatenate([self.mesh.boundary(name) for name in names])
+        edges = self.mesh.edges(*names)
         twice = len(np.unique(edges[:, 1])) < len(edges)
         require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
-        movable = bool((free & (np.abs(tool.normal) > 1e-12)).any())
+        movable = bool(free_along(free, np.array(tool.normal)).any())
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
         for node in tool.mu_at:
             require(node in nodes, "mu_at node", node, "one of the tool's candidates")
+
+
+def free_along(free: Bools, direction: Floats) -> Bools:
+    """Which nodes with free components (c, d) can move along ``direction`` (d,)."""
+    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
 
 
 def upsetting(
@@ -248,7 +246,7 @@ def upsetting(
     return Scene(
         mesh=cylinder(diameter / 2, height / 2, elements, elements),
         geometry=Geometry.AXISYMMETRIC,
-        material=Material(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
+        material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
         supports=(Support("axis", 0), Support("base", 1)),
         tools=(punch,),
         quadrature=quadrature,

@@ -12,7 +12,7 @@ from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import Configuration, gradients
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import equivalent_stress, norm
-from bipot.response import State, StressUpdate
+from bipot.response import State
 from bipot.system import Increment, System
 from bipot.typing import Floats
 
@@ -66,9 +66,10 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
 
 
 def _require_yielded(start: State, system: System) -> None:
-    """Stress within the yield surface, unless it is an update's that leaves it."""
-    if system.body.update is StressUpdate.RETURN:
-        sigma_y = system.body.scene.material.hardening.yield_stress(start.peeq)
+    """Stress within the yield surface, unless it is a material's that leaves it."""
+    material = system.body.scene.material
+    if not material.drifts:
+        sigma_y = material.yield_stress(start.peeq)
         largest = float(np.abs(start.stress).max(initial=0.0))
         require(largest <= LARGEST_STRESS, "start.stress", largest, f"at most {LARGEST_STRESS:g}")
         ratio = float((equivalent_stress(start.stress) / sigma_y).max())

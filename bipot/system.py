@@ -11,12 +11,9 @@ from bipot.certificate import EPS
 from bipot.contact import Candidates
 from bipot.fem.assembly import elastic_diagonal, rigid_motions
 from bipot.fem.kinematics import gradients
-from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
-
-REACH = 10.0
 
 
 @dataclass(frozen=True)
@@ -82,21 +79,6 @@ class System:
         return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
 
 
-def tool_forces(system: System, r: Floats) -> Floats:
-    """Force (tools, d) of each tool on the modelled body from contact forces r (c, d)."""
-    tools = system.body.scene.tools
-    out = np.zeros((len(tools), 2))
-    for k, tool in enumerate(tools):
-        mine = r[system.candidates.tool == k].sum(axis=0)
-        out[k] = mine[0] * np.array(tool.normal) + mine[1] * np.array([tool.normal[1], -tool.normal[0]])
-    return out
-
-
-def tool_travel(system: System, tau: float, tau_end: float) -> Floats:
-    """Displacement (tools, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
-    return np.array([tool.moved(tau, tau_end) for tool in system.body.scene.tools])
-
-
 @dataclass(frozen=True)
 class Increment:
     """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
@@ -113,23 +95,12 @@ class Increment:
     @cached_property
     def travel(self) -> Floats:
         """Displacement (tools, d) of each tool."""
-        return tool_travel(self.system, self.start.tau, self.tau)
+        return self.system.candidates.travel(self.start.tau, self.tau)
 
     @cached_property
     def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body.
-
-        One that runs farther from it than REACH times the size of the body at rest is no scale.
-        """
-        system, longest = self.system, 0.0
-        lengths = norm(self.travel).tolist()
-        for k, tool in enumerate(system.body.scene.tools):
-            nearest = float(self.start.gap[system.candidates.tool == k].min()) - float(
-                np.dot(tool.normal, self.travel[k])
-            )
-            if nearest <= REACH * system.body.scene.mesh.size:
-                longest = max(longest, lengths[k])
-        return longest
+        """The longest travel of a tool that may matter to the body."""
+        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
 
     @cached_property
     def inside(self) -> float:

@@ -32,7 +32,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from bipot.contact import Candidates
+from bipot.contact import Candidates, carries, force_threshold
 from bipot.fem.elements import line3
 from bipot.fem.kinematics import Geometry
 from bipot.laws.coulomb import status
@@ -40,14 +40,8 @@ from bipot.programs.data import ContactRows
 from bipot.scene import FlatTool
 from bipot.typing import Bools, Floats, Ints
 
-FORCE_TOLERANCE = 1e-8
-"""A candidate is closed when r_n exceeds this fraction of the increment's largest contact force."""
-
 SLIP_TOLERANCE = 1e-6
-"""Slip and gap count as zero below this fraction of the increment's motion (:func:`motion_scale`)."""
-
-LEAST_MOTION = 1e-6
-"""Of the body size: what counts as the motion of an increment in which tools and body rest."""
+"""Slip and gap count as zero below this fraction of the increment's :meth:`~bipot.contact.Candidates.length`."""
 
 LEAST_SHARE = 0.05
 """A node with less than this fraction of the area of the edges around it has no traction of its own."""
@@ -77,26 +71,10 @@ def traction(
     ``nodes`` (a, 2) is the configuration of equilibrium, r (c, d) the forces of all candidates on ``rows``.
     """
     force_tol = force_threshold(r)
-    slip_tol = SLIP_TOLERANCE * motion_scale(candidates, x, tau, tau_end)
-    pressure, shear = recovered_tractions(candidates, nodes, r, r[:, 0] > force_tol)
+    slip_tol = SLIP_TOLERANCE * candidates.length(rows, x, tau, tau_end)
+    pressure, shear = recovered_tractions(candidates, nodes, r, carries(r))
     state = status(r, rows.motion(x), 0.0, rows.mu, force_tol, slip_tol)
     return Traction(pressure, shear, state, force_tol, slip_tol)
-
-
-def force_threshold(r: Floats) -> float:
-    """The force up to which a candidate with r (c, d) counts as open."""
-    return FORCE_TOLERANCE * float(np.linalg.norm(r, axis=1).max(initial=0.0))
-
-
-def motion_scale(candidates: Candidates, x: Floats, tau: float, tau_end: float) -> float:
-    """Length of the increment: the tools' largest motion along their paths; where they rest, the body's largest."""
-    travel = max(float(np.hypot(*tool.moved(tau, tau_end))) for tool in candidates.scene.tools)
-    return travel if travel > 0 else max(largest_displacement(candidates, x), LEAST_MOTION * candidates.scene.mesh.size)
-
-
-def largest_displacement(candidates: Candidates, x: Floats) -> float:
-    """Largest nodal displacement of the free unknowns x (n,)."""
-    return float(np.linalg.norm(candidates.space.spread(x), axis=1).max())
 
 
 def recovered_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
@@ -181,7 +159,7 @@ def contact_edges(candidates: Candidates, number: int, tool: FlatTool, closed: B
     mine = np.flatnonzero(candidates.tool == number)
     place[candidates.node[mine]] = mine
     mesh = candidates.scene.mesh
-    edges = place[np.concatenate([mesh.boundary(name) for name in tool.candidates])]
+    edges = place[mesh.edges(*tool.candidates)]
     edges = edges[(edges >= 0).all(axis=1)]
     return edges[closed[edges].sum(axis=1) >= 2]
 

@@ -21,6 +21,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from bipot import plot
+from bipot.contact import frames
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.history import History
 from bipot.laws.coulomb import Status
@@ -63,11 +64,10 @@ def contact_line(run: History, row: int) -> Line:
     at_start = run.scene["configuration"] == Configuration.PAPER.value
     nodes = state.nodes - state.displacement if at_start else state.nodes
     pressure, shear, status = (run.nodal(name, row) for name in ("recovered_pressure", "recovered_shear", "status"))
-    edges = np.concatenate([mesh.boundary(name) for name in tool["candidates"]])
+    edges = mesh.edges(*tool["candidates"])
     edges = edges[~np.isnan(pressure[edges]).any(axis=1)]
     line = np.unique(edges)
-    (n_x, n_y), force = tool["normal"], run.nodal("contact_force", row)[:, :2]
-    along = force @ np.array([[n_x, n_y], [n_y, -n_x]]).T
+    along = run.nodal("contact_force", row)[:, :2] @ frames(np.array(tool["normal"])).T
     means = edge_tractions(nodes, edges, Geometry(run.scene["geometry"]), along)
     return Line(
         radius=nodes[line, 0],

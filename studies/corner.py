@@ -33,16 +33,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.contact import carries
 from bipot.errors import BipotError
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import gradients, strain_operator
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.increment import System, tool_forces
+from bipot.increment import System
 from bipot.laws.tensors import identity, trace
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
-from bipot.traction import consistent_tractions, contact_edges, edge_tractions, force_threshold
+from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from studies.tables import text, write_csv, write_hdf5
 from studies.upsetting_case import FIRST
 
@@ -151,7 +152,7 @@ def constraints(scene: Scene) -> tuple[float, float]:
 def profile(system: System, accepted: Accepted) -> Profile:
     """The recovered tractions along the punch's own boundary."""
     r, nodes, points, scene = accepted.solved.r, accepted.state.nodes, system.candidates, system.body.scene
-    closed = r[:, 0] > force_threshold(r)
+    closed = carries(r)
     pressure, shear = consistent_tractions(points, nodes, r, closed)
     top = np.isin(points.node, scene.mesh.boundary_nodes("top"))
     edges = contact_edges(points, 0, scene.tools[0], closed)
@@ -180,11 +181,11 @@ def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -
     schedule = Schedule(increments, FIRST / REDUCTION)
     accepted = list(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()))))
     end, along = accepted[-1], profile(system, accepted[-1])
-    force = float(-tool_forces(system, end.solved.r)[0, 1])
+    force = float(-end.tool_forces[0, 1])
     mean = force / (np.pi * along.radius[-1] ** 2)
     uneven = unevenness(-trace(end.state.stress) / 3, rule.points, rule.weights)
     corner = np.isin(mesh.elements, np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes("side"))).any(axis=1)
-    amplitude, sigma_y = alternation(along.consistent_pressure), float(scene.material.hardening.yield_stress(0.0))
+    amplitude, sigma_y = alternation(along.consistent_pressure), float(scene.material.yield_stress(0.0))
     row = Row(
         mu,
         quadrature.value,

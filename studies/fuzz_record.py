@@ -12,6 +12,7 @@ from bipot.certificate import Bounds
 from bipot.determinacy import branches
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
+from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import FlatTool, Scene
@@ -28,6 +29,7 @@ def setting_of(scene: Scene) -> Setting:
     held = np.zeros(scene.mesh.nodes.shape, dtype=bool)
     for support in scene.supports:
         held[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+    assert isinstance(scene.material, VonMises)
     return Setting(
         elements=scene.mesh.elements,
         axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,

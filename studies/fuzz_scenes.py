@@ -17,10 +17,10 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
-from bipot.scene import FlatTool, Material, Scene, Support
+from bipot.scene import FlatTool, Scene, Support
 from studies.independent_element import orientation
 
 Rng = np.random.Generator
@@ -106,7 +106,7 @@ def _travel(rng: Rng) -> float:
     return 10.0 ** float(rng.choice(exponents, p=[0.28, 0.44, 0.28]))
 
 
-def _material(rng: Rng, stress: float) -> Material:
+def _material(rng: Rng, stress: float) -> VonMises:
     """``stress`` is the yield stress; E over it 50 to 1e4, sometimes to 1e12."""
     young = stress * 10.0 ** (rng.uniform(4, 12) if rng.random() < 0.2 else rng.uniform(np.log10(50), 4))
     poisson = float(rng.choice([rng.uniform(-0.5, 0.2), rng.uniform(0.2, 0.4), 0.49, 0.499, 0.4999]))
@@ -116,7 +116,7 @@ def _material(rng: Rng, stress: float) -> Material:
         lambda: Voce(stress, stress * rng.uniform(0, 2), 10.0 ** rng.uniform(-1, 2), stress * rng.uniform(0, 0.5)),
         lambda: Tabulated((0.0, 0.02, 0.2), (stress, stress * 1.2, stress * rng.uniform(1.2, 2))),
     ]
-    return Material(Elasticity(young, poisson), curves[rng.integers(len(curves))]())
+    return VonMises(Elasticity(young, poisson), curves[rng.integers(len(curves))]())
 
 
 def _supports(rng: Rng, body: str, tools: tuple[FlatTool, ...]) -> tuple[Support, ...]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from bipot.fem.kinematics import Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh
-from bipot.scene import FlatTool, Material, Scene
+from bipot.scene import FlatTool, Scene
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -50,8 +50,9 @@ def variants(scene: Scene, seed: int) -> list[Variant]:
 
 def in_units(scene: Scene, length: float, stress: float) -> Variant:
     """Lengths times ``length``, stresses times ``stress``; forces are those of unit thickness in plane strain."""
+    assert isinstance(scene.material, VonMises)
     mesh, elastic = scene.mesh, scene.material.elasticity
-    material = Material(
+    material = VonMises(
         Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
     )
     tools = tuple(_moved(tool, lambda x: x * length, lambda x: x * length) for tool in scene.tools)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import BipotError
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.increment import System, tool_forces
+from bipot.increment import System
 from bipot.landing import Locate, newly_closed
 from bipot.laws.flow import Integration
 from bipot.march import Accepted, Control, Schedule, march, system_of
@@ -137,7 +137,7 @@ def course(integration: Integration, located: bool, increments: int, elements: i
         located,
         increments,
         np.array([STROKE * a.state.tau for a in accepted]),
-        np.array([-tool_forces(system, a.solved.r)[0, 1] for a in accepted]),
+        np.array([-a.tool_forces[0, 1] for a in accepted]),
         tuple(STROKE * a.state.tau for a in accepted for _ in range(_landings(system, a, none))),
         sum(a.passes for a in accepted),
         sum(a.form is not Newton.name for a in accepted),

@@ -12,8 +12,7 @@ from bipot.forms.newton import Newton
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.march import Control, system_of
-from bipot.paper import as_written
-from bipot.response import StressUpdate
+from bipot.paper import as_written, unreturned
 from bipot.scene import Scene
 
 
@@ -63,14 +62,13 @@ FORMS: dict[Method, Callable[[float], Form]] = {
     Method.PENALTY: lambda K: Penalty(K, K),
     Method.UZAWA: lambda K: Uzawa(K, K),
 }
-WRITTEN = {Method.WRITTEN: StressUpdate.RETURN, Method.UNRETURNED: StressUpdate.RATE}
 
 
 def configured(method: Method, scene: Scene, setting: Setting) -> tuple[Scene, Control]:
     """Scene and control of a method; penalised forms do not fall back on exact ones."""
     K = contact_penalty(system_of(scene).candidates, setting.factor)
-    if method in WRITTEN:
-        return as_written(scene, K, K, WRITTEN[method])
+    if method in (Method.WRITTEN, Method.UNRETURNED):
+        return as_written(scene if method is Method.WRITTEN else unreturned(scene), K, K)
     limits = Limits(bounds(setting.tolerance))
     conic = (FORMS[Method.TANGENT](K), FORMS[Method.DISSIPATION](K))
     control = Control(FORMS[method](K), conic if setting.fallback and not method.penalised else (), limits)

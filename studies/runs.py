@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.export import increment_traction
 from bipot.forms import Answer, Form, Pass, Penalty, Uzawa, Workspace
-from bipot.increment import System, tool_forces
+from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.data import Timing
@@ -108,7 +109,7 @@ class Probe:
 
 def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:
     """March and keep every increment; with ``marks`` the tangent's condition at those pseudo-times."""
-    system = system_of(scene, control.update)
+    system = system_of(scene)
     # The stubs want a class variable where the probe passes the form's own name on.
     probe: Any = Probe(control.form)
     snapshots: list[Snapshot] = []
@@ -125,10 +126,10 @@ def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[floa
 def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
     solved, state, found = accepted.solved, accepted.state, increment_traction(system, accepted)
     motion = solved.rows.motion(solved.response.x)
-    pressure, shear = consistent_tractions(system.candidates, state.nodes, solved.r, solved.r[:, 0] > found.force_tol)
+    pressure, shear = consistent_tractions(system.candidates, state.nodes, solved.r, carries(solved.r))
     return Snapshot(
         state.tau,
-        float(-tool_forces(system, solved.r)[0, 1]),
+        float(-accepted.tool_forces[0, 1]),
         accepted.energies.work,
         state.nodes,
         state.velocity,
@@ -150,7 +151,7 @@ def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
 
 def traction_errors(system: System, run: Snapshot, reference: Snapshot) -> tuple[float, float]:
     """Relative L2 errors of pressure and shear over the reference's contact line (0 off it); nan if that is zero."""
-    closed = reference.r[:, 0] > 0
+    closed = carries(reference.r)
     squares = np.zeros((2, 2))
     for number, tool in enumerate(system.body.scene.tools):
         edges = contact_edges(system.candidates, number, tool, closed)

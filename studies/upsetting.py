@@ -18,11 +18,12 @@ import numpy as np
 
 from bipot import columns
 from bipot.columns import Column
+from bipot.contact import carries
 from bipot.errors import BipotError
 from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
 from bipot.history import Recorder, load
-from bipot.increment import System, tool_forces
+from bipot.increment import System
 from bipot.march import Accepted, Control, Schedule, march
 from bipot.progress import terminal
 from bipot.scene import Scene
@@ -31,7 +32,6 @@ from studies.upsetting_table import Result, table
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
 JOULE = 1e-3
-TOUCHING = 1e-8
 
 
 def history_columns(reduction: float) -> list[Column]:
@@ -62,14 +62,12 @@ def history_columns(reduction: float) -> list[Column]:
 
 def force(system: System, accepted: Accepted) -> float:
     """Force on the upper punch, N: that of the quarter model is the full one."""
-    return float(-tool_forces(system, accepted.solved.r)[0, 1])
+    return float(-accepted.tool_forces[0, 1])
 
 
 def contact_radius(system: System, accepted: Accepted) -> float:
-    """Radius of the outermost candidate with a force above 1e-8 of the largest, mm."""
-    pushed = accepted.solved.r[:, 0]
-    touching = pushed > TOUCHING * pushed.max()
-    return float(accepted.state.nodes[system.candidates.node[touching], 0].max(initial=0.0))
+    """Radius of the outermost candidate that carries a force, mm."""
+    return float(accepted.state.nodes[system.candidates.node[carries(accepted.solved.r)], 0].max(initial=0.0))
 
 
 def top_corner_radius(system: System, accepted: Accepted) -> float:

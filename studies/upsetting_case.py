@@ -30,7 +30,7 @@ from bipot.forms import (
     Uzawa,
     contact_penalty,
 )
-from bipot.laws.hardening import Hardening, hardening_from_text
+from bipot.laws.hardening import Hardening, hardening_from_text, hardening_usage
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 
@@ -168,7 +168,7 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
     p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
-    p.add_argument("--hardening", default="perfect:300", help="perfect:S, linear:S,H, voce:S,Q,b[,H], table:p/S,...")
+    p.add_argument("--hardening", default="perfect:300", help=hardening_usage())
     p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
     p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")

@@ -49,8 +49,7 @@ from bipot.forms import Delassus, Form, Penalty, Uzawa
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.mesh import block, ring
-from bipot.paper import as_written
-from bipot.response import StressUpdate
+from bipot.paper import as_written, unreturned
 
 TABLE = Path(__file__).parent / "data" / "golden.csv"
 DIGITS = 13
@@ -184,11 +183,6 @@ def _solved(form: Form, bounds: Bounds = TIGHT) -> Posed:
     return lambda case: (case.scene, Control(form, (), limits, cuts=0, integration=case.integration))
 
 
-def _written(update: StressUpdate) -> Posed:
-    """The paper's scheme, which does not iterate."""
-    return lambda case: as_written(case.scene, K, K, update)
-
-
 FORMS: dict[str, Posed] = {
     "newton": _solved(Newton()),
     "tangent": _solved(Tangent()),
@@ -199,8 +193,8 @@ FORMS: dict[str, Posed] = {
     ),
     "penalty": _solved(Penalty(K, K)),
     "uzawa": _solved(Uzawa(K_UZAWA, K_UZAWA)),
-    "as_written": _written(StressUpdate.RETURN),
-    "as_written_rate": _written(StressUpdate.RATE),
+    "as_written": lambda case: as_written(case.scene, K, K),
+    "as_written_rate": lambda case: as_written(unreturned(case.scene), K, K),
 }
 EXACT = ("newton", "tangent", "dissipation", "delassus", "uzawa")
 """The forms that pose the same law."""

@@ -1,19 +1,25 @@
-"""Small ready-made increments for tests: a system, a state under way, and the program of one pass."""
+"""Small ready-made scenes and increments for tests: a block under a tool, a system, the program of one pass."""
 
 from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
+import pytest
 
+from bipot.errors import SceneError
+from bipot.fem.kinematics import Geometry
 from bipot.forms import Tangent
 from bipot.increment import System
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.scene import upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
 FIRST = 0.001
 DIRECT = Tangent()
@@ -63,3 +69,30 @@ def posed(mu: float = 0.3, after: int = 6) -> Posed:
 def fresh(mu: float, **options) -> System:
     """A system at rest."""
     return system_of(upsetting(mu=mu, **options))
+
+
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
+
+
+def tool(**changes):
+    """A punch that presses a block of unit height by a twentieth."""
+    given = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "travel": (0.0, -0.05), "candidates": ("top",), "mu": 0.1}
+    return FlatTool(**(given | changes))
+
+
+def scene(**changes):
+    """A block of four elements under that punch."""
+    given = {
+        "mesh": block(1.0, 1.0, 2, 2),
+        "geometry": Geometry.PLANE_STRAIN,
+        "material": STEEL,
+        "supports": (Support("base", 1), Support("left", 0)),
+        "tools": (tool(),),
+    }
+    return Scene(**(given | changes))
+
+
+def refused(make, words):
+    """What is made is refused, and the message has these words (a pattern)."""
+    with pytest.raises(SceneError, match=words):
+        make()

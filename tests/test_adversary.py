@@ -11,17 +11,15 @@ from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.kinematics import Geometry
 from bipot.forms import Answer, Delassus, Dissipation, FormName, Newton, Pass, Penalty, Tangent, Uzawa, Workspace
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
-from bipot.march import Control, Schedule, march, system_of
+from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block
-from bipot.paper import as_written
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
+from tests.scenes import STEEL
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
-AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]
 PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), candidates=("top",), mu=0.1)
 
 
@@ -213,83 +211,6 @@ def test_a_global_problem_of_a_singular_matrix_has_no_reduced_form():
     loose = GlobalCoulombProblem(**given)
     with pytest.raises(ProgramError, match="cannot be factorised"):
         loose.reduced()
-
-
-@pytest.fixture(scope="module")
-def pressed_once():
-    scene = upsetting(mu=0.3, elements=2, reduction=0.02)
-    return scene, next(march(scene, Schedule(2, first=0.2, settling=1))).state
-
-
-@pytest.mark.parametrize(
-    ("change", "field"),
-    [
-        (lambda state: {"stress": 10 * state.stress}, "start.stress"),
-        (lambda state: {"stress": 1e200 * state.stress}, "start.stress"),
-        (lambda state: {"length": float("nan")}, "start.length"),
-        (lambda state: {"length": "1"}, "start.length"),
-        (lambda state: {"length": -1.0}, "start.length"),
-        (lambda state: {"length": 1e-300}, "start.length"),
-        (lambda state: {"flow": "none"}, "start.flow"),
-    ],
-)
-def test_a_start_that_no_march_leaves_is_refused(pressed_once, change, field):
-    scene, state = pressed_once
-    with pytest.raises(SceneError, match=field):
-        march(scene, Schedule(2), start=replace(state, **change(state)))
-
-
-def test_a_start_of_a_stronger_material_is_refused(pressed_once):
-    _, state = pressed_once
-    with pytest.raises(SceneError, match=r"start.stress.*another material"):
-        march(upsetting(mu=0.3, elements=2, reduction=0.02, hardening=Perfect(100.0)), Schedule(2), start=state)
-
-
-@pytest.mark.parametrize("factor", [0.0, 0.99, 1.01, 1e8])
-@pytest.mark.parametrize("row", [0, 1])
-@pytest.mark.parametrize("configuration", Configuration)
-def test_a_start_whose_forces_its_stress_does_not_carry_is_refused(configuration, row, factor):
-    """They are the scale of the cone measure: with forces of 1e12 any other is within their round-off of the cone."""
-    scene = upsetting(mu=0.3, elements=2, reduction=0.02, configuration=configuration)
-    state = next(march(scene, Schedule(2, first=0.2, settling=1))).state
-    forces = state.forces.copy()
-    forces[:, row] *= factor
-    with pytest.raises(SceneError, match=r"start.forces.*in balance with start.stress"):
-        march(scene, Schedule(2), start=replace(state, forces=forces))
-
-
-def test_a_start_with_forces_along_what_is_held_is_refused():
-    """No unknown feels them; on the axis, and so of no equilibrium."""
-    scene = upsetting(mu=0.3, elements=2, reduction=0.02)
-    state = next(march(scene, Schedule(2, first=0.2, settling=1))).state
-    forces = state.forces.copy()
-    forces[~system_of(scene).candidates.tangent_free, 1] = 1e12
-    with pytest.raises(SceneError, match=r"start.forces = 'tangential ones'"):
-        march(scene, Schedule(2), start=replace(state, forces=forces))
-
-
-def away(scene: Scene) -> Scene:
-    """The tool comes, presses and leaves again."""
-    tool = replace(scene.tools[0], point=(0.0, 5.02), path=((0.0, 0.0), (0.8, 1.0), (1.0, -1.0)))
-    return replace(scene, tools=(tool,))
-
-
-@pytest.mark.parametrize(
-    ("scene", "control"),
-    [
-        (upsetting(mu=0.3, elements=2, reduction=0.05), Control()),
-        (upsetting(mu=0.3, elements=2, reduction=0.05, configuration=Configuration.PAPER), Control()),
-        (upsetting(mu=0.3, elements=2, reduction=0.05), Control(Penalty(1e5, 1e5), ())),
-        (upsetting(mu=0.3, elements=2, reduction=0.05, configuration=Configuration.PAPER), AS_WRITTEN),
-        (upsetting(mu=0.3, elements=2, reduction=1e-12), Control(Newton())),
-        (away(upsetting(mu=0.2, elements=2, reduction=0.01, hardening=Perfect(1e4))), Control(Newton())),
-        (replace(pressed(Support("base", 1), Support("left", 0)), tools=(PUNCH, PUNCH)), Control()),
-    ],
-    ids=["midpoint", "paper", "penalty", "paper as written", "tiny travel", "lifted off", "two tools"],
-)
-def test_every_state_of_a_march_is_a_start(scene, control):
-    for accepted in march(scene, Schedule(20), control):
-        march(scene, Schedule(20), control, accepted.state)
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from bipot.certificate import (
 )
 from bipot.certification import Examined
 from bipot.laws.hardening import Linear
-from bipot.laws.von_mises import Elasticity, radial_return
+from bipot.laws.von_mises import Elasticity, VonMises, radial_return
 from bipot.system import Increment
 from tests.scenes import fresh, run
 
@@ -134,8 +134,7 @@ def material_fields(plastic_factor=1.0):
         elastic_stress=sigma_e,
         peeq=peeq,
         weight=np.array([2.0]),
-        elasticity=ELASTIC,
-        hardening=HARDENING,
+        material=VonMises(ELASTIC, HARDENING),
     )
     return fields, found
 

@@ -1,20 +1,22 @@
 """From geometry to contact operators, and the contact patch test."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.contact import candidates
+from bipot.contact import CARRIES, LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
 from bipot.fem.kinematics import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.response import body_space
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from tests.scenes import DIRECT, fresh, path
 
 TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))
@@ -70,11 +72,59 @@ def test_welded_points_are_tied_while_touching_and_frictionless_before():
     assert np.all(np.isinf(rows.threshold(np.zeros((rows.count, 2)))))
 
 
+def test_forces_on_the_tools_are_dual_to_their_travel():
+    """A tool that travels by d changes gaps and slips: the forces' work on that is minus its force times d."""
+    rng = np.random.default_rng(1)
+    tools = [FlatTool((0.2, 1.1), (-np.sin(a), -np.cos(a)), (0.05, -0.1), ("top",), 0.3) for a in (0.4, -0.7)]
+    still = [replace(tool, travel=(0.0, 0.0)) for tool in tools]
+    scene = block_scene(tuple(tools))
+    points, resting = (system_of(replace(scene, tools=tuple(t))).candidates for t in (tools, still))
+    r = rng.normal(size=(len(points.node), 2))
+    gap, x = points.distance(scene.mesh.nodes, 0.25), rng.normal(size=points.space.size)
+    moved, stayed = (c.rows(gap, 0.25, 0.75).motion(x) for c in (points, resting))
+    forces, travel = points.resultant(r), points.travel(0.25, 0.75)
+    np.testing.assert_allclose(travel, np.tile([0.025, -0.05], (2, 1)), rtol=1e-14)
+    for k in range(2):
+        mine = points.tool == k
+        assert np.vdot(r[mine], (moved - stayed)[mine]) == pytest.approx(-forces[k] @ travel[k], rel=1e-12)
+    np.testing.assert_allclose(points.vectors(r).sum(axis=0), forces.sum(axis=0), rtol=1e-12)
+
+
+def test_a_tool_far_from_the_body_is_no_scale():
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.3)
+    far = replace(tool, point=(0.0, 1.0 + 1.01 * REACH * 2.0), travel=(0.0, 7.0))
+    for tools, expected in (((tool, far), 0.1), ((far, tool), 0.1), ((far,), 0.0)):
+        scene = block_scene(tools)
+        points = system_of(scene).candidates
+        rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 1.0)
+        x = np.full(points.space.size, 1e-3)
+        assert points.reach(rows.gap, 0.0, 1.0) == pytest.approx(expected)
+        assert points.length(rows, x, 0.0, 1.0) == pytest.approx(expected or np.sqrt(2) * 1e-3)
+        assert points.length(rows, 0 * x, 0.0, 1.0) == pytest.approx(expected or LEAST_MOTION * 2.0)
+
+
+def test_what_is_closed_and_what_is_near():
+    r = np.array([[3.0, 4.0], [6 * CARRIES, 0.0], [4 * CARRIES, 1.0], [0.0, 0.0]])
+    assert carries(r).tolist() == [True, True, False, False]
+    assert carries(r, noise=1.0).tolist() == [True, False, False, False]
+    assert not carries(np.zeros((2, 2))).any()
+    assert touches(np.array([-1.0, 1.9 * TOUCHES, 2.1 * TOUCHES]), 2.0).tolist() == [True, True, False]
+    scene = block_scene((FlatTool((0.0, 1.2), (0.6, -0.8), (0.0, -0.1), ("top",), 0.3),))
+    points = system_of(scene).candidates
+    rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 1.0)
+    x = np.zeros(points.space.size)
+    order = np.sort(rows.gap)
+    assert near_tools(rows, x, order[2] / NEAR).sum() == 3
+    assert near_tools(rows, x, 0.0).sum() == 1
+    tied = replace(rows, tied=rows.gap == order[-1])
+    assert near_tools(tied, x, 0.0).sum() == 2
+
+
 def block_scene(tools, poisson=0.3):
     return Scene(
         block(2.0, 1.0, 3, 2),
         Geometry.PLANE_STRAIN,
-        Material(Elasticity(1000.0, poisson), Perfect(1e6)),
+        VonMises(Elasticity(1000.0, poisson), Perfect(1e6)),
         (Support("left", 0), Support("base", 1)),
         tools,
     )

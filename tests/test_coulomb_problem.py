@@ -194,8 +194,11 @@ def test_unknown_layouts_and_files_are_refused(tmp_path):
     with pytest.raises(coulomb.FclibError, match="nz = -3"):
         stored(tmp_path / "a.hdf5", {**LAYOUTS[2], "nz": -3}, MATRIX)
     (tmp_path / "text.hdf5").write_text("not a file of this kind")
-    with pytest.raises(coulomb.FclibError, match=r"text\.hdf5"):
-        coulomb.read_fclib(tmp_path / "text.hdf5")
+    for read in (coulomb.read_fclib, coulomb.read_solution):
+        with pytest.raises(coulomb.FclibError, match=r"text\.hdf5"):
+            read(tmp_path / "text.hdf5")
+    with pytest.raises(coulomb.FclibError, match="not a readable"):
+        stored(tmp_path / "b.hdf5", {**LAYOUTS[2], "nz": []}, MATRIX)
     with h5py.File(tmp_path / "empty.hdf5", "w"):
         pass
     with pytest.raises(coulomb.FclibError, match="fclib_local"):

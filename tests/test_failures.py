@@ -23,36 +23,17 @@ from bipot.forms import (
     delassus,
 )
 from bipot.increment import Limits
-from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.delassus import Reduced
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import Support, upsetting
 from studies import upsetting as study
-from tests.scenes import posed
+from tests.scenes import posed, scene, tool
 
-STEEL = Material(Elasticity(210e3, 0.3), Perfect(300.0))
 INF = float("inf")
 
 
-def tool(**changes):
-    given = {"point": (0.0, 1.0), "normal": (0.0, -1.0), "travel": (0.0, -0.05), "candidates": ("top",), "mu": 0.1}
-    return FlatTool(**(given | changes))
-
-
 UNDER = tool(point=(0.0, 0.0), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
-
-
-def scene(**changes):
-    given = {
-        "mesh": block(1.0, 1.0, 2, 2),
-        "geometry": Geometry.PLANE_STRAIN,
-        "material": STEEL,
-        "supports": (Support("base", 1), Support("left", 0)),
-        "tools": (tool(),),
-    }
-    return Scene(**(given | changes))
 
 
 CUT_ONCE = Control(cuts=1)
@@ -205,6 +186,9 @@ def test_delassus_does_not_work_on_a_stiffness_that_is_round_off():
     """The contact problem of a body that only its contacts hold was 1e16 large, and no solver had time enough."""
     words = last_words(scene(supports=(), tools=(tool(), UNDER)), Control(Delassus(), (), cuts=0))
     assert "delassus: the stiffness is singular" in words
+    fallen = next(march(scene(supports=(), tools=(tool(), UNDER)), Schedule(2), Control(Delassus())))
+    assert fallen.form is Dissipation.name
+    assert not fallen.strayed
 
 
 def unsolvable(program):

@@ -8,10 +8,9 @@ import pytest
 from bipot import Control, Newton, Schedule, march, upsetting
 from bipot.columns import flow_gap
 from bipot.errors import SceneError
-from bipot.increment import tool_forces
 from bipot.laws.flow import FARTHEST, Flow, Integration, fraction
 from bipot.march import system_of
-from bipot.response import StressUpdate
+from bipot.paper import unreturned
 
 
 def end_force(integration, increments, mu=0.05, reduction=0.3):
@@ -19,7 +18,7 @@ def end_force(integration, increments, mu=0.05, reduction=0.3):
     scene = upsetting(mu=mu, reduction=reduction, elements=3)
     schedule = Schedule(increments, first=0.001 / reduction, settling=4)
     *_, last = march(scene, schedule, Control(Newton(), integration=integration))
-    return -tool_forces(system_of(scene), last.solved.r)[0, 1]
+    return -last.tool_forces[0, 1]
 
 
 @pytest.mark.parametrize("ratio", [0.25, 1.0, 2.0])
@@ -54,15 +53,14 @@ def test_a_tool_that_stops_slows_down_or_turns_gives_the_force_of_backward_euler
         scene = replace(scene, tools=tuple(replace(tool, path=path) for tool in scene.tools))
         schedule = Schedule(16, first=0.001 / 0.1, landings=(0.5,))
         steps = march(scene, schedule, Control(Newton(), integration=integration))
-        system = system_of(scene)
-        forces[integration] = np.array([-tool_forces(system, a.solved.r)[0, 1] for a in steps])
+        forces[integration] = np.array([-a.tool_forces[0, 1] for a in steps])
     euler, bdf = forces.values()
     assert np.abs(bdf - euler).max() < 2e-3 * euler.max()
 
 
 def test_flow_carried_on_without_a_return_is_refused():
     with pytest.raises(SceneError, match="integration = 'BDF2'"):
-        Control(update=StressUpdate.RATE)
+        march(unreturned(upsetting(mu=0.1, elements=2)), Schedule(2))
 
 
 def test_force_is_of_second_order_under_friction_and_of_first_with_backward_euler():

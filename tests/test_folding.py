@@ -1,6 +1,7 @@
 """Marches into folds: no accepted increment is folded anywhere, and the end names element, place and what to do."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -70,6 +71,14 @@ def test_a_block_that_folds_is_stopped_there():
     # The integration points see nothing of it: ten times as far from zero.
     inside = gradients(accepted[-1].state.nodes, scene.mesh.elements, quad8(Quadrature.GAUSS2), scene.geometry)
     assert inside.volume[15].min() > 0.1 * inside.volume[15].mean()
+
+
+def test_where_nothing_shorter_was_tried_nothing_is_said_of_it():
+    """The same block in increments that may not be cut: the last of them could go a little farther."""
+    accepted, words = marched(flattened(4), Schedule(20, first=0.001 / 0.6), replace(NEWTON, cuts=0))
+    assert "Jacobian determinant" in words
+    assert accepted[-1].state.tau < 0.55
+    assert words.endswith("Use more increments, or remesh there.")
 
 
 @pytest.mark.slow

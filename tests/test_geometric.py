@@ -10,12 +10,12 @@ import pytest
 from bipot.fem.geometric import element_tangent, gradient_operator, turn
 from bipot.fem.kinematics import Configuration, Geometry, rotate
 from bipot.laws.hardening import Linear
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, block, ring
 from bipot.response import Body, State, TangentKind, body_space, rest
-from bipot.scene import FlatTool, Material, Scene, Support
+from bipot.scene import FlatTool, Scene, Support
 
-MATERIAL = Material(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
+MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
 
 
 def body_of(geometry: Geometry, configuration: Configuration) -> Body:

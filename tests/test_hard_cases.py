@@ -52,6 +52,15 @@ def test_hard_cases_end_as_they_must(only: str, tmp_path: Path) -> None:
     assert {row["form"] for row in rows} == set(PROMISED)
 
 
+def test_contacts_listed_twice_cost_no_cut(tmp_path: Path) -> None:
+    """Their forces are shared in many ways; the polish takes the nearest, where a singular matrix gave up."""
+    arguments = ["--elements", "4", "--increments", "6", "--only", "9 redundant", "--out", str(tmp_path)]
+    assert hard_cases.main([*arguments, "--forms", "tangent", "dissipation"]) == 0
+    for row in read(tmp_path / "hard_cases.csv"):
+        assert (row["cuts"], row["fallbacks"]) == ("0", "0")
+        assert int(row["passes"]) <= 6 * int(row["increments"])
+
+
 def test_a_failing_form_is_recorded_not_raised(tmp_path: Path) -> None:
     """The penalised forms do not weld: the row says stopped, the exit code stays with what is promised."""
     code = hard_cases.main(

@@ -228,15 +228,6 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
         pass
 
 
-def test_foreign_or_broken_files_are_refused(tmp_path):
-    (tmp_path / "history.csv").write_text("increment\n")
-    with pytest.raises(ResultsError, match=r"history\.csv without run\.h5"):
-        recorder(tmp_path)
-    (tmp_path / "run.h5").write_bytes(b"not HDF5")
-    with pytest.raises(ResultsError, match=r"run\.h5: cannot be read"):
-        recorder(tmp_path)
-
-
 def test_missing_results_name_the_command(tmp_path):
     with pytest.raises(ResultsError, match=r"nowhere: no results .*; run: python -m studies\.upsetting"):
         load(tmp_path / "nowhere", "python -m studies.upsetting")

@@ -14,11 +14,11 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.kinematics import Geometry, gradients, strain_operator
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.response import body_space
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 from studies import fuzz_judge
 from studies.fuzz_record import setting_of, step_of
 from studies.independent import flow_left, measure
@@ -123,7 +123,7 @@ def test_a_tool_in_a_held_node_is_found_whatever_law_is_posed(away, exact):
     """The corner that two supports hold is no candidate: the library, asked for nothing, goes on through it."""
     punch = FlatTool((0.0, 10.0 + away), (0.0, -1.0), (0.0, -0.1), ("top",), mu=0.1)
     supports = (Support("base", 1), Support("left", 0), Support("right", 1))
-    elastic = Material(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
+    elastic = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
     scene = Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, elastic, supports, (punch,))
     accepted = list(march(scene, Schedule(1), Control(limits=Limits(bounds=Bounds.none()))))[-1]
     setting = setting_of(scene)

@@ -10,10 +10,10 @@ from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton
 from bipot.landing import Locate, locate
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block
-from bipot.scene import FlatTool, Material, Scene, Support
+from bipot.scene import FlatTool, Scene, Support
 
 GAP, TRAVEL = 0.0037, 0.01
 LANDS = GAP / TRAVEL
@@ -23,7 +23,7 @@ HOW = Locate()
 def scene(*gaps, path=((0.0, 0.0), (1.0, 1.0))):
     """A unit block at rest that flat tools meet from above, each after its own gap."""
     tools = tuple(FlatTool((0.0, 1.0 + gap), (0.0, -1.0), (0.0, -TRAVEL), ("top",), 0.0, path) for gap in gaps)
-    material = Material(Elasticity(210e3, 0.3), Perfect(1e6))
+    material = VonMises(Elasticity(210e3, 0.3), Perfect(1e6))
     supports = (Support("base", 1), Support("left", 0))
     return Scene(block(1.0, 1.0, 1, 1), Geometry.PLANE_STRAIN, material, supports, tools)
 

@@ -1,21 +1,34 @@
-"""Hardening curves: closed forms, quadrature and finite differences, and what they refuse."""
+"""Hardening curves: closed forms and finite differences, and what they refuse."""
 
-from itertools import pairwise
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import quad
 
 from bipot.errors import SceneError
-from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce, hardening_from_text
+from bipot.laws import hardening
+from bipot.laws.hardening import CURVES as BY_NAME
+from bipot.laws.hardening import (
+    Hardening,
+    Linear,
+    Perfect,
+    Swift,
+    Tabulated,
+    Voce,
+    hardening_from_text,
+    hardening_usage,
+)
+from studies import upsetting, upsetting_case
 
 TABLE = Tabulated((0.0, 0.1, 0.35, 1.0), (300.0, 350.0, 350.0, 800.0))
 CURVES: list[Hardening] = [
     Perfect(300.0),
     Linear(300.0, 1000.0),
     Voce(300.0, 100.0, 10.0, 50.0),
+    Swift(500.0, 0.02, 0.2),
     TABLE,
 ]
 KINKS = np.array(TABLE.peeq)
@@ -31,6 +44,7 @@ def test_values_follow_the_formulas():
     np.testing.assert_allclose(Linear(300.0, 1000.0).yield_stress(p), [300.0, 350.0, 2300.0])
     expected = 300.0 + 100.0 * (1.0 - np.exp(-10.0 * p)) + 50.0 * p
     np.testing.assert_allclose(Voce(300.0, 100.0, 10.0, 50.0).yield_stress(p), expected, rtol=1e-15)
+    np.testing.assert_allclose(Swift(500.0, 0.02, 0.2).yield_stress(p), 500.0 * (0.02 + p) ** 0.2, rtol=1e-15)
     np.testing.assert_allclose(TABLE.yield_stress(np.array([0.0, 0.05, 0.2, 3.0])), [300.0, 325.0, 350.0, 800.0])
 
 
@@ -51,31 +65,8 @@ def test_slope_matches_finite_differences(curve, p):
 
 
 @pytest.mark.parametrize("curve", CURVES, ids=lambda c: type(c).__name__)
-@given(p=strain, dp=strain)
-@quick
-def test_energy_matches_quadrature(curve, p, dp):
-    # Lengths near the least number there is are no task for the quadrature.
-    dp = 0.0 if dp < 1e-14 else dp
-    inner = [float(k) - p for k in KINKS if p < k < p + dp]
-    ends = [0.0, *inner, dp]
-    integral = sum(quad(lambda s: float(curve.yield_stress(p + s)), a, b)[0] for a, b in pairwise(ends))
-    np.testing.assert_allclose(curve.energy(p, dp), integral, rtol=1e-12, atol=1e-12)
-
-
-@pytest.mark.parametrize("curve", CURVES, ids=lambda c: type(c).__name__)
-@given(p=strain, dp=st.floats(1e-14, 1e-8))
-@quick
-def test_energy_of_a_tiny_increment_keeps_its_digits(curve, p, dp):
-    mean = 0.5 * (curve.yield_stress(p) + curve.yield_stress(p + dp))
-    np.testing.assert_allclose(curve.energy(p, dp), mean * dp, rtol=1e-14)
-
-
-@pytest.mark.parametrize("curve", CURVES, ids=lambda c: type(c).__name__)
 def test_arrays_broadcast(curve):
-    p, dp = np.array([[0.0], [0.1]]), np.array([0.0, 0.2, 0.4])
-    energy = curve.energy(p, dp)
-    assert energy.shape == (2, 3)
-    assert energy[1, 2] == pytest.approx(float(curve.energy(0.1, 0.4)), rel=1e-15)
+    p = np.array([[0.0], [0.1]])
     assert curve.yield_stress(p).shape == curve.slope(p).shape == (2, 1)
 
 
@@ -86,6 +77,7 @@ def test_arrays_broadcast(curve):
         ("linear:300,1000", Linear(300.0, 1000.0)),
         ("voce:300,100,10", Voce(300.0, 100.0, 10.0)),
         ("voce:300,100,10,50", Voce(300.0, 100.0, 10.0, 50.0)),
+        ("swift:500,0.02,0.2", Swift(500.0, 0.02, 0.2)),
         ("table:0/300,0.1/350,1/400", Tabulated((0.0, 0.1, 1.0), (300.0, 350.0, 400.0))),
     ],
 )
@@ -93,10 +85,17 @@ def test_text_is_read(text, expected):
     assert hardening_from_text(text) == expected
 
 
+def test_the_usage_names_the_numbers_of_every_curve():
+    assert hardening_usage() == (
+        "perfect:sigma_y; linear:sigma_y,modulus; voce:sigma_y,saturation,rate[,modulus]; "
+        "swift:strength,offset,exponent; table:peeq/stress,..."
+    )
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("power:300", "hardening = 'power': must be one of linear, perfect, table, voce"),
+        ("power:300", "hardening = 'power': must be one of linear, perfect, swift, table, voce"),
         ("linear:300", "must be 2 numbers"),
         ("voce:300,1", "must be 3 or 4 numbers"),
         ("perfect:soft", "must be numbers separated by ','"),
@@ -120,6 +119,11 @@ def test_text_is_refused(text, message):
         (lambda: Voce(1.0, -1.0, 1.0), "saturation = -1.0: .*non-convex"),
         (lambda: Voce(1.0, 1.0, 0.0), "rate = 0.0: must be finite and > 0"),
         (lambda: Voce(1.0, 1.0, 1.0, -1.0), "modulus = -1.0: .*non-convex"),
+        (lambda: Swift(0.0, 0.1, 0.2), "strength = 0.0: must be finite and > 0"),
+        (lambda: Swift(1.0, 0.0, 0.2), "offset = 0.0: must be finite and > 0"),
+        (lambda: Swift(1.0, 0.1, -0.2), "exponent = -0.2: must be in .0, 1."),
+        (lambda: Swift(1.0, 0.1, 1.1), "exponent = 1.1"),
+        (lambda: Swift(1e-50, 1e-20, 1.0), "sigma_y = 1e-70: .*other units"),
         (lambda: Tabulated((0.0,), (1.0,)), "at least two values"),
         (lambda: Tabulated((0.0, 1.0), (1.0,)), "as long as peeq"),
         (lambda: Tabulated((0.1, 1.0), (1.0, 2.0)), "strictly increasing from 0"),
@@ -132,3 +136,19 @@ def test_text_is_refused(text, message):
 def test_bad_curves_are_refused(make, message):
     with pytest.raises(SceneError, match=message):
         make()
+
+
+CONTRIBUTING = Path(__file__).parents[1] / "CONTRIBUTING.md"
+
+
+def test_a_curve_as_contributing_prints_it_is_known_to_the_command_line(tmp_path, monkeypatch):
+    """Its class and its line, nothing else: then the word is read, shown in the help and upset."""
+    monkeypatch.setattr(hardening, "CURVES", dict(BY_NAME))
+    block = re.search(r"```python\n(.*?)```", CONTRIBUTING.read_text(encoding="utf-8"), re.DOTALL).group(1)
+    assert len(block.splitlines()) <= 20
+    exec(compile(block, str(CONTRIBUTING), "exec"), vars(hardening) | {"__name__": hardening.__name__})
+    curve = hardening_from_text("ghosh:500,0.01,0.2,20")
+    assert float(curve.yield_stress(0.09)) == pytest.approx(500 * 0.1**0.2 - 20)
+    assert "ghosh:strength,offset,exponent,lost" in upsetting_case.parser().format_help().replace("\n", "")
+    arguments = ["--mu", "0.1", "--elements", "1", "--increments", "2", "--reduction", "0.02"]
+    assert upsetting.main([*arguments, "--hardening", "ghosh:500,0.01,0.2,20", "--out", str(tmp_path)]) == 0

@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.optimize import minimize, minimize_scalar
 
 from bipot.errors import NotConverged, SceneError
-from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
+from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.tensors import (
     deviator,
     deviatoric_basis,
@@ -31,11 +31,23 @@ CURVES = [
     Perfect(300.0),
     Linear(300.0, 1000.0),
     Voce(300.0, 100.0, 10.0),
+    Swift(500.0, 0.02, 0.2),
     Tabulated((0.0, 1e-3, 0.1, 0.1001, 0.3), (300.0, 350.0, 350.0, 900.0, 1000.0)),
 ]
 by_name = pytest.mark.parametrize("curve", CURVES, ids=lambda c: type(c).__name__)
 both_sizes = pytest.mark.parametrize("size", [4, 6])
 quick = settings(deadline=None, derandomize=True, max_examples=60)
+
+
+def plastic_energy(curve: Hardening, peeq: float, dp: float) -> float:
+    """Integral of sigma_Y from peeq to peeq + dp, by Gauss' rule between kinks."""
+    kinks = np.array(curve.peeq if isinstance(curve, Tabulated) else ())
+    # From peeq on, so that a tiny dp keeps its digits.
+    ends = np.array([0.0, *(kinks - peeq)[(peeq < kinks) & (kinks < peeq + dp)], dp])
+    points, weights = np.polynomial.legendre.leggauss(20)
+    half = np.diff(ends) / 2
+    at = peeq + (ends[:-1] + half)[:, None] + half[:, None] * points
+    return float(half @ (curve.yield_stress(at) @ weights))
 
 
 def stresses(size):
@@ -145,7 +157,7 @@ def test_return_minimises_the_incremental_energy(curve, q, peeq):
     three_g = 3.0 * STEEL.shear
 
     def energy(x):
-        return float((q - three_g * x) ** 2 / (2.0 * three_g) + curve.energy(peeq, x))
+        return float((q - three_g * x) ** 2 / (2.0 * three_g) + plastic_energy(curve, peeq, x))
 
     found = minimize_scalar(energy, bounds=(0.0, q / three_g), method="bounded", options={"xatol": 1e-13})
     assert energy(dp) <= found.fun * (1 + 1e-14)
@@ -160,7 +172,7 @@ def test_flow_direction_minimises_over_all_trace_free_tensors(size):
 
     def energy(xi):
         elastic = strain - (xi * 1e-3) @ Q
-        return 0.5 * elastic @ C @ elastic + float(curve.energy(0.02, equivalent_strain((xi * 1e-3) @ Q)))
+        return 0.5 * elastic @ C @ elastic + plastic_energy(curve, 0.02, equivalent_strain((xi * 1e-3) @ Q))
 
     found = minimize(energy, np.ones(size - 1), method="BFGS", options={"gtol": 1e-7})
     assert energy(Q @ back.plastic_strain * 1e3) <= found.fun * (1 + 1e-13)
@@ -201,7 +213,7 @@ def test_consistent_tangent_is_the_derivative(size, curve):
     back = radial_return(trial, peeq, STEEL, curve)
     assert back.plastic.any()
     assert not back.plastic.all()
-    D = consistent_tangent(trial, back, peeq, STEEL, curve)
+    D = consistent_tangent(back, peeq, STEEL, curve)
     C, h = STEEL.stiffness(size), 1e-7
     for j in range(size):
         step = h * C[j]
@@ -239,7 +251,7 @@ def test_consistent_tangent_tends_to_the_continuum_one(curve):
     peeq = np.array([0.05])
     stress *= curve.yield_stress(peeq) / 300.0
     trial = stress * (1 + 1e-9)
-    D = consistent_tangent(trial, radial_return(trial, peeq, STEEL, curve), peeq, STEEL, curve)
+    D = consistent_tangent(radial_return(trial, peeq, STEEL, curve), peeq, STEEL, curve)
     rate_form = continuum_tangent(stress, peeq, np.array([True]), STEEL, curve)
     np.testing.assert_allclose(D, rate_form, atol=1e-7 * STEEL.young)
 

@@ -92,7 +92,7 @@ def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     scene = upsetting(mu=0.3, elements=3)
     run = march(scene, Schedule(12, first=0.001 / 0.45), Control(Newton(), (Tangent(), Dissipation())))
     deepest, at = max(((overlap(scene, a.state.nodes, a.state.tau), a) for a in run), key=lambda pair: pair[0])
-    edges = np.concatenate([scene.mesh.boundary(name) for name in ("top", "side")])
+    edges = scene.mesh.edges("top", "side")
     height = curved(at.state.nodes, edges, 1000)[..., 1]
     sampled = float(height.max() + scene.tools[0].offset(at.state.tau)) / scene.mesh.size
     assert at.solved.certificate.penetration < 1e-9

@@ -1,13 +1,14 @@
 """The comparison of two trees: its statistics, the order of its pairs, what it measures, and one run against itself."""
 
 import csv
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from benchmarks import paired, paired_tasks
-from benchmarks.paired import MEASURES, Measure, Taken, compared, interval, main, taken
+from benchmarks.paired import MEASURES, Measure, Taken, compared, interval, main, started
 from bipot.march import system_of
 
 
@@ -32,24 +33,30 @@ def test_the_interval_holds_the_true_median_as_often_as_it_says_of_a_skew_law():
 
 def tree_of(tmp_path, text):
     """A tree whose library is ``text``."""
-    (tmp_path / "bipot").mkdir()
+    (tmp_path / "bipot").mkdir(parents=True)
     (tmp_path / "bipot" / "__init__.py").write_text(text)
     return tmp_path
 
 
 def test_a_tree_is_measured_by_its_own_library_in_processor_seconds(tmp_path):
     """One that sleeps costs nothing, one that works does."""
-    slow = tree_of(
-        tmp_path, "import time\nend = time.process_time() + 0.3\nwhile time.process_time() < end:\n    pass\n"
-    )
-    assert 0.3 <= taken(slow, "importing", 0).seconds < 0.5
-    (slow / "bipot" / "__init__.py").write_text("import time\ntime.sleep(0.3)\n")
-    assert taken(slow, "importing", 0).seconds < 0.2
+    work = "import time\nend = time.process_time() + 0.3\nwhile time.process_time() < end:\n    pass\n"
+    with started(tree_of(tmp_path / "works", work), "importing", 0) as take:
+        assert 0.3 <= take().seconds < 0.5
+    with started(tree_of(tmp_path / "sleeps", "import time\ntime.sleep(0.3)\n"), "importing", 0) as take:
+        assert take().seconds < 0.2
 
 
 def test_a_tree_without_the_library_is_not_taken_for_one(tmp_path):
-    with pytest.raises(RuntimeError, match="not in"):
-        taken(tmp_path, "importing", 0)
+    with started(tmp_path, "importing", 0) as take, pytest.raises(RuntimeError, match="not in"):
+        take()
+
+
+def test_a_task_that_fails_is_said_to(tmp_path, capfd):
+    tree = tree_of(tmp_path, "raise ImportError('planted')")
+    with started(tree, "importing", 0) as take, pytest.raises(RuntimeError, match="importing failed on"):
+        take()
+    assert "planted" in capfd.readouterr().err
 
 
 @pytest.fixture
@@ -57,25 +64,31 @@ def called(monkeypatch):
     """What is run, with made-up times: 3 s on this tree, 2 s on the other, 1 s of the task it is held against."""
     calls = list[str]()
 
+    @contextmanager
     def made_up(tree, task, size):
         side = "B" if tree != paired.ROOT or task == "against" else "A"
-        calls.append(side)
-        return Taken({"A": 3.0, "B": 2.0 if task == "task" else 1.0}[side], 7)
+        calls.append("(")
+        yield lambda: calls.append(side) or Taken({"A": 3.0, "B": 2.0 if task == "task" else 1.0}[side], 7)
+        calls.append(")")
 
-    monkeypatch.setattr(paired, "taken", made_up)
+    monkeypatch.setattr(paired, "started", made_up)
     return calls
 
 
-def test_pairs_alternate_after_one_of_each_that_is_not_counted(called, tmp_path):
-    row = compared(Measure("m", "task", 1, 1, 1.4), tmp_path, "abc", 20)
-    assert "".join(called) == "AB" + "ABBA" * 10
+@pytest.mark.parametrize(
+    ("turns", "order"),
+    [(1, "((BA))" + "((AB))((BA))" * 10), (3, "((BA))" + "((ABBAAB))((BAABBA))" * 10)],
+)
+def test_sides_take_turns_after_a_pair_that_is_not_counted(turns, order, called, tmp_path):
+    row = compared(Measure("m", "task", 1, 1, turns, 1.4), tmp_path, "abc", 20)
+    assert "".join(called) == order
     assert (row.ratio, row.low, row.high, row.pairs, row.against) == (1.5, 1.5, 1.5, 20, "abc")
     assert not row.met
     assert replace(row, most=1.5).met
 
 
 def test_a_form_is_held_against_another_on_this_tree(called, tmp_path):
-    row = compared(Measure("m", "task", 1, 1, 3.0, against="against"), tmp_path, "abc", 1)
+    row = compared(Measure("m", "task", 1, 1, 1, 3.0, against="against"), tmp_path, "abc", 1)
     assert (row.ratio, row.against, row.met) == (3.0, "against", True)
 
 
@@ -91,7 +104,7 @@ def test_the_limits_are_those_asked_for():
 )
 def test_the_scenes_have_the_rows_they_are_said_to_have(task, size, contacts, rows, monkeypatch):
     scenes = []
-    monkeypatch.setattr(paired_tasks, "_passes", lambda scene, schedule, form: scenes.append(scene))
+    monkeypatch.setattr(paired_tasks, "_passes", lambda scene, *asked, **more: scenes.append(scene))
     paired_tasks.TASKS[task](size)
     touching = system_of(scenes[0]).candidates
     assert len(touching.node) == contacts

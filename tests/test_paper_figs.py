@@ -12,7 +12,6 @@ from bipot.errors import SceneError
 from bipot.fem.quality import quality
 from bipot.forms import Tangent
 from bipot.history import Recorder, load
-from bipot.increment import tool_forces
 from bipot.laws.coulomb import Status
 from bipot.march import Control, Schedule, march
 from bipot.mesh import cylinder
@@ -66,7 +65,7 @@ def record(folder, mu, stop=None):
     scene = upsetting(mu=mu, elements=3, reduction=REDUCTION)
     own = (
         Column("reduction", "of the height", lambda _, a: REDUCTION * a.state.tau),
-        Column("force_N", "on the punch, N", lambda system, a: -tool_forces(system, a.solved.r)[0, 1]),
+        Column("force_N", "on the punch, N", lambda system, a: -a.tool_forces[0, 1]),
     )
     with Recorder(folder, scene, (INCREMENT, *own, *COURSE, SECONDS), {"mu": mu}, {}) as out:
         control = Control(Tangent())

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.columns import OVERLAP, certificate
+from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
-from bipot.increment import Limits, tool_forces
+from bipot.history import Recorder, load
+from bipot.increment import Limits
 from bipot.march import Control, Schedule, march, system_of
-from bipot.paper import as_written
-from bipot.response import StressUpdate
+from bipot.paper import as_written, unreturned
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path
 
@@ -19,8 +21,8 @@ UNIT = np.array([1.0, 1.0, 1.0, 0.0])
 FACTORS = (1e1, 1e2, 1e3, 1e4)
 
 
-def force(system, accepted):
-    return -tool_forces(system, accepted.solved.r)[0, 1]
+def force(accepted):
+    return -accepted.tool_forces[0, 1]
 
 
 @cache
@@ -31,7 +33,7 @@ def ended(mu, reduction, kind, factor=1.0):
     K = contact_penalty(system.candidates, factor)
     form = DIRECT if kind is None else kind(K, K)
     *_, last = march(scene, path(reduction, 5), Control(form, (), TIGHT))
-    return force(system, last)
+    return force(last)
 
 
 CASES = pytest.mark.parametrize(("mu", "reduction"), [(0.1, 0.45), (0.3, 0.2)])
@@ -55,6 +57,20 @@ def test_refreshed_traction_reaches_the_conic_force_at_any_penalty(mu, reduction
     assert abs(ended(mu, reduction, Penalty, 1e1) / exact - 1) > 1e-5
 
 
+def test_a_penalty_too_soft_to_be_felt_is_seen_in_the_history(tmp_path):
+    """The law it poses is met: the punch goes through, all of its travel, and that is what the table says."""
+    scene = upsetting(mu=0.3, reduction=0.1, elements=2)
+    with Recorder(tmp_path, scene, (*certificate("J", 1e-3), OVERLAP), {}, {}) as out:
+        for accepted in march(scene, Schedule(2), Control(Penalty(1e-30, 1e-30), ())):
+            out.record(accepted)
+    history = load(tmp_path)
+    for name in ("penetration", "overlap"):
+        np.testing.assert_allclose(history[name], [0.05, 0.1], rtol=1e-9)
+    assert history["law"].min() > 1e6
+    with pytest.raises(IncrementFailed, match="penetration"):
+        next(march(scene, Schedule(2), Control(Uzawa(1e-30, 1e-30), (), cuts=0)))
+
+
 @pytest.mark.parametrize(("increments", "factor"), [(10, 0.904), (45, 0.976)])
 def test_as_written_and_frictionless_the_force_is_low_by_the_two_factors(increments, factor):
     """Closed form: volume lost by B on x_n, and equilibrium on x_n: together products of (1 - e)(1 + e/2)^2."""
@@ -63,7 +79,7 @@ def test_as_written_and_frictionless_the_force_is_low_by_the_two_factors(increme
     K = contact_penalty(system.candidates, 1e4)
     scene, control = as_written(scene, K, K)
     *_, last = march(scene, Schedule(increments), control)
-    measured = force(system, last)
+    measured = force(last)
     assert measured / 42815.427 == pytest.approx(factor, abs=1e-3)
     assert measured / (300 * np.pi * radius_before_last(increments) ** 2) == pytest.approx(1, abs=1e-3)
 
@@ -81,12 +97,9 @@ def test_without_the_return_the_stress_drifts_off_the_yield_surface():
     """The same increments: with the return yield holds to round-off; without it the stress oversteps it."""
     scene = upsetting(mu=0.1, reduction=0.2, elements=2)
     K = contact_penalty(system_of(scene).candidates, 10.0)
-    drifts = {}
-    for update in StressUpdate:
-        posed, control = as_written(scene, K, K, update)
-        drifts[update] = [a.solved.certificate.yield_violation for a in march(posed, path(0.2, 10), control)]
-    assert max(drifts[StressUpdate.RETURN]) < 1e-12
-    drift = drifts[StressUpdate.RATE]
+    posed = [as_written(s, K, K) for s in (scene, unreturned(scene))]
+    returned, drift = ([a.solved.certificate.yield_violation for a in march(s, path(0.2, 10), c)] for s, c in posed)
+    assert max(returned) < 1e-12
     overshoot = drift[1]
     assert 0.3 < overshoot < 0.5, "first yield at 0.14 % is overstepped by the increment to 0.2 %"
     assert drift[-1] > 2 * overshoot
@@ -96,7 +109,7 @@ def test_without_the_return_stress_moves_along_the_yield_surface():
     """N : d sigma = 0 on it, C^e : de inside it, and (5), (6) hold: d sigma = C : (de - e_p)."""
     scene = upsetting(mu=0.1, reduction=0.05, elements=2)
     K = contact_penalty(system_of(scene).candidates, 10.0)
-    posed, control = as_written(scene, K, K, StressUpdate.RATE)
+    posed, control = as_written(unreturned(scene), K, K)
     C = scene.material.elasticity.stiffness(4)
     flowed = 0
     for accepted in march(posed, path(0.05, 4), control):

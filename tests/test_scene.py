@@ -6,9 +6,9 @@ import pytest
 from bipot.errors import SceneError
 from bipot.fem.kinematics import Geometry
 from bipot.laws.hardening import Perfect
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, cylinder
-from bipot.scene import FlatTool, Material, Scene, Support, upsetting
+from bipot.scene import FlatTool, Scene, Support, upsetting
 
 
 @pytest.mark.parametrize(
@@ -42,7 +42,7 @@ def scene(**changes):
     given = {
         "mesh": cylinder(1.0, 1.0, 1, 1),
         "geometry": Geometry.AXISYMMETRIC,
-        "material": Material(Elasticity(1.0, 0.3), Perfect(1.0)),
+        "material": VonMises(Elasticity(1.0, 0.3), Perfect(1.0)),
         "supports": (Support("axis", 0), Support("base", 1)),
         "tools": (tool(),),
     }

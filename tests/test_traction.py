@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
+from bipot.contact import CARRIES, LEAST_MOTION
 from bipot.export import increment_traction
 from bipot.fem.kinematics import Configuration, Geometry
 from bipot.forms import Tangent
@@ -16,14 +17,11 @@ from bipot.laws.coulomb import Status
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.traction import (
-    FORCE_TOLERANCE,
-    LEAST_MOTION,
     SLIP_TOLERANCE,
     consistent_tractions,
     contact_edges,
     edge_mass,
     edge_tractions,
-    motion_scale,
     nodal_tractions,
     recovered_tractions,
     traction,
@@ -243,7 +241,7 @@ def test_thresholds_are_relative_and_kept_beside_the_data(sticky):
     system, last = sticky
     solved, times = last.solved, (last.start.tau, last.state.tau)
     result = increment_traction(system, last)
-    assert result.force_tol == FORCE_TOLERANCE * np.linalg.norm(solved.r, axis=1).max()
+    assert result.force_tol == CARRIES * np.linalg.norm(solved.r, axis=1).max()
     assert result.slip_tol == pytest.approx(SLIP_TOLERANCE * 0.2 * 5 * (times[1] - times[0]), rel=1e-12)
     larger = traction(system.candidates, solved.rows, solved.response.x, last.state.nodes, 1e3 * solved.r, *times)
     np.testing.assert_array_equal(larger.status, result.status)
@@ -265,12 +263,12 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
     assert sum(back) == pytest.approx(SLIP_TOLERANCE * 0.01 * 0.5, rel=1e-9)
 
 
-def test_a_body_that_moves_between_resting_tools_has_its_own_motion(sticky):
+def test_a_body_that_moves_between_resting_tools_has_its_own_length(sticky):
     system, last = sticky
-    x = last.solved.response.x
-    still = last.start.tau, last.start.tau
-    assert motion_scale(system.candidates, x, *still) == np.linalg.norm(last.state.displacement, axis=1).max()
-    assert motion_scale(system.candidates, 0 * x, *still) == LEAST_MOTION * 5
+    rows, x, still = last.solved.rows, last.solved.response.x, (last.start.tau, last.start.tau)
+    largest = np.linalg.norm(last.state.displacement, axis=1).max()
+    assert system.candidates.length(rows, x, *still) == pytest.approx(largest, rel=1e-15)
+    assert system.candidates.length(rows, 0 * x, *still) == LEAST_MOTION * 5
 
 
 def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):

@@ -8,7 +8,8 @@ compressed rows.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from enum import IntEnum, StrEnum
 from pathlib import Path
 from typing import Any
@@ -62,26 +63,34 @@ def _form(file: h5py.File, path: Path) -> _Form:
     raise FclibError(f"{path} holds neither /{_Form.LOCAL} nor /{_Form.GLOBAL}: it is not an FCLIB problem")
 
 
+@contextmanager
+def _opened(path: str | Path) -> Iterator[h5py.File]:
+    """The file for reading; what it lacks is said as an FclibError."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except BipotError:
+        raise
+    except (KeyError, OSError, TypeError, ValueError, IndexError) as failure:
+        raise FclibError(f"{path} is not a readable FCLIB file: {failure}") from failure
+
+
 def read_fclib(path: str | Path) -> CoulombProblem | GlobalCoulombProblem:
     """The problem of a file, in the form it is stored in. Raises FclibError on any other layout.
 
     ``reduced(read_fclib(path))`` is the reduced form of either.
     """
-    path = Path(path)
-    try:
-        with h5py.File(path, "r") as file:
-            form = _form(file, path)
-            group: Any = file[form]
-            vectors, dim = group["vectors"], int(np.ravel(group["spacedim"][()])[0])
-            mu = _vector(vectors, "mu")
-            if form is _Form.LOCAL:
-                return CoulombProblem(_read_matrix(group["W"]), _vector(vectors, "q"), mu, dim)
-            if "G" in group:
-                raise FclibError(f"{path} has bilateral constraints (G): eliminate them before exporting")
-            M, H = _read_matrix(group["M"]), _read_matrix(group["H"])
-            return GlobalCoulombProblem(M, H, _vector(vectors, "f"), _vector(vectors, "w"), mu, dim)
-    except (KeyError, OSError) as failure:
-        raise FclibError(f"{path} is not a readable FCLIB file: {failure}") from failure
+    with _opened(path) as file:
+        form = _form(file, Path(path))
+        group: Any = file[form]
+        vectors, dim = group["vectors"], int(np.ravel(group["spacedim"][()])[0])
+        mu = _vector(vectors, "mu")
+        if form is _Form.LOCAL:
+            return CoulombProblem(_read_matrix(group["W"]), _vector(vectors, "q"), mu, dim)
+        if "G" in group:
+            raise FclibError(f"{path} has bilateral constraints (G): eliminate them before exporting")
+        M, H = _read_matrix(group["M"]), _read_matrix(group["H"])
+        return GlobalCoulombProblem(M, H, _vector(vectors, "f"), _vector(vectors, "w"), mu, dim)
 
 
 def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
@@ -90,8 +99,9 @@ def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
 
 
 def read_solution(path: str | Path) -> dict[str, FloatArray]:
-    """Vectors of `/solution` (u, r, perhaps v), empty when the file has none."""
-    with h5py.File(path, "r") as file:
+    """Vectors of `/solution` (u, r, perhaps v), empty when the file has none. Raises FclibError where it is no file
+    of this layout."""
+    with _opened(path) as file:
         if "solution" not in file:
             return {}
         group: Any = file["solution"]

@@ -1,7 +1,8 @@
 """Isotropic hardening: the yield stress σ_Y(p) of (7) as a function of the equivalent plastic strain p.
 
-Each curve gives σ_Y, its slope H = dσ_Y/dp and its energy ∫ σ_Y. The slope is never negative: the energy of
-an increment is then convex in the plastic strain, which every conic form of the increment needs.
+Each curve gives σ_Y and its slope H = dσ_Y/dp. The slope is never negative: the energy of an increment is then
+convex in the plastic strain, which every conic form of the increment needs. A new curve is a class here, or
+anywhere, and its line in :data:`CURVES`.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from inspect import signature
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -23,7 +25,7 @@ _SOFTENING = "finite and >= 0 (softening makes the energy of an increment non-co
 
 @runtime_checkable
 class Hardening(Protocol):
-    """A hardening curve; arrays in, arrays out, peeq >= 0 and dp >= 0 broadcast together."""
+    """A hardening curve; arrays in, arrays out, peeq >= 0."""
 
     def yield_stress(self, peeq: ArrayLike) -> FloatArray:
         """σ_Y(p)."""
@@ -31,10 +33,6 @@ class Hardening(Protocol):
 
     def slope(self, peeq: ArrayLike) -> FloatArray:
         """H = dσ_Y/dp, the right-hand one at a kink."""
-        ...
-
-    def energy(self, peeq: ArrayLike, dp: ArrayLike) -> FloatArray:
-        """∫_0^dp σ_Y(p + s) ds, the plastic energy of an increment per volume."""
         ...
 
 
@@ -62,8 +60,8 @@ def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]
 class Perfect:
     """Perfect plasticity, σ_Y(p) = sigma_y (stress units).
 
-    >>> float(Perfect(300.0).energy(0.1, 0.5))
-    150.0
+    >>> float(Perfect(300.0).yield_stress(0.1))
+    300.0
     """
 
     sigma_y: float
@@ -78,10 +76,6 @@ class Perfect:
     def slope(self, peeq: ArrayLike) -> FloatArray:
         """H = 0."""
         return np.zeros(np.shape(peeq))
-
-    def energy(self, peeq: ArrayLike, dp: ArrayLike) -> FloatArray:
-        """sigma_y dp."""
-        return self.yield_stress(peeq) * np.asarray(dp, float)
 
 
 @dataclass(frozen=True)
@@ -106,11 +100,6 @@ class Linear:
     def slope(self, peeq: ArrayLike) -> FloatArray:
         """H = modulus."""
         return np.full(np.shape(peeq), float(self.modulus))
-
-    def energy(self, peeq: ArrayLike, dp: ArrayLike) -> FloatArray:
-        """σ_Y(p + dp/2) dp, exact for a straight line."""
-        p, dp = np.asarray(peeq, float), np.asarray(dp, float)
-        return self.yield_stress(p + 0.5 * dp) * dp
 
 
 @dataclass(frozen=True)
@@ -142,11 +131,34 @@ class Voce:
         p = np.asarray(peeq, float)
         return self.saturation * self.rate * np.exp(-self.rate * p) + self.modulus
 
-    def energy(self, peeq: ArrayLike, dp: ArrayLike) -> FloatArray:
-        """(sigma_y + modulus (p + dp/2)) dp + saturation (dp - exp(-rate p) (1 - exp(-rate dp))/rate)."""
-        p, dp = np.asarray(peeq, float), np.asarray(dp, float)
-        lost = -np.exp(-self.rate * p) * np.expm1(-self.rate * dp) / self.rate
-        return (self.sigma_y + self.modulus * (p + 0.5 * dp)) * dp + self.saturation * (dp - lost)
+
+@dataclass(frozen=True)
+class Swift:
+    """Swift's power law, σ_Y(p) = strength (offset + p)^exponent (stress units; strain; a number in [0, 1]).
+
+    >>> round(float(Swift(500.0, 0.01, 0.25).yield_stress(0.15)), 9)
+    316.227766017
+    """
+
+    strength: float
+    offset: float
+    exponent: float
+
+    def __post_init__(self) -> None:
+        _require_positive("strength", self.strength)
+        _require_positive("offset", self.offset)
+        require_number(self.exponent, "exponent")
+        require(0 <= self.exponent <= 1, "exponent", self.exponent, "in [0, 1]")
+        _require_positive("sigma_y", float(self.yield_stress(0.0)))
+
+    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+        """σ_Y(p) = strength (offset + p)^exponent."""
+        return self.strength * (self.offset + np.asarray(peeq, float)) ** self.exponent
+
+    def slope(self, peeq: ArrayLike) -> FloatArray:
+        """H = exponent σ_Y(p)/(offset + p)."""
+        p = np.asarray(peeq, float)
+        return self.exponent * self.yield_stress(p) / (self.offset + p)
 
 
 @dataclass(frozen=True)
@@ -200,12 +212,15 @@ class Tabulated:
         ends, _, slopes = self._knots
         return slopes[np.maximum(np.searchsorted(ends, np.asarray(peeq, float), side="right") - 1, 0)]
 
-    def energy(self, peeq: ArrayLike, dp: ArrayLike) -> FloatArray:
-        """Sum over segments of overlap length times midpoint stress, exact and free of cancellation."""
-        ends, _, _ = self._knots
-        p, dp = np.asarray(peeq, float)[..., None], np.asarray(dp, float)[..., None]
-        start, stop = np.clip(ends[:-1] - p, 0.0, dp), np.clip(ends[1:] - p, 0.0, dp)
-        return np.sum((stop - start) * self.yield_stress(p + 0.5 * (start + stop)), axis=-1)
+
+CURVES: dict[str, Callable[..., Hardening]] = {
+    "perfect": Perfect,
+    "linear": Linear,
+    "voce": Voce,
+    "swift": Swift,
+    "table": Tabulated,
+}
+"""What a command line calls the curves. Their numbers follow in the order of their fields; a table's are pairs."""
 
 
 def _numbers(text: str, separator: str) -> list[float]:
@@ -216,38 +231,41 @@ def _numbers(text: str, separator: str) -> list[float]:
         raise
 
 
-def _table(text: str) -> Tabulated:
-    pairs = [_numbers(pair, "/") for pair in text.split(",")]
-    require(all(len(pair) == 2 for pair in pairs), "hardening", text, "pairs peeq/stress separated by ','")
-    return Tabulated(tuple(pair[0] for pair in pairs), tuple(pair[1] for pair in pairs))
-
-
-def _curve(make: Callable[..., Hardening], counts: tuple[int, ...]) -> Callable[[str], Hardening]:
-    def parse(text: str) -> Hardening:
-        numbers = _numbers(text, ",")
-        allowed = " or ".join(str(count) for count in counts) + " numbers separated by ','"
-        require(len(numbers) in counts, "hardening", text, allowed)
-        return make(*numbers)
-
-    return parse
-
-
-_PARSERS: dict[str, Callable[[str], Hardening]] = {
-    "perfect": _curve(Perfect, (1,)),
-    "linear": _curve(Linear, (2,)),
-    "voce": _curve(Voce, (3, 4)),
-    "table": _table,
-}
+def _fields(make: Callable[..., Hardening]) -> tuple[list[str], int]:
+    """Names of a curve's numbers, and how many of them must be given."""
+    given = signature(make).parameters.values()
+    return [field.name for field in given], sum(field.default is field.empty for field in given)
 
 
 def hardening_from_text(text: str) -> Hardening:
     """Read a hardening curve from one word, as a command line gives it; raises SceneError if it cannot.
 
-    Forms: ``perfect:σ``, ``linear:σ,H``, ``voce:σ,saturation,rate[,H]``, ``table:p0/σ0,p1/σ1,…``.
-
     >>> hardening_from_text("linear:300,1000")
     Linear(sigma_y=300.0, modulus=1000.0)
     """
     name, _, rest = text.partition(":")
-    require(name in _PARSERS, "hardening", name, "one of " + ", ".join(sorted(_PARSERS)))
-    return _PARSERS[name](rest)
+    require(name in CURVES, "hardening", name, "one of " + ", ".join(sorted(CURVES)))
+    make = CURVES[name]
+    if make is Tabulated:
+        pairs = [_numbers(pair, "/") for pair in rest.split(",")]
+        require(all(len(pair) == 2 for pair in pairs), "hardening", rest, "pairs peeq/stress separated by ','")
+        return Tabulated(*zip(*pairs, strict=True))
+    numbers, (names, least) = _numbers(rest, ","), _fields(make)
+    counts = range(least, len(names) + 1)
+    allowed = " or ".join(str(count) for count in counts) + " numbers separated by ','"
+    require(len(numbers) in counts, "hardening", rest, allowed)
+    return make(*numbers)
+
+
+def hardening_usage() -> str:
+    """What :func:`hardening_from_text` reads, for a command line's help.
+
+    >>> hardening_usage().split("; ")[2]
+    'voce:sigma_y,saturation,rate[,modulus]'
+    """
+    words = list[str]()
+    for name, make in CURVES.items():
+        names, least = _fields(make)
+        rest = "".join(f"[,{field}]" for field in names[least:])
+        words.append(f"{name}:" + ("peeq/stress,..." if make is Tabulated else ",".join(names[:least]) + rest))
+    return "; ".join(words)

@@ -9,17 +9,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_number
+from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_number, require_type
 from bipot.laws.hardening import Hardening
 from bipot.laws.tensors import (
     BoolArray,
     FloatArray,
     deviator,
     deviatoric_projector,
+    equivalent_strain,
     equivalent_stress,
     identity,
     norm,
@@ -28,6 +32,13 @@ from bipot.laws.tensors import (
 
 _MAX_ITERATIONS = 200
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+
+
+class TangentKind(Enum):
+    """Which C^ep the quadratic energy uses: algorithmic, or the rate form (10)."""
+
+    CONSISTENT = "consistent"
+    CONTINUUM = "continuum"
 
 
 @cache
@@ -80,11 +91,12 @@ class Elasticity:
 class Returned:
     """What :func:`radial_return` found, over leading axes (…).
 
-    ``stress`` (…, s); ``plastic_strain`` (…, s), the increment; ``dpeeq`` (…); ``direction`` (…, s), the unit
-    deviator N of the trial stress, zero where elastic; ``plastic`` (…), true where the trial stress is
-    outside the yield surface.
+    ``trial``, the elastic trial stress, and ``stress`` (…, s); ``plastic_strain`` (…, s), the increment; ``dpeeq``
+    (…); ``direction`` (…, s), the unit deviator N of the trial stress, zero where elastic; ``plastic`` (…), true where
+    the trial stress is outside the yield surface.
     """
 
+    trial: FloatArray
     stress: FloatArray
     plastic_strain: FloatArray
     dpeeq: FloatArray
@@ -151,7 +163,7 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     stress[..., :3] += (trace(trial) / 3.0)[..., None]
     if not plastic.all():
         stress[~plastic] = trial[~plastic]
-    return Returned(stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
+    return Returned(trial, stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 
 def _less_along(C: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
@@ -162,18 +174,14 @@ def _less_along(C: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
 
 
 def consistent_tangent(
-    trial_stress: FloatArray,
-    returned: Returned,
-    peeq: FloatArray,
-    elasticity: Elasticity,
-    hardening: Hardening,
+    returned: Returned, peeq: FloatArray, elasticity: Elasticity, hardening: Hardening
 ) -> FloatArray:
     """Derivative of the returned stress with respect to the strain increment, (…, s, s), symmetric.
 
     K 1 ⊗ 1 + 2 G β I_dev - 2 G (β - H/(3 G + H)) N ⊗ N with β = q/q_tr and H at p + dp (``peeq`` is p, at the
     start of the increment); C^e where elastic. Positive semidefinite, since H >= 0.
     """
-    trial, end = np.asarray(trial_stress, float), peeq + returned.dpeeq
+    trial, end = returned.trial, peeq + returned.dpeeq
     size = trial.shape[-1]
     G, H = elasticity.shear, hardening.slope(end)
     q = np.where(returned.plastic, equivalent_stress(trial), 1.0)
@@ -196,3 +204,40 @@ def continuum_tangent(
     N = np.divide(s, length[..., None], out=np.zeros(s.shape), where=active[..., None])
     G, H = elasticity.shear, hardening.slope(peeq)
     return _less_along(elasticity.stiffness(s.shape[-1]), 6.0 * G**2 / (3.0 * G + H), N)
+
+
+@dataclass(frozen=True)
+class VonMises:
+    """The material of (5)-(9): isotropic elasticity, and plastic flow with isotropic hardening."""
+
+    elasticity: Elasticity
+    hardening: Hardening
+    drifts: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        require_type(self.elasticity, Elasticity, "material.elasticity")
+        require_type(self.hardening, Hardening, "material.hardening")
+
+    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+        """σ_Y (…)."""
+        return self.hardening.yield_stress(peeq)
+
+    def slope(self, peeq: ArrayLike) -> FloatArray:
+        """H (…)."""
+        return self.hardening.slope(peeq)
+
+    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+        """σ_Y |e_p|_eq (…)."""
+        return self.yield_stress(peeq) * equivalent_strain(plastic_strain)
+
+    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+        """Radial return of R σ_n Rᵀ + C^e : de."""
+        trial = rotated + strain @ self.elasticity.stiffness(strain.shape[-1])
+        return radial_return(trial, peeq, self.elasticity, self.hardening)
+
+    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+        """C (…, s, s): the derivative of the return, or (10) at its end."""
+        if kind is TangentKind.CONSISTENT:
+            return consistent_tangent(returned, peeq, self.elasticity, self.hardening)
+        end = peeq + returned.dpeeq
+        return continuum_tangent(returned.stress, end, returned.plastic, self.elasticity, self.hardening)

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from bipot.coulomb.problem import CoulombProblem
-from bipot.errors import ProgramError
+from bipot.errors import ProgramError, UnsuitedForm
 from bipot.programs.conic import TangentProgram
 
 Floats = NDArray[np.float64]
@@ -41,7 +41,8 @@ def reduce(program: TangentProgram) -> Reduced:
     """Eliminate the unknowns of a dense program.
 
     Raises:
-        ProgramError: K is singular to working precision, or a point is welded (a tie is not Coulomb's law).
+        UnsuitedForm: K is singular to working precision.
+        ProgramError: a point is welded (a tie is not Coulomb's law).
     """
     rows = program.contact.rows
     if rows.tied.any():
@@ -49,7 +50,7 @@ def reduce(program: TangentProgram) -> Reduced:
     G, offset = _stacked(program)
     K = np.asarray(program.K)
     if not np.linalg.cond(K, 1) * len(K) * _EPS < 1:
-        raise ProgramError("the stiffness is singular: the contacts alone do not determine the motion")
+        raise UnsuitedForm("the stiffness is singular: the contacts alone do not determine the motion")
     solved = np.linalg.solve(K, np.column_stack([program.f, G.T]))
     free, flexibility = np.asarray(solved[:, 0], dtype=np.float64), np.asarray(solved[:, 1:], dtype=np.float64)
     mu = np.zeros(rows.count)

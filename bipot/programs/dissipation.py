@@ -38,7 +38,8 @@ class PlasticModel:
 
     ``volumetric`` (g, n) and ``deviatoric`` (g m, n) map dU to tr e and dev e; ``trace_0`` (g,) and ``deviator_0``
     (g, m) are their values at dU = 0; ``pressure`` (g,) and ``stress`` (g, m) the parts of sigma_0; ``weight`` (g,)
-    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the line of the yield stress; ``bulk``, ``shear`` moduli.
+    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the line of the yield stress; ``bulk``, ``shear`` moduli. An
+    infinite threshold is that of a material that does not flow: it gets no cones.
     """
 
     volumetric: sp.csr_matrix
@@ -53,6 +54,11 @@ class PlasticModel:
     bulk: float
     shear: float
 
+    @property
+    def flows(self) -> bool:
+        """Whether plastic strain is a variable."""
+        return bool(np.isfinite(self.threshold).any())
+
     def scaled(self, units: Units) -> PlasticModel:
         """Strains in ``units.strain``, stresses in ``units.stress``, volumes in ``units.volume``."""
         modulus = units.strain / units.stress
@@ -65,7 +71,7 @@ class PlasticModel:
             pressure=self.pressure / units.stress,
             stress=self.stress / units.stress,
             weight=self.weight / units.volume,
-            threshold=np.minimum(self.threshold / units.stress, BEYOND),
+            threshold=np.minimum(self.threshold / units.stress, BEYOND if self.flows else np.inf),
             slope=self.slope * modulus,
             bulk=self.bulk * modulus,
             shear=self.shear * modulus,
@@ -85,44 +91,38 @@ class DissipationProgram:
         return DissipationProgram(self.model.scaled(units), self.force / units.force, self.contact.scaled(units))
 
     def conic(self) -> ConicProgram:
-        """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0)."""
-        m, n = self.model, len(self.force)
+        """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
+        m, layout, slips = self.model, Layout(), self.contact.threshold[self.contact.sliding]
         points, width = m.stress.shape
-        layout, cost = Layout(), self.contact.threshold[self.contact.sliding]
-        layout.add(Block.DISPLACEMENT, n)
-        elastic = layout.add(Block.ELASTIC_DEVIATOR, points * width)
-        norms = layout.add(Block.PLASTIC_NORM, points)
-        bounds = layout.add(Block.SLIP_BOUND, len(cost))
-        diagonal = np.concatenate(
-            [
-                np.repeat(2 * m.shear * m.weight, width),
-                2 / 3 * m.slope * m.weight,
-                np.zeros(len(cost)),
-            ]
+        weights = np.repeat(m.weight, width)
+        layout.add(Block.DISPLACEMENT, len(self.force))
+        stiffness, force = _quadratic(m.volumetric, m.weight, m.pressure, m.bulk, m.trace_0)
+        diagonal = cost = np.zeros(0)
+        if m.flows:
+            layout.add(Block.ELASTIC_DEVIATOR, points * width)
+            layout.add(Block.PLASTIC_NORM, points)
+            diagonal = np.concatenate([2 * m.shear * weights, 2 / 3 * m.slope * m.weight])
+            cost = np.concatenate([weights * m.stress.ravel(), ROOT * m.weight * m.threshold])
+        else:
+            more, moved = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
+            stiffness, force = sp.csc_matrix(stiffness + more), force + moved
+        rows = self.contact.cone_rows(layout.size + len(slips), layout.add(Block.SLIP_BOUND, len(slips)))
+        if m.flows:
+            norms, elastic = (layout.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
+            rows = (norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, layout.size, norms, minus=elastic), *rows)
+        return ConicProgram(
+            P=_beside(stiffness, np.concatenate([diagonal, np.zeros(len(slips))])),
+            q=np.concatenate([force - self.force, cost, slips]),
+            rows=rows,
+            blocks=layout.blocks,
+            statement=self.statement,
         )
-        q = np.concatenate(
-            [
-                m.volumetric.T @ (m.weight * (m.pressure + m.bulk * m.trace_0)) - self.force,
-                (m.weight[:, None] * m.stress).ravel(),
-                ROOT * m.weight * m.threshold,
-                cost,
-            ]
-        )
-        flow = norm_rows(Term.YIELD, m.deviatoric, m.deviator_0, layout.size, norms, minus=elastic)
-        rows = (flow, *self.contact.cone_rows(layout.size, bounds))
-        P = _beside(self._volumetric_stiffness(), diagonal)
-        return ConicProgram(P, q, rows, layout.blocks, self.statement)
-
-    def _volumetric_stiffness(self) -> sp.csc_matrix:
-        """sum_q w K B_v' B_v (n, n)."""
-        m, B = self.model, self.model.volumetric
-        root = np.repeat(np.sqrt(m.bulk * m.weight), np.diff(B.indptr))
-        weighted = sp.csr_matrix((root * B.data, B.indices, B.indptr), shape=B.shape)
-        return sp.csc_matrix(weighted.T @ weighted)
 
     def plastic_strain(self, solution: ConicSolution) -> Floats:
         """e_p (g, m) in basis coordinates: dev e - d."""
         m = self.model
+        if not m.flows:
+            return np.zeros(m.stress.shape)
         deviator = m.deviatoric @ solution.block(Block.DISPLACEMENT)
         return m.deviator_0 + (deviator - solution.block(Block.ELASTIC_DEVIATOR)).reshape(m.stress.shape)
 
@@ -133,11 +133,11 @@ class DissipationProgram:
         from bipot.programs.statement import ContactStatement
 
         m = self.model
-        dU, t = cp.Variable(len(self.force)), cp.Variable(len(m.weight))
-        d = cp.Variable(m.stress.shape)
+        dU = cp.Variable(len(self.force))
         contact = ContactStatement.of(dU, self.contact)
         volume_change = m.volumetric @ dU + m.trace_0
-        plastic = cp.reshape(m.deviatoric @ dU, d.shape, order="C") + m.deviator_0 - d
+        deviator = cp.reshape(m.deviatoric @ dU, m.stress.shape, order="C") + m.deviator_0
+        d = cp.Variable(m.stress.shape) if m.flows else deviator
         root = np.sqrt(m.weight)
         stored = (
             (m.weight * m.pressure) @ volume_change
@@ -145,11 +145,22 @@ class DissipationProgram:
             + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
             + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
         )
-        dissipated = ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
-        cost = stored + dissipated - self.force @ dU + contact.cost
-        constraints = {Term.YIELD: cp.SOC(t, plastic, axis=1), **contact.constraints}
-        blocks = {Block.ELASTIC_DEVIATOR: d, Block.PLASTIC_NORM: t, **contact.blocks}
+        cost, blocks, constraints = stored - self.force @ dU + contact.cost, contact.blocks, contact.constraints
+        if m.flows:
+            t = cp.Variable(len(m.weight))
+            cost += ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
+            blocks = {Block.ELASTIC_DEVIATOR: d, Block.PLASTIC_NORM: t, **blocks}
+            constraints = {Term.YIELD: cp.SOC(t, deviator - d, axis=1), **constraints}
         return Stated(cp.Problem(cp.Minimize(cost), list(constraints.values())), blocks, constraints)
+
+
+def _quadratic(
+    B: sp.csr_matrix, weight: Floats, stress: Floats, modulus: float, start: Floats
+) -> tuple[sp.csc_matrix, Floats]:
+    """Second derivative (n, n) and slope (n,) at dU = 0 of sum w (stress e + modulus/2 e^2), e = start + B dU."""
+    root = np.repeat(np.sqrt(modulus * weight), np.diff(B.indptr))
+    weighted = sp.csr_matrix((root * B.data, B.indices, B.indptr), shape=B.shape)
+    return sp.csc_matrix(weighted.T @ weighted), B.T @ (weight * (stress + modulus * start))
 
 
 def _beside(block: sp.csc_matrix, diagonal: Floats) -> sp.csc_matrix:

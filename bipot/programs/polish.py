@@ -34,6 +34,10 @@ At = Callable[[Floats, Floats], Law]
 ITERATIONS = 12
 EXACT = 1e-10
 
+YIELDING = 1e-9
+"""Compliance of every contact force in the Newton matrix: where rows repeat each other it picks the forces next to the
+last ones, where they do not it slows nothing."""
+
 
 @dataclass(frozen=True)
 class ShiftedCone:
@@ -104,7 +108,10 @@ class Elimination:
         """From [K, -G'; law by motion G, law by force] (dx, dr) = -(K x - f - G' r, law)."""
         rows, n = self.rows, len(residual)
         G = _stacked(rows)
-        by_motion, by_force = (sp.block_diag(list(part), format="csr") for part in (law.by_motion, law.by_force))
+        by_motion, by_force = (
+            sp.block_diag(list(part), format="csr")
+            for part in (law.by_motion, law.by_force + YIELDING * np.eye(1 + rows.tangents))
+        )
         J = sp.csc_matrix(sp.block_array([[K, -G.T], [by_motion @ G, by_force]]))
         try:
             lu = sla.splu(J)

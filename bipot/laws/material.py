@@ -1,0 +1,82 @@
+"""What a body asks of its material, and the material that never flows.
+
+Tensors are Mandel vectors (…, s), points the leading axes (…).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bipot.errors import require_type
+from bipot.laws.tensors import FloatArray
+from bipot.laws.von_mises import Elasticity, Returned, TangentKind
+
+
+@runtime_checkable
+class Material(Protocol):
+    """A material with isotropic elasticity and a yield stress that rises with the equivalent plastic strain."""
+
+    @property
+    def elasticity(self) -> Elasticity:
+        """The law (6) of stress and elastic strain."""
+        ...
+
+    drifts: ClassVar[bool]
+    """Whether an increment's stress may end outside the yield surface."""
+
+    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+        """σ_Y (…) at the equivalent plastic strain; inf where nothing flows."""
+        ...
+
+    def slope(self, peeq: ArrayLike) -> FloatArray:
+        """H = dσ_Y/dp (…) >= 0."""
+        ...
+
+    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+        """σ_Y |e_p|_eq (…) at ``peeq``, the potential V of a plastic strain increment in (19)."""
+        ...
+
+    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+        """Stress and plastic strain of an increment from the stress, turned to its end, and peeq of its start."""
+        ...
+
+    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+        """C (…, s, s) or (s, s), symmetric and positive semidefinite, at an :meth:`update` from the same start."""
+        ...
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Isotropic elasticity alone: no return map, and no plastic cones in a program."""
+
+    elasticity: Elasticity
+    drifts: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        require_type(self.elasticity, Elasticity, "material.elasticity")
+
+    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
+        """Out of reach."""
+        return np.full(np.shape(peeq), np.inf)
+
+    def slope(self, peeq: ArrayLike) -> FloatArray:
+        """Zero."""
+        return np.zeros(np.shape(peeq))
+
+    def dissipation(self, plastic_strain: FloatArray, peeq: FloatArray) -> FloatArray:
+        """Zero: there is no plastic strain."""
+        return np.zeros(peeq.shape)
+
+    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+        """R σ_n Rᵀ + C^e : de."""
+        trial = rotated + strain @ self.elasticity.stiffness(strain.shape[-1])
+        nothing = np.zeros(trial.shape)
+        return Returned(trial, trial, nothing, nothing[..., 0], nothing, np.zeros(peeq.shape, dtype=bool))
+
+    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+        """C^e (s, s), of either kind."""
+        return self.elasticity.stiffness(rotated.shape[-1])

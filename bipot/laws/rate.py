@@ -1,0 +1,43 @@
+"""Von Mises plasticity by the rate equation (4) alone, as the seed paper has it: the stress is not returned."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from bipot.laws.tensors import BoolArray, FloatArray, deviator, equivalent_strain, norm
+from bipot.laws.von_mises import Returned, TangentKind, VonMises, continuum_tangent, yield_function
+
+ON_YIELD = 1e-9
+"""A stress this near the yield surface, relative to it, counts as on it for (10)."""
+
+
+@dataclass(frozen=True)
+class RateVonMises(VonMises):
+    """sigma_n + C^ep : de (4), C^ep that of the start of the increment: the stress drifts off the yield surface."""
+
+    drifts: ClassVar[bool] = True
+
+    def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
+        """Stress by (4), and the plastic strain that (5) and (6) then leave."""
+        C, plastic = self._rate(rotated, peeq)
+        size = strain.shape[-1]
+        change = np.einsum("...st,...t->...s", C, strain)
+        e_p = strain - change @ self.elasticity.compliance(size)
+        e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
+        length = norm(e_p)
+        direction = np.divide(e_p, length[..., None], out=np.zeros_like(e_p), where=length[..., None] > 0)
+        trial = rotated + strain @ self.elasticity.stiffness(size)
+        return Returned(trial, rotated + change, e_p, equivalent_strain(e_p), direction, plastic)
+
+    def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
+        """C^ep (…, s, s) at the start of the increment, of either kind."""
+        return self._rate(rotated, peeq)[0]
+
+    def _rate(self, stress: FloatArray, peeq: FloatArray) -> tuple[FloatArray, BoolArray]:
+        """C^ep (…, s, s) of (10), and where it is plastic (…)."""
+        sigma_y = self.yield_stress(peeq)
+        plastic = yield_function(stress, sigma_y) >= -ON_YIELD * sigma_y
+        return continuum_tangent(stress, peeq, plastic, self.elasticity, self.hardening), plastic

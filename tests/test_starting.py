@@ -1,0 +1,140 @@
+"""A start state that no march of the scene leaves is refused by name; every one that a march leaves is taken."""
+
+from dataclasses import replace
+
+import pytest
+
+from bipot.errors import SceneError
+from bipot.fem.elements import Quadrature
+from bipot.fem.kinematics import Configuration
+from bipot.forms import Newton, Penalty
+from bipot.laws.hardening import Perfect
+from bipot.march import Control, Schedule, march, system_of
+from bipot.paper import as_written
+from bipot.scene import upsetting
+from tests.scenes import refused, scene, tool
+
+NAN = float("nan")
+
+
+def started(**options):
+    """A state half-way through a small upsetting."""
+    path = march(upsetting(**({"mu": 0.1, "elements": 2, "reduction": 0.02} | options)), Schedule(2, first=0.05))
+    return next(path).state
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"elements": 3}, r"start.nodes = 'of shape \(21, 2\)': must be of shape \(40, 2\), as in the scene"),
+        ({"quadrature": Quadrature.GAUSS2}, r"start.stress = 'of shape \(4, 7, 4\)': must be of shape \(4, 4, 4\)"),
+    ],
+)
+def test_a_start_state_of_another_scene_is_refused(options, words):
+    state = started()
+    refused(lambda: march(upsetting(mu=0.1, **({"elements": 2} | options)), Schedule(2), start=state), words)
+
+
+def test_a_start_state_of_the_same_mesh_under_another_path_is_refused():
+    other = upsetting(mu=0.1, elements=2, reduction=0.3)
+    refused(lambda: march(other, Schedule(2), start=started()), "start.gap = 'distances'")
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (lambda s: {"stress": s.stress * NAN}, "start.stress = 'NaN or infinite'"),
+        (lambda s: {"forces": s.forces[:-1]}, "start.forces = 'of shape"),
+        (lambda s: {"nodes": s.nodes + 1.0}, "start.nodes = 'held ones': must be where the supports hold them"),
+        (lambda s: {"gap": s.gap + 0.1}, "start.gap = 'distances': must be those of start.nodes to the scene's tools"),
+        (lambda s: {"flow": replace(s.flow, strain=s.flow.strain[:1])}, "start.flow.strain = 'of shape"),
+        (lambda s: {"peeq": s.peeq - 1.0}, "start.peeq = .*: must be >= 0"),
+        (lambda _: {"tau": NAN}, "start.tau = nan"),
+        (lambda _: {"tau": 1.5}, "start.tau = 1.5: must be in"),
+    ],
+)
+def test_a_start_state_with_impossible_values_is_refused(changes, words):
+    state = started()
+    own = upsetting(mu=0.1, elements=2, reduction=0.02)
+    assert next(march(own, Schedule(2, first=0.05), start=state)).number == 1
+    refused(lambda: march(own, Schedule(2), start=replace(state, **changes(state))), words)
+
+
+@pytest.fixture(scope="module")
+def pressed_once():
+    pressed = upsetting(mu=0.3, elements=2, reduction=0.02)
+    return pressed, next(march(pressed, Schedule(2, first=0.2, settling=1))).state
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (lambda state: {"stress": 10 * state.stress}, "start.stress"),
+        (lambda state: {"stress": 1e200 * state.stress}, "start.stress"),
+        (lambda state: {"length": float("nan")}, "start.length"),
+        (lambda state: {"length": "1"}, "start.length"),
+        (lambda state: {"length": -1.0}, "start.length"),
+        (lambda state: {"length": 1e-300}, "start.length"),
+        (lambda state: {"flow": "none"}, "start.flow"),
+    ],
+)
+def test_a_start_that_no_march_leaves_is_refused(pressed_once, change, field):
+    pressed, state = pressed_once
+    with pytest.raises(SceneError, match=field):
+        march(pressed, Schedule(2), start=replace(state, **change(state)))
+
+
+def test_a_start_of_a_stronger_material_is_refused(pressed_once):
+    _, state = pressed_once
+    with pytest.raises(SceneError, match=r"start.stress.*another material"):
+        march(upsetting(mu=0.3, elements=2, reduction=0.02, hardening=Perfect(100.0)), Schedule(2), start=state)
+
+
+@pytest.mark.parametrize("factor", [0.0, 0.99, 1.01, 1e8])
+@pytest.mark.parametrize("row", [0, 1])
+@pytest.mark.parametrize("configuration", Configuration)
+def test_a_start_whose_forces_its_stress_does_not_carry_is_refused(configuration, row, factor):
+    """They are the scale of the cone measure: with forces of 1e12 any other is within their round-off of the cone."""
+    pressed = upsetting(mu=0.3, elements=2, reduction=0.02, configuration=configuration)
+    state = next(march(pressed, Schedule(2, first=0.2, settling=1))).state
+    forces = state.forces.copy()
+    forces[:, row] *= factor
+    with pytest.raises(SceneError, match=r"start.forces.*in balance with start.stress"):
+        march(pressed, Schedule(2), start=replace(state, forces=forces))
+
+
+def test_a_start_with_forces_along_what_is_held_is_refused():
+    """No unknown feels them; on the axis, and so of no equilibrium."""
+    pressed = upsetting(mu=0.3, elements=2, reduction=0.02)
+    state = next(march(pressed, Schedule(2, first=0.2, settling=1))).state
+    forces = state.forces.copy()
+    forces[~system_of(pressed).candidates.tangent_free, 1] = 1e12
+    with pytest.raises(SceneError, match=r"start.forces = 'tangential ones'"):
+        march(pressed, Schedule(2), start=replace(state, forces=forces))
+
+
+AS_WRITTEN = as_written(upsetting(mu=0.3), 1e5, 1e5)[1]
+
+
+def away(pressed):
+    """The tool comes, presses and leaves again."""
+    punch = replace(pressed.tools[0], point=(0.0, 5.02), path=((0.0, 0.0), (0.8, 1.0), (1.0, -1.0)))
+    return replace(pressed, tools=(punch,))
+
+
+@pytest.mark.parametrize(
+    ("marched", "control"),
+    [
+        (upsetting(mu=0.3, elements=2, reduction=0.05), Control()),
+        (upsetting(mu=0.3, elements=2, reduction=0.05, configuration=Configuration.PAPER), Control()),
+        (upsetting(mu=0.3, elements=2, reduction=0.05), Control(Penalty(1e5, 1e5), ())),
+        (upsetting(mu=0.3, elements=2, reduction=0.05, configuration=Configuration.PAPER), AS_WRITTEN),
+        (upsetting(mu=0.3, elements=2, reduction=1e-12), Control(Newton())),
+        (away(upsetting(mu=0.2, elements=2, reduction=0.01, hardening=Perfect(1e4))), Control(Newton())),
+        (scene(tools=(tool(), tool())), Control()),
+    ],
+    ids=["midpoint", "paper", "penalty", "paper as written", "tiny travel", "lifted off", "two tools"],
+)
+def test_every_state_of_a_march_is_a_start(marched, control):
+    for accepted in march(marched, Schedule(20), control):
+        march(marched, Schedule(20), control, accepted.state)
