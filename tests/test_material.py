@@ -7,7 +7,8 @@ import pytest
 
 from bipot import Elastic, Elasticity, Perfect, Schedule, VonMises, march, upsetting
 from bipot.columns import flow_gap
-from bipot.forms import Backend, Dissipation, Newton, Tangent
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.forms import Dissipation, Newton, Tangent
 from bipot.march import Control, system_of
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.dissipation import DissipationProgram
@@ -20,7 +21,7 @@ FORMS = {
     "newton": Newton(),
     "tangent": Tangent(),
     "dissipation": Dissipation(),
-    "cvxpy": Dissipation(backend=Backend.CVXPY),
+    "cvxpy": Dissipation(solver=Cvxpy()),
 }
 
 
