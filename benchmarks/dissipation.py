@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
-from unittest.mock import patch
 
 import numpy as np
 import scipy.sparse as sp
@@ -25,7 +24,8 @@ from benchmarks.kappa import LEAST, Kappa
 from benchmarks.rows import Row
 from bipot.conic.clarabel import Transferred, transfer
 from bipot.conic.problem import ConicProgram, Rows
-from bipot.forms import Answer, Dissipation, FormName, Pass, Workspace
+from bipot.forms import Dissipation, FormName
+from bipot.increment import Trial
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
@@ -54,29 +54,24 @@ class Stages:
         return float(np.median((self.build + self.transfer) / self.solve))
 
 
-def recorded(mu: float, elements: int) -> list[Pass]:
+def recorded(mu: float, elements: int) -> list[Trial]:
     """The passes of a short run of the seed paper's cylinder."""
-    scene, given, real = upsetting(mu=mu, reduction=REDUCTION, elements=elements), [], Dissipation.solve
-
-    def solve_and_keep(form: Dissipation, one: Pass, workspace: Workspace) -> Answer:
-        given.append(one)
-        return real(form, one, workspace)
-
-    with patch.object(Dissipation, "solve", solve_and_keep):
-        for _ in march(scene, Schedule(INCREMENTS, first=SMALL / REDUCTION), Control(form=Dissipation())):
-            pass
-    return given
+    scene, seen = upsetting(mu=mu, reduction=REDUCTION, elements=elements), list[Trial]()
+    schedule = Schedule(INCREMENTS, first=SMALL / REDUCTION)
+    for _ in march(scene, schedule, Control(form=Dissipation()), observe=seen.append):
+        pass
+    return seen
 
 
-def stages(passes: list[Pass], between: Callable[[Pass], None] = lambda given: None) -> Stages:
+def stages(passes: list[Trial], between: Callable[[Trial], None] = lambda seen: None) -> Stages:
     """Time the stages pass by pass, as the form goes through them; the first pass sets Clarabel up in any case."""
     form = Dissipation()
     ours: Transferred | None = None
     other: Transferred | None = None
     table = []
-    for given in passes:
-        between(given)
-        build, program = _timed(lambda given=given: _with_data(form.program(given)))
+    for seen in passes:
+        between(seen)
+        build, program = _timed(lambda seen=seen: _with_data(form.program(seen.iterate, seen.r, seen.state)))
         conic, alternative = program[1], with_plastic_variable(program[0])
         sent, ours = _timed(lambda conic=conic, last=ours: transfer(conic, form.accuracy, last))
         solved, _ = _timed(ours.clarabel.solve)
@@ -125,9 +120,9 @@ def measured(mu: float, elements: int) -> list[Row]:
     passes = recorded(mu, elements)
     system, kappa = system_of(upsetting(mu=mu, elements=elements)), Kappa()
 
-    def sample(given: Pass) -> None:
+    def sample(seen: Trial) -> None:
         for _ in range(-(-LEAST // len(passes))):
-            kappa.sample(system, given.response)
+            kappa.sample(system, seen.iterate.response)
 
     found, name, unit = stages(passes, sample), FormName.DISSIPATION.value, kappa.median
     named = {

@@ -29,7 +29,7 @@ from benchmarks.dissipation import measured as dissipation
 from benchmarks.kappa import Kappa, interleaved
 from benchmarks.memory import measured as memory_of
 from benchmarks.rows import Error, Row, write
-from benchmarks.split import stopwatch
+from benchmarks.split import Split
 from benchmarks.targets import verdicts
 from bipot.contact import carries
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
@@ -112,10 +112,10 @@ def whole(history: History, form: Form, against: Floats) -> tuple[Row, Error]:
     """Time and error of a whole history."""
     kappa, scene = Kappa(), history.scene()
     count = len(history.schedule.times())
-    with stopwatch(type(form)) as watch:
-        running = watch.while_running(march(scene, history.schedule, control(form)))
-        steps = list(interleaved(system_of(scene), running, kappa, count))
-    seconds = sum(watch.seconds.values())
+    split = Split()
+    running = split.while_running(march(scene, history.schedule, control(form)))
+    steps = list(interleaved(system_of(scene), running, kappa, count))
+    seconds = split.seconds
     force = curve(history.reduction, steps)
     error, left_out = errors(force, against)
     name = form.name.value
@@ -140,20 +140,17 @@ def passes(form: Form, mu: float, elements: int, measured: int) -> tuple[list[Ro
     reduction = SPREAD + 0.01 * measured + 0.01
     scene, kappa, seen = upsetting(mu=mu, reduction=reduction, elements=elements), Kappa(), []
     schedule = Schedule(round(reduction / 0.01), first=SMALL / reduction, settling=4)
-    with stopwatch(type(form)) as watch:
-        running = watch.while_running(march(scene, schedule, control(form)))
-        for step in interleaved(system_of(scene), running, kappa, measured):
-            if reduction * step.start.tau < SPREAD:
-                watch.reset()
-                continue
-            seen.append(step)
+    split = Split()
+    running = split.while_running(march(scene, schedule, control(form), observe=split.see))
+    for step in interleaved(system_of(scene), running, kappa, measured):
+        if reduction * step.start.tau < SPREAD:
+            split.reset()
+            continue
+        seen.append(step)
     count, name, unit = sum(a.passes for a in seen), form.name.value, kappa.median
-    pace = {"pass": watch.passes / count, "increment": sum(watch.seconds.values()) / len(seen)}
-    rows = [Row(part, name, mu, elements, unit, s, s / unit) for part, s in pace.items()]
-    rows += [
-        Row(f"split {part.value}", name, mu, elements, unit, s / count, s / count / unit)
-        for part, s in watch.seconds.items()
-    ]
+    pace = {"pass": split.passes / count, "increment": split.seconds / len(seen)}
+    parts = {f"split {part}": seconds / count for part, seconds in split.parts().items()}
+    rows = [Row(part, name, mu, elements, unit, s, s / unit) for part, s in (pace | parts).items()]
     rows.append(Row("passes an increment", name, mu, elements, unit, 0.0, count / len(seen)))
     return rows, pace["pass"] / kappa.factorisation
 

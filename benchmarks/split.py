@@ -1,120 +1,51 @@
-"""Where the time of a run goes: exclusive seconds of the functions that make up a pass."""
+"""Where the time of a run goes, by what its passes say they cost.
+
+Steps report seconds by the wall clock: on an idle machine they are parts of a pass's processor time.
+"""
 
 from __future__ import annotations
 
-import functools
 import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from enum import Enum
-from typing import Any, TypeVar
-from unittest.mock import patch
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TypeVar
 
-from bipot import response
-from bipot.certification import Examined
-from bipot.contact import Candidates
-from bipot.forms import conic
-from bipot.forms.memory import Memory, Setup
-from bipot.forms.newton import Law
-from bipot.programs.data import ContactRows
-from bipot.programs.fixed_point import Coupling
-from bipot.programs.newton import Pattern
+from bipot.increment import Trial
+from bipot.programs.data import Timing
 
 T = TypeVar("T")
 
 
-class Part(Enum):
-    """The parts of a pass; OTHER is what the loops themselves take."""
+@dataclass
+class Split:
+    """Processor seconds of all, of the passes (judged), and of the passes by what their steps report."""
 
-    KINEMATICS = "kinematics"
-    RETURN_MAP = "return map"
-    ASSEMBLY = "assembly"
-    FACTORISATION = "factorisation"
-    CONTACT = "contact"
-    PROGRAM = "program"
-    COUPLING = "coupling"
-    OTHER = "other"
-
-
-OWNERS: dict[Part, tuple[tuple[Any, str], ...]] = {
-    Part.KINEMATICS: ((response, "increment"), (response, "rotate")),
-    Part.RETURN_MAP: ((response, "radial_return"),),
-    Part.ASSEMBLY: (
-        (response.Body, "tangent"),
-        (response.Body, "stiffness"),
-        (Setup, "data"),
-        (response.Body, "respond"),
-    ),
-    Part.FACTORISATION: ((Pattern, "factorise"), (conic, "condense")),
-    Part.CONTACT: ((Candidates, "rows"), (ContactRows, "take"), (Law, "iterate"), (Memory, "begin")),
-    Part.COUPLING: ((Examined, "ratios"), (Coupling, "update")),
-}
-
-
-PASS = ("solve", "ratios")
-
-
-class Stopwatch:
-    """Exclusive seconds per part, of nested timed calls; nothing is charged while it is paused (part None).
-
-    ``passes`` are the inclusive seconds of the functions in PASS: all that a pass does. What is left of an increment
-    is its start (rows, prediction and its response) and its end (energies, advance).
-    """
-
-    def __init__(self) -> None:
-        self.seconds = dict.fromkeys(Part, 0.0)
-        self.passes = 0.0
-        self._part: Part | None = None
-        self._since = time.process_time()
-
-    def switch(self, part: Part | None) -> Part | None:
-        """Charge the time since the last switch, and start charging ``part``; returns the part before."""
-        now, before = time.process_time(), self._part
-        if before is not None:
-            self.seconds[before] += now - self._since
-        self._part, self._since = part, now
-        return before
+    seconds: float = 0.0
+    passes: float = 0.0
+    timing: Timing = Timing()
 
     def reset(self) -> None:
         """Forget what was charged."""
-        self.seconds, self.passes = dict.fromkeys(Part, 0.0), 0.0
+        self.seconds, self.passes, self.timing = 0.0, 0.0, Timing()
+
+    def see(self, trial: Trial) -> None:
+        """One pass."""
+        self.passes += trial.seconds
+        self.timing += trial.step.timing
 
     def while_running(self, steps: Iterator[T]) -> Iterator[T]:
         """The steps of a generator, charged only while it runs."""
         while True:
-            self.switch(Part.OTHER)
+            began = time.process_time()
             try:
                 step = next(steps)
             except StopIteration:
                 return
             finally:
-                self.switch(None)
+                self.seconds += time.process_time() - began
             yield step
 
-    def timed(self, part: Part, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
-        """``function``, its time charged to ``part``."""
-
-        @functools.wraps(function)
-        def call(*args: Any, **kwargs: Any) -> Any:
-            if self._part is None:
-                return function(*args, **kwargs)
-            before = self.switch(part)
-            began = self._since
-            try:
-                return function(*args, **kwargs)
-            finally:
-                self.switch(before)
-                self.passes += (self._since - began) * (name in PASS)
-
-        return call
-
-
-@contextmanager
-def stopwatch(form: type) -> Iterator[Stopwatch]:
-    """Time the parts while the context is open; what ``form.solve`` does besides them is the program."""
-    watch = Stopwatch()
-    with ExitStack() as stack:
-        for part, owners in {**OWNERS, Part.PROGRAM: ((form, "solve"),)}.items():
-            for owner, name in owners:
-                stack.enter_context(patch.object(owner, name, watch.timed(part, name, getattr(owner, name))))
-        yield watch
+    def parts(self) -> dict[str, float]:
+        """Seconds on the body, stating and solving programs, judging answers; of starts and ends of increments."""
+        parts = vars(self.timing)
+        return {**parts, "judgement": self.passes - sum(parts.values()), "other": self.seconds - self.passes}

@@ -31,7 +31,9 @@ import numpy as np
 
 from bipot.forms import FormName
 from bipot.increment import Solved
+from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
+from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.system import System
 from bipot.typing import Bools, Floats
@@ -50,9 +52,13 @@ class Attempt(NamedTuple):
     solved: Solved | None
     form: FormName
     passes: int
-    failures: list[str]
+    failures: tuple[Reason, ...]
     last: Exception | None = None
     strayed: bool = False
+
+    def failed(self, why: Reason) -> Attempt:
+        """The same with one more failure."""
+        return self._replace(failures=(*self.failures, why))
 
 
 Solve = Callable[[State, Solved | None], Attempt]
@@ -75,11 +81,13 @@ class Carried:
     found: bool = False
 
     @staticmethod
-    def guess(state: State, tau: float) -> Carried | None:
-        """By the lengths in pseudo-time of the increment to ``tau`` and the last one; None without a last flow."""
+    def guess(increment: Increment) -> Carried | None:
+        """By the lengths in pseudo-time of the increment and the last one; None without a last flow."""
+        state = increment.start
         if state.flow is None or not state.length > 0:
             return None
-        return Carried(state.flow, (tau - state.tau) / state.length, np.asarray(state.flow.strain.any(axis=-1)))
+        ratio = (increment.tau - state.tau) / state.length
+        return Carried(state.flow, ratio, np.asarray(state.flow.strain.any(axis=-1)))
 
     @property
     def fraction(self) -> Floats:
@@ -139,17 +147,19 @@ class Course:
         return Course(stopped, *(along / float(np.sum(square[on])) if along > 0 else 0.0 for on in (going, carried.on)))
 
 
-def carry_on(
-    system: System, state: State, tau: float, solve: Solve, refused: Callable[[Attempt], str], second: bool
-) -> Attempt:
-    """Attempt the increment from ``state`` to ``tau``, with the last flow carried on if ``second``, else without.
+Refused = Callable[[Solved], Reason | None]
+"""Why a solution is not accepted, None if it is."""
 
-    ``refused`` says in words why a solution is not accepted, nothing if it is. The attempt returned has the passes and
-    the failures of all.
+
+def carry_on(increment: Increment, solve: Solve, refused: Refused, second: bool) -> Attempt:
+    """Attempt the increment, with the last flow carried on if ``second``, else without.
+
+    The attempt returned has the passes and the failures of all.
     """
-    tried, why = list[Attempt](), ""
-    carried = Carried.guess(state, tau) if second else None
-    while carried is not None and carried.fraction.any() and not why:
+    system, state, tried = increment.system, increment.start, list[Attempt]()
+    why: Reason | None = None
+    carried = Carried.guess(increment) if second else None
+    while carried is not None and carried.fraction.any() and why is None:
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
         tried.append(solve(begun, tried[-1].solved if tried else None))
         solved = tried[-1].solved
@@ -164,30 +174,28 @@ def carry_on(
             continue
         after = carried.after(Course.of(system, carried, solved))
         if after is carried:
-            why = refused(tried[-1])
-            if not why:
+            why = refused(solved)
+            if why is None:
                 return _joined(tried)
         elif after.wrong > RATIOS or len(tried) > REPEATS:
-            why = f"unsettled after {len(tried)} solutions"
+            why = Reason(ReasonKind.FLOW, f"unsettled after {len(tried)} solutions", measures={"solutions": len(tried)})
         carried = after
-    if why:
-        tried[-1].failures.append(f"flow not carried on: {why}")
+    if why is not None:
+        dropped = Reason(ReasonKind.FLOW, f"flow not carried on: {why.said}", measures=why.measures)
+        tried[-1] = tried[-1].failed(dropped)
     return _joined([*tried, _without(state, solve, refused, tried[-1].solved if tried else None)])
 
 
-def _without(state: State, solve: Solve, refused: Callable[[Attempt], str], near_to: Solved | None) -> Attempt:
+def _without(state: State, solve: Solve, refused: Refused, near_to: Solved | None) -> Attempt:
     """The attempt by backward Euler, without its solution if that is refused."""
     attempt = solve(state, near_to)
-    why = refused(attempt) if attempt.solved is not None else ""
-    if why:
-        attempt.failures.append(f"{attempt.form.value}: {why}")
-        attempt = attempt._replace(solved=None)
-    return attempt
+    why = None if attempt.solved is None else refused(attempt.solved)
+    return attempt if why is None else attempt.failed(replace(why, form=attempt.form))._replace(solved=None)
 
 
 def _joined(tried: list[Attempt]) -> Attempt:
     """The last attempt with the passes and failures of all."""
-    failures = [failure for attempt in tried for failure in attempt.failures]
+    failures = tuple(failure for attempt in tried for failure in attempt.failures)
     strayed = any(attempt.strayed for attempt in tried)
     return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures, strayed=strayed)
 
@@ -204,12 +212,12 @@ class Dissipated(NamedTuple):
     scale: float
 
     @staticmethod
-    def of(system: System, start: State, solved: Solved) -> Dissipated:
+    def of(start: State, solved: Solved) -> Dissipated:
         """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
-        response, body = solved.response, system.body
+        response, body = solved.response, solved.iterate.increment.system.body
         stress, kin = response.returned.stress, response.kinematics
         carried = body.turned(response, response.state.plastic_strain - start.plastic_strain)
-        slip = solved.rows.motion(response.x)[:, 1:]
+        slip = solved.iterate.motion[:, 1:]
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
         return Dissipated(
@@ -218,8 +226,9 @@ class Dissipated(NamedTuple):
             float(np.vdot(kin.volume, taken)),
         )
 
-    def negative(self, margin: float, friction: bool) -> str:
-        """Which dissipation is below - ``margin`` times the energy, in words; friction's only if asked."""
+    def negative(self, margin: float, friction: bool) -> Reason | None:
+        """Which dissipation is below - ``margin`` times the energy; friction's only if asked."""
         found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
-        below = [f"{name} dissipation is negative, {d:.2g}" for name, d in found.items() if d < -margin * self.scale]
-        return " and ".join(below)
+        below = {name: d for name, d in found.items() if d < -margin * self.scale}
+        said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())
+        return Reason(ReasonKind.DISSIPATION, said, measures=below) if below else None

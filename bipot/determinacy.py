@@ -30,7 +30,6 @@ from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
-from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
@@ -91,13 +90,11 @@ def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) 
 
 def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats) -> Floats:
     """Rigid motions N (n, m) of the free unknowns, orthonormal, that neither supports nor closed contacts prevent."""
-    if not system.rigid.size:
-        return system.rigid
-    rigid = rigid_motions(nodes, system.body.space.free, system.body.scene.geometry)
+    rigid = system.rigid_at(nodes)
+    if not rigid.size:
+        return rigid
     active = Active.of(rows, motion, r, system.body.scene.mesh.size)
-    stopped = (rows.G_n @ rigid)[active.closed]
-    held = (rows.G_t @ rigid)[np.repeat(active.sticking[rows.frictional], rows.tangents)]
-    return rigid @ null_space(np.vstack([stopped, held]), rcond=RANK)
+    return _unstopped(rows, rigid, active.closed, active.sticking)
 
 
 def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats, noise: float) -> bool:
@@ -105,13 +102,12 @@ def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, 
 
     It leaves those that carry more closed, and at rest where they stick.
     """
-    if not system.rigid.size:
+    rigid = system.rigid_at(nodes)
+    if not rigid.size:
         return False
-    rigid = rigid_motions(nodes, system.body.space.free, system.body.scene.geometry)
     active = Active.of(rows, motion, r, system.body.scene.mesh.size)
     presses = rows.tied | carries(r, noise)
-    sticks = np.repeat((active.sticking & presses)[rows.frictional], rows.tangents)
-    N = rigid @ null_space(np.vstack([(rows.G_n @ rigid)[presses], (rows.G_t @ rigid)[sticks]]), rcond=RANK)
+    N = _unstopped(rows, rigid, presses, active.sticking & presses)
     idle = active.closed & ~presses
     return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
 
@@ -120,7 +116,7 @@ def branches(system: System, response: Response, rows: ContactRows, r: Floats) -
     """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
     body = system.body
     active = Active.of(rows, rows.motion(response.x), r, body.scene.mesh.size)
-    held = rows_of(rows.G_t, np.repeat(active.sticking[rows.frictional], rows.tangents))
+    held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
     K = body.space.matrix(body.tangent(response))
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
@@ -148,12 +144,23 @@ def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
     return x + N @ (unit * solve(program, TIGHT).x)
 
 
+def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:
+    """Rigid motions (n, m), orthonormal if ``rigid`` are, that keep gaps of ``closed`` and slips of ``sticking``."""
+    stopped = [(rows.G_n @ rigid)[closed], (rows.G_t @ rigid)[_slips(rows, sticking)]]
+    return rigid @ null_space(np.vstack(stopped), rcond=RANK)
+
+
+def _slips(rows: ContactRows, chosen: Bools) -> Bools:
+    """Which rows of G_t belong to the chosen candidates (c,)."""
+    return np.repeat(chosen[rows.frictional], rows.tangents)
+
+
 def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> Floats:
     """Directions (m, n) in which the closed contacts ``here`` may push, one an unknown force."""
     out: list[Floats] = []
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
-        tangents = rows_of(rows.G_t, np.repeat(rows.frictional == c, rows.tangents)).toarray()
+        tangents = rows_of(rows.G_t, _slips(rows, np.arange(rows.count) == c)).toarray()
         if active.still[c]:
             out += [normal, tangents]
         else:

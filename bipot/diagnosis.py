@@ -11,8 +11,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
+from bipot.contact import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
-from bipot.fem.assembly import rigid_motions
 from bipot.laws.tensors import norm
 from bipot.response import State
 from bipot.system import System
@@ -39,7 +39,7 @@ def _inside(system: System, state: State) -> str | None:
     """A body that carries nothing yet and is inside a tool."""
     worst = int(np.argmin(state.gap))
     depth = -float(state.gap[worst])
-    if state.forces.any() or depth <= ROUND_OFF * system.body.scene.mesh.size:
+    if state.forces.any() or touches(-state.gap, system.body.scene.mesh.size).all():
         return None
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
     return (
@@ -61,7 +61,7 @@ def _unheld(system: System, state: State) -> str | None:
 def free_motion(system: System, state: State) -> Floats | None:
     """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
     space = system.body.space
-    rigid = rigid_motions(state.nodes, space.free, system.body.scene.geometry)
+    rigid = system.rigid_at(state.nodes)
     rows = system.candidates.rows(state.gap, state.tau, state.tau)
     normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rigid.shape[1]))

@@ -40,11 +40,11 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     Raises:
         ProgramError: a welded point, or a singular stiffness.
     """
-    response, rows = accepted.solved.response, accepted.solved.rows
+    iterate, rows = accepted.solved.iterate, accepted.solved.rows
     near = _near(system, accepted)
     taken = rows.take(near)
-    K = system.body.stiffness(response, TangentKind.CONSISTENT)
-    f = K @ response.x - response.internal
+    K = iterate.stiffness(TangentKind.CONSISTENT)
+    f = K @ iterate.x - iterate.residual
     program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
     problem = reduce(condense(program).program).problem
     return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
@@ -52,7 +52,7 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
 
 def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
     """The candidates (c,) of the increment's contact problem."""
-    rows, x, r = accepted.solved.rows, accepted.solved.response.x, accepted.solved.r
+    rows, x, r = accepted.solved.rows, accepted.solved.iterate.x, accepted.solved.r
     length = system.candidates.length(rows, x, accepted.start.tau, accepted.state.tau)
     return near_tools(rows, x, length) | (r != 0).any(axis=1)
 

@@ -16,20 +16,18 @@ found v. They are left to the caller; elsewhere a force that stands still is an 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from bipot.carrying import Attempt
 from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number
 from bipot.increment import Solved, System
-from bipot.landing import Tried
 from bipot.response import State
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True)
@@ -65,20 +63,8 @@ class Seek:
         require_count(self.solves, "seek.solves")
 
 
-class Told(Tried, Protocol):
-    """An attempt that says in words why forms failed."""
-
-    @property
-    def failures(self) -> Sequence[str]:
-        """One sentence a failed form."""
-        ...
-
-
-Attempt = TypeVar("Attempt", bound=Told)
-
-
 @dataclass(frozen=True)
-class Loaded(Generic[Attempt]):
+class Loaded:
     """The increment that ends at the asked force: its end, how it was solved, its force, and all passes spent."""
 
     tau: float
@@ -95,7 +81,7 @@ def press(
     solve: Callable[[float], Attempt],
     tool: int = 0,
     how: Seek = Seek(),
-) -> Loaded[Attempt]:
+) -> Loaded:
     """The increment from ``state`` in which the normal force of ``tool`` rises to ``force``.
 
     ``solve(tau)`` attempts the increment from ``state`` to tau. The force is that on the modelled part (of an
@@ -124,25 +110,25 @@ class End(NamedTuple):
     force: float
 
 
-class _Search(Generic[Attempt]):
+class _Search:
     """A search and what it has cost."""
 
     def __init__(self, system: System, force: float, solve: Callable[[float], Attempt], tool: int, how: Seek) -> None:
         self.system, self.force, self.solve, self.tool, self.how = system, force, solve, tool, how
         self.solves, self.passes = 0, 0
 
-    def to(self, tau: float) -> Loaded[Attempt]:
+    def to(self, tau: float) -> Loaded:
         """The increment solved to ``tau``."""
         if self.solves == self.how.solves:
             raise NotConverged(f"{self.solves} increments solved, none ends at the force {self.force:.9g}")
         attempt = self.solve(tau)
         self.solves, self.passes = self.solves + 1, self.passes + attempt.passes
         if attempt.solved is None:
-            why = "; ".join(attempt.failures)
+            why = "; ".join(map(str, attempt.failures))
             raise NotConverged(f"no increment to tau = {tau:.6g} on the way to the force {self.force:.9g}: {why}")
         return Loaded(tau, attempt, attempt.solved, tool_force(self.system, attempt.solved.r, self.tool), self.passes)
 
-    def bracket(self, state: State, present: float) -> tuple[End, Loaded[Attempt]]:
+    def bracket(self, state: State, present: float) -> tuple[End, Loaded]:
         """An end below the asked force, and an increment at or above it."""
         end = straight(self.system, state.tau)
         below, before, flat = End(state.tau, present), None, 0
@@ -166,7 +152,7 @@ class _Search(Generic[Attempt]):
             f"below the asked {self.force:.9g}"
         )
 
-    def _short_of(self, below: End, failed: float, failure: NotConverged) -> tuple[End, Loaded[Attempt]]:
+    def _short_of(self, below: End, failed: float, failure: NotConverged) -> tuple[End, Loaded]:
         """The bracket short of an end that no form solves; the last failure if there is none."""
         for _ in range(self.how.retries):
             tau = (below.tau + failed) / 2
@@ -180,10 +166,10 @@ class _Search(Generic[Attempt]):
             below = End(tau, here.force)
         raise failure
 
-    def _reaches(self, here: Loaded[Attempt]) -> bool:
+    def _reaches(self, here: Loaded) -> bool:
         return here.force >= self.force * (1 - self.how.tolerance)
 
-    def between(self, below: End, above: Loaded[Attempt]) -> Loaded[Attempt]:
+    def between(self, below: End, above: Loaded) -> Loaded:
         """The increment that ends at the asked force, from an end below it and an increment at or above it."""
         tried = {above.tau: above}
 
@@ -206,7 +192,7 @@ class _Search(Generic[Attempt]):
             )
         return replace(tried[tau], passes=self.passes)
 
-    def _collapse(self, before: Loaded[Attempt], here: Loaded[Attempt]) -> UnboundedProgram:
+    def _collapse(self, before: Loaded, here: Loaded) -> UnboundedProgram:
         """The exception with the mechanism between two ends of equal force."""
         ray = (here.solved.response.x - before.solved.response.x) / (here.tau - before.tau)
         return UnboundedProgram(

@@ -11,20 +11,16 @@ it spends closed, starts there. A candidate is located once in a scheduled incre
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Generic, Protocol, TypeVar
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bipot.carrying import Attempt
 from bipot.contact import carries
 from bipot.errors import require, require_count, require_number
-from bipot.increment import Solved, System
-from bipot.response import State
-from bipot.system import Increment
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.increment import Solved
+from bipot.iterate import Increment
+from bipot.typing import Floats, Ints
 
 FIRST_LOOK = 0.9
 """Where to look for the event between an open start and a first trial that is closed."""
@@ -53,25 +49,8 @@ class Locate:
         require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
 
 
-class Tried(Protocol):
-    """An attempt at an increment: what it gave, None if every form failed, and the passes it took."""
-
-    @property
-    def solved(self) -> Solved | None:
-        """The increment that met its bounds."""
-        ...
-
-    @property
-    def passes(self) -> int:
-        """Passes spent."""
-        ...
-
-
-Attempt = TypeVar("Attempt", bound=Tried)
-
-
 @dataclass(frozen=True)
-class Landing(Generic[Attempt]):
+class Landing:
     """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node, gap."""
 
     tau: float
@@ -92,22 +71,21 @@ def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
 
 
 def locate(
-    system: System,
-    state: State,
-    tau: float,
+    increment: Increment,
     solved: Solved,
-    solve: Callable[[float], Attempt],
+    solve: Callable[[Increment], Attempt],
     how: Locate,
     known: frozenset[int] = frozenset(),
-) -> tuple[Landing[Attempt] | None, int]:
-    """The first landing in the increment from ``state`` to ``tau`` that ``solved`` holds, and the passes spent on it.
+) -> tuple[Landing | None, int]:
+    """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
 
-    ``solve(tau)`` attempts the increment from ``state`` to another end; ``known`` are candidates not to locate again.
-    None leaves the increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    ``solve`` attempts it with another end; ``known`` are candidates not to locate again. None leaves the increment
+    whole: nothing lands, an event in its margins, a failed or undecided search.
     """
+    system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
-    increment, start_gap = Increment(system, state, tau), state.gap
     none = how.tolerance * increment.reach
+    start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
         return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
@@ -120,7 +98,7 @@ def locate(
         if middle >= high:
             # A secant that overshoots comes near; one that keeps overshooting is halved.
             middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
-        attempt = solve(middle)
+        attempt = solve(replace(increment, tau=middle))
         passes += attempt.passes
         if attempt.solved is None:
             break
@@ -128,7 +106,7 @@ def locate(
         if earlier.size:
             landed, high = earlier, middle
         else:
-            now = attempt.solved.rows.motion(attempt.solved.response.x)[:, 0]
+            now = attempt.solved.iterate.motion[:, 0]
             rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
             first = int(landed[np.argmin(now[landed])])
             if now[first] <= none and middle <= end:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -30,10 +30,12 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.forms import Dissipation, Form, FormName, Tangent, Workspace
-from bipot.increment import Limits, Solved, Trial, advance, solve_increment
+from bipot.forms import Cache, Dissipation, Form, FormName, Tangent
+from bipot.increment import Limits, Observer, Solved, Trial, advance, solve_increment, unobserved
+from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
+from bipot.reason import Reason, ReasonKind
 from bipot.response import Body, State, body_space
 from bipot.scene import Scene
 from bipot.starting import require_start
@@ -140,8 +142,8 @@ class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
     ``tool_forces`` (k, d) are those of the tools on the modelled body.
-    ``passes`` counts those of failed attempts too; ``reason`` says in words why it fell back or was cut, ``strayed``
-    whether it was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
+    ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
+    was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
     (:mod:`bipot.landing`), None if it was not.
     """
 
@@ -154,10 +156,15 @@ class Accepted:
     form: FormName
     passes: int
     cuts: int
-    reason: str
+    reasons: tuple[Reason, ...]
     seconds: float
     landed: int | None = None
     strayed: bool = False
+
+    @property
+    def reason(self) -> str:
+        """Why it fell back or was cut, in words."""
+        return "; ".join(map(str, self.reasons))
 
     @property
     def unique(self) -> bool:
@@ -175,12 +182,16 @@ def system_of(scene: Scene) -> System:
 
 
 def march(
-    scene: Scene, schedule: Schedule, control: Control = Control(), start: State | None = None
+    scene: Scene,
+    schedule: Schedule,
+    control: Control = Control(),
+    start: State | None = None,
+    observe: Observer = unobserved,
 ) -> Iterator[Accepted]:
     """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
 
     ``number`` and ``energies`` count from the given ``start``, whatever run it is taken from: a resumed march numbers
-    its first increment 1 and its work, dissipation and stored energy start at zero.
+    its first increment 1 and its work, dissipation and stored energy start at zero. ``observe`` sees every pass.
 
     Raises:
         SceneError: at once, a wrong type, a start state of another scene, BDF2 of a material whose stress is not
@@ -199,24 +210,27 @@ def march(
     system = system_of(scene)
     if start is not None:
         require_start(start, system, control.limits.bounds.equilibrium)
-    return _increments(system, schedule, control, system.rest() if start is None else start)
+    return _increments(system, schedule, control, system.rest() if start is None else start, observe)
 
 
-def _increments(system: System, schedule: Schedule, control: Control, state: State) -> Iterator[Accepted]:
+def _increments(
+    system: System, schedule: Schedule, control: Control, state: State, observe: Observer
+) -> Iterator[Accepted]:
     """The march from a checked start."""
-    workspace, energies = Workspace(), Energies()
+    cache, energies = Cache(), Energies()
     largest = float(np.abs(state.forces).max(initial=0.0))
     number = 0
     for target in schedule.times():
         size, known = target - state.tau, frozenset[int]()
         least = size / 2**control.cuts
         while state.tau < target:
-            began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[str]()
-            solve = partial(attempt_increment, system, state, control=control, workspace=workspace, largest=largest)
+            began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[Reason]()
+            attempted = partial(attempt_increment, control=control, cache=cache, largest=largest, observe=observe)
             while True:
                 # Landing on the target itself, not on a sum that round-off moves.
                 tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
-                attempt = solve(tau)
+                increment = Increment(system, state, tau)
+                attempt = attempted(increment)
                 passes += attempt.passes
                 reasons += attempt.failures
                 if attempt.solved is not None:
@@ -226,17 +240,20 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                     raise IncrementFailed(_advice(system, state, tau, attempt, cuts), state)
                 cuts += 1
                 size = (tau - state.tau) / 2
-                reasons.append("cut")
+                reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
             solved, end, landing = attempt.solved, tau, None
             if control.locate is not None:
-                landing, spent = locate(system, state, tau, solved, solve, control.locate, known)
+                landing, spent = locate(increment, solved, attempted, control.locate, known)
                 passes += spent
             if landing is not None:
                 attempt, solved, tau, known = landing.attempt, landing.solved, landing.tau, known | {landing.candidate}
-                reasons += [*attempt.failures, f"cut to the landing of node {landing.node} at tau = {tau:.6g}"]
+                said = f"cut to the landing of node {landing.node} at tau = {tau:.6g}"
+                landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": tau})
+                reasons += [*attempt.failures, landed]
             if solved.almost:
-                reasons.append(f"{solved.almost} passes almost solved, certificate re-checked")
-            accepted = advance(system, state, solved, tau)
+                said = f"{solved.almost} passes almost solved, certificate re-checked"
+                reasons.append(Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}))
+            accepted = advance(state, solved)
             energies = energies.after(system, state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1
@@ -251,7 +268,7 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
                 attempt.form,
                 passes,
                 cuts,
-                "; ".join(reasons),
+                tuple(reasons),
                 seconds,
                 None if landing is None else landing.node,
                 cuts > 0 or attempt.strayed,
@@ -261,37 +278,37 @@ def _increments(system: System, schedule: Schedule, control: Control, state: Sta
 
 
 def attempt_increment(
-    system: System, state: State, tau: float, control: Control, workspace: Workspace, largest: float
+    increment: Increment, control: Control, cache: Cache, largest: float, observe: Observer = unobserved
 ) -> Attempt:
-    """Try the increment from ``state`` to ``tau``, each time with the forms in turn.
+    """Try the increment, each time with the forms in turn.
 
     ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.carrying` says.
     """
 
     def solve(begun: State, near_to: Solved | None) -> Attempt:
-        passes, failures, last, strayed = 0, list[str](), None, False
+        passes, failures, last, strayed = 0, list[Reason](), None, False
+        begins = replace(increment, start=begun)
 
         def count(trial: Trial) -> None:
             nonlocal passes
             passes += 1
+            observe(trial)
 
         for form in control.forms:
             try:
-                solved = solve_increment(system, begun, tau, form, control.limits, workspace, largest, count, near_to)
+                solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to)
             except FAILURES as failure:
-                failures.append(f"{form.name.value}: {failure}")
+                failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)
             else:
-                return Attempt(solved, form.name, passes, failures, strayed=strayed)
-        return Attempt(None, control.forms[-1].name, passes, failures, last, strayed)
+                return Attempt(solved, form.name, passes, tuple(failures), strayed=strayed)
+        return Attempt(None, control.forms[-1].name, passes, tuple(failures), last, strayed)
 
-    def refused(attempt: Attempt) -> str:
-        assert attempt.solved is not None
-        dissipation = Dissipated.of(system, state, attempt.solved)
-        return dissipation.negative(control.limits.bounds.relative_gap, exact[attempt.form])
+    def refused(solved: Solved) -> Reason | None:
+        dissipation = Dissipated.of(increment.start, solved)
+        return dissipation.negative(control.limits.bounds.relative_gap, friction=solved.posed is None)
 
-    exact = {form.name: form.exact for form in control.forms}
-    return carry_on(system, state, tau, solve, refused, control.integration is Integration.BDF2)
+    return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
 
 
 def _advice(system: System, state: State, tau: float, attempt: Attempt, cuts: int) -> str:

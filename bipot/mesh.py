@@ -21,6 +21,9 @@ from bipot.typing import Bools, Floats, Ints, as_array, read_only
 
 NODES, ON_EDGE = 8, 3
 
+PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
+UNBOUNDED = ": eight-node quadrilaterals, the element whose orientation is bounded all over (fem/orientation.py)"
+
 FARTHEST = 1e6
 """From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
 
@@ -80,11 +83,11 @@ class Mesh:
     def __post_init__(self) -> None:
         nodes = as_array(self.nodes, "mesh.nodes")
         numeric = nodes.ndim == 2 and nodes.shape[1] == 2 and nodes.dtype.kind in "fiu"
-        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", "numbers of shape (nodes, 2)")
+        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", PLANE)
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
         _require_near(nodes)
         require_type(self.boundaries, Mapping, "mesh.boundaries")
-        elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes))
+        elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes), UNBOUNDED)
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
@@ -200,12 +203,12 @@ def _require_near(nodes: Floats) -> None:
     require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
 
 
-def _connectivity(given: object, width: int, field: str, what: str, count: int) -> Ints:
+def _connectivity(given: object, width: int, field: str, what: str, count: int, why: str = "") -> Ints:
     """Node numbers (n, ``width``) as intp, checked to be whole and in [0, count)."""
     array = as_array(given, field)
     require(array.size > 0, field, "empty", f"at least one {what}")
     require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
-    require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})")
+    require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})" + why)
     outside = array[(array < 0) | (array >= count)]
     require(not outside.size, f"{field} node index", outside[:1].tolist(), f"in [0, {count})")
     return array.astype(np.intp)

@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import Configuration, gradients
+from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import equivalent_stress, norm
 from bipot.response import State
-from bipot.system import Increment, System
+from bipot.system import System
 from bipot.typing import Floats
 
 PLACED = 1e-9

@@ -9,9 +9,8 @@ import numpy as np
 
 from bipot.certificate import EPS
 from bipot.contact import Candidates
-from bipot.fem.assembly import elastic_diagonal, rigid_motions
-from bipot.fem.kinematics import gradients
-from bipot.programs.data import ContactRows
+from bipot.fem.assembly import rigid_motions
+from bipot.fem.kinematics import MANDEL_2D, gradients, strain_operator
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
 
@@ -40,6 +39,11 @@ class System:
         scene = self.body.scene
         return rigid_motions(scene.mesh.nodes, self.body.space.free, scene.geometry)
 
+    def rigid_at(self, nodes: Floats) -> Floats:
+        """Those in the configuration ``nodes`` (a, d)."""
+        body = self.body
+        return rigid_motions(nodes, body.space.free, body.scene.geometry) if self.rigid.size else self.rigid
+
     @cached_property
     def shares(self) -> bool:
         """Whether any node could have more contact forces than free unknowns, or two contacts."""
@@ -54,7 +58,8 @@ class System:
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
         placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
-        diagonal = elastic_diagonal(placed.shape, placed.volume, elastic.bulk, elastic.shear)
+        B = strain_operator(placed.shape)
+        diagonal = np.einsum("eq,eqsi,eqsi->ei", placed.volume, elastic.stiffness(MANDEL_2D) @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
         levers = np.einsum("eq,eqa->ea", placed.volume, slopes)
         return Rigidity(
@@ -77,32 +82,3 @@ class System:
         """The state at rest."""
         scene = self.body.scene
         return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
-
-
-@dataclass(frozen=True)
-class Increment:
-    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
-
-    system: System
-    start: State
-    tau: float
-
-    @cached_property
-    def rows(self) -> ContactRows:
-        """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
-
-    @cached_property
-    def travel(self) -> Floats:
-        """Displacement (tools, d) of each tool."""
-        return self.system.candidates.travel(self.start.tau, self.tau)
-
-    @cached_property
-    def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
-
-    @cached_property
-    def inside(self) -> float:
-        """Depth in a tool of nodes that are held, hence no contacts."""
-        return self.system.candidates.driven_into(self.tau).depth

@@ -14,7 +14,7 @@ import argparse
 import math
 import sys
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
 
@@ -22,7 +22,6 @@ import numpy as np
 
 from bipot.errors import IncrementFailed
 from bipot.forms import Tangent
-from bipot.increment import Limits
 from bipot.march import Accepted, Control, Schedule, march
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene import upsetting
@@ -86,7 +85,7 @@ def upset(mu: float, settings: Settings, frozen: Frozen, steps: str, rule: Safeg
     """March until the end, a failure, or too many passes."""
     reduction = settings.reduction
     scene = upsetting(mu=mu, reduction=reduction, elements=settings.elements)
-    control = Control(FORM, (), Limits(coupling=rule))
+    control = Control(replace(FORM, safeguard=rule), ())
     done, outcome = list[Accepted](), Outcome.CERTIFIED
     try:
         for accepted in march(scene, Schedule(settings.increments, FIRST / reduction), control):

@@ -11,8 +11,7 @@ some t is zero, none where every t is not.
 
 from __future__ import annotations
 
-import time
-import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
@@ -23,7 +22,7 @@ from scipy.optimize import linprog
 
 from bipot import coulomb
 from bipot.errors import BipotError, InfeasibleProgram
-from studies.fuzz_row import Outcome, Row
+from studies.fuzz_row import Outcome, Row, ended
 
 Floats = NDArray[np.float64]
 
@@ -173,19 +172,14 @@ def _mode_violation(W: Floats, q: Floats, mu: Floats, modes: tuple[str, ...]) ->
 
 def judge_coulomb(seed: int) -> Row:
     """The row of a seed's problem."""
-    began = time.perf_counter()
-    row = Row(seed, "coulomb", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            posed = draw(seed)
-            row = replace(row, kind=f"coulomb {posed.dim}D {len(posed.mu)}", form=posed.solver)
-            row = _judged(row, posed)
-    except Warning as warning:
-        row = replace(row, outcome=Outcome.WARNING, reason=f"{type(warning).__name__}: {warning}")
-    except Exception as error:
-        row = replace(row, outcome=Outcome.RAW, reason=f"{type(error).__name__}: {error}")
-    return replace(row, seconds=time.perf_counter() - began)
+    return ended(_known(seed))
+
+
+def _known(seed: int) -> Iterator[Row]:
+    yield (row := Row(seed, "coulomb", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
+    posed = draw(seed)
+    yield (row := replace(row, kind=f"coulomb {posed.dim}D {len(posed.mu)}", form=posed.solver))
+    yield _judged(row, posed)
 
 
 def _judged(row: Row, posed: Posed) -> Row:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +17,7 @@ from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, U
 from bipot.march import Accepted, Control, march, system_of
 from bipot.scene import Scene
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
-from studies.fuzz_row import Outcome, Row
+from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
 from studies.fuzz_variants import Variant, variants
 from studies.independent import Measures, measure
@@ -167,22 +166,18 @@ def _share(pairs: list[Floats]) -> float:
 
 def judge_scene(seed: int, others: bool = True) -> Row:
     """The row of a seed's scene; ``others`` says whether its variants are run too."""
-    began = time.perf_counter()
-    row = Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0)
+    return ended(_known(seed, others))
+
+
+def _known(seed: int, others: bool) -> Iterator[Row]:
+    yield (row := Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")
-            drawn = draw(seed)
-            row = replace(row, kind=f"scene {drawn.body}", form=drawn.form)
-            row = _judged(row, drawn, others)
+        drawn = draw(seed)
+        yield (row := replace(row, kind=f"scene {drawn.body}", form=drawn.form))
+        yield _judged(row, drawn, others)
     except BipotError as error:
         # A scene or variant that is refused when it is made.
-        row = replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
-    except Warning as warning:
-        row = replace(row, outcome=Outcome.WARNING, reason=f"{type(warning).__name__}: {warning}")
-    except Exception as error:
-        row = replace(row, outcome=Outcome.RAW, reason=f"{type(error).__name__}: {error}")
-    return replace(row, seconds=time.perf_counter() - began)
+        yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
 
 
 def _judged(row: Row, drawn: Drawn, others: bool) -> Row:

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import time
+import warnings
 from collections import Counter
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Iterator
+from dataclasses import astuple, dataclass, fields, replace
 from enum import Enum
 from pathlib import Path
 
@@ -36,6 +39,20 @@ class Row:
     worst_law: float
     worst_disagreement: float
     seconds: float
+
+
+def ended(known: Iterator[Row]) -> Row:
+    """The last row of those that tell ever more of one scene or problem, with its time; what is raised ends it."""
+    began, row = time.perf_counter(), next(known)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            for told in known:
+                row = told
+    except Exception as error:
+        outcome = Outcome.WARNING if isinstance(error, Warning) else Outcome.RAW
+        row = replace(row, outcome=outcome, reason=f"{type(error).__name__}: {error}")
+    return replace(row, seconds=time.perf_counter() - began)
 
 
 HEADER = [f.name for f in fields(Row)]

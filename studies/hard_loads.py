@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 
 from bipot.errors import BipotError, UnboundedProgram
 from bipot.force_control import press
-from bipot.forms import FormName, Workspace
+from bipot.forms import Cache, FormName
 from bipot.increment import System
+from bipot.iterate import Increment
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import State
 from studies.hard_forms import FORMS
@@ -49,11 +50,11 @@ def sought(factor: float, name: FormName) -> Ended:
     system = system_of(scene)
     state = system.rest()
     form, fallbacks = FORMS[name](scene)
-    control, workspace, passes = Control(form, fallbacks), Workspace(), 0
+    control, cache, passes = Control(form, fallbacks), Cache(), 0
 
     def solve(tau: float) -> Attempt:
         nonlocal passes
-        attempt = attempt_increment(system, state, tau, control, workspace, 0.0)
+        attempt = attempt_increment(Increment(system, state, tau), control, cache, 0.0)
         passes += attempt.passes
         return attempt
 

@@ -15,13 +15,13 @@ import sys
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import BipotError
-from bipot.forms import Answer, Optimiser, Pass, Penalty, Workspace, contact_penalty
+from bipot.forms import Optimiser, Penalty, contact_penalty
+from bipot.increment import Trial
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Outcome
 from bipot.scene import upsetting
@@ -38,18 +38,15 @@ ALLOWED = {Optimiser.TRUST_REGION: 1e-6, Optimiser.CVXPY: 1e-6, Optimiser.GRADIE
 
 @dataclass
 class Compared:
-    """A penalty form that gives every pass's program to every optimiser and keeps what they did."""
+    """Gives the program of every pass of a penalty form to every optimiser and keeps what they did."""
 
-    form: Penalty
     spent: dict[Optimiser, list[tuple[float, int, float, bool]]] = field(default_factory=dict)
 
-    def __getattr__(self, name: str) -> Any:
-        """What the form declares of itself."""
-        return getattr(self.form, name)
-
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
-        """The form's own answer."""
-        psi, start = self.form.program(given).scaled(given.units), given.response.x / given.units.length
+    def see(self, trial: Trial) -> None:
+        """One pass."""
+        assert isinstance(trial.form, Penalty)
+        psi = trial.form.program(trial.iterate, trial.r, trial.state).scaled(trial.state.units)
+        start = trial.iterate.x / trial.state.units.length
         exact = Optimiser.NEWTON.minimise(psi, start).x
         for optimiser in Optimiser:
             began = time.process_time()
@@ -59,7 +56,6 @@ class Compared:
             self.spent.setdefault(optimiser, []).append(
                 (difference, found.iterations, seconds, found.outcome is Outcome.ALMOST)
             )
-        return self.form.solve(given, workspace)
 
 
 @dataclass(frozen=True)
@@ -79,10 +75,9 @@ def compare(elements: int, increments: int) -> Compared:
     """March and keep everything."""
     scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
     K = contact_penalty(system_of(scene).candidates, FACTOR)
-    compared = Compared(Penalty(K, K))
-    # The probe stands where a form does; its optimisers are not part of the form's interface.
-    form: Any = compared
-    for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form, ())):
+    compared = Compared()
+    control = Control(Penalty(K, K), ())
+    for _ in march(scene, Schedule(increments, FIRST / REDUCTION), control, observe=compared.see):
         pass
     return compared
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from collections import deque
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.export import increment_traction
-from bipot.forms import Answer, Form, Pass, Penalty, Uzawa, Workspace
-from bipot.increment import System
+from bipot.forms import Penalty, Uzawa
+from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.data import Timing
@@ -74,50 +74,30 @@ class Run:
         return np.array([s.tau for s in kept]), np.array([s.force for s in kept])
 
 
-class Probe:
-    """A form that remembers the last pass it was given, for the condition of its tangent."""
-
-    def __init__(self, form: Form) -> None:
-        self.form = form
-        self.given: Pass | None = None
-
-    def __getattr__(self, name: str) -> Any:
-        """What the form declares of itself."""
-        return getattr(self.form, name)
-
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
-        """The form's own answer."""
-        self.given = given
-        return self.form.solve(given, workspace)
-
-    def condition(self, x: Floats) -> float:
-        """Of K plus, in a penalised form, the contact's Hessian, at x (n,); inf when singular."""
-        given = self.given
-        assert given is not None
-        if isinstance(self.form, Penalty | Uzawa):
-            posed = self.form.program(given)
-        else:
-            rows = given.rows.take(np.zeros(given.rows.count, dtype=bool))
-            terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), 1.0, 1.0)
-            K = given.body.stiffness(given.response, TangentKind.CONSISTENT)
-            posed = PenaltyProgram(K, np.zeros(len(x)), terms)
-        try:
-            return posed.condition(x)
-        except ProgramError:
-            return float("inf")
+def condition(trial: Trial, x: Floats) -> float:
+    """Of K plus, in a penalised form, the contact's Hessian, of a pass's program at x (n,); inf when singular."""
+    if isinstance(trial.form, Penalty | Uzawa):
+        posed = trial.form.program(trial.iterate, trial.r, trial.state)
+    else:
+        rows = trial.iterate.rows.take(np.zeros(trial.iterate.rows.count, dtype=bool))
+        terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), 1.0, 1.0)
+        posed = PenaltyProgram(trial.iterate.stiffness(TangentKind.CONSISTENT), np.zeros(len(x)), terms)
+    try:
+        return posed.condition(x)
+    except ProgramError:
+        return float("inf")
 
 
 def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[float, ...] = ()) -> Run:
     """March and keep every increment; with ``marks`` the tangent's condition at those pseudo-times."""
     system = system_of(scene)
-    # The stubs want a class variable where the probe passes the form's own name on.
-    probe: Any = Probe(control.form)
+    last = deque[Trial](maxlen=1)
     snapshots: list[Snapshot] = []
     try:
-        for accepted in march(scene, schedule, replace(control, form=probe)):
-            x = accepted.solved.response.x
-            condition = probe.condition(x) if accepted.state.tau in marks else float("nan")
-            snapshots.append(_snapshot(system, accepted, condition))
+        for accepted in march(scene, schedule, control, observe=last.append):
+            marked = accepted.state.tau in marks
+            found = condition(last[0], accepted.solved.response.x) if marked else float("nan")
+            snapshots.append(_snapshot(system, accepted, found))
     except IncrementFailed as failed:
         return Run(tuple(snapshots), str(failed))
     return Run(tuple(snapshots))

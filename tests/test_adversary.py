@@ -12,12 +12,15 @@ from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.kinematics import Geometry
-from bipot.forms import Answer, Delassus, Dissipation, FormName, Newton, Pass, Penalty, Tangent, Uzawa, Workspace
+from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty, Step, Tangent, Uzawa
+from bipot.forms.posed import Posed
+from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.march import Control, Schedule, march
 from bipot.mesh import Mesh, block
 from bipot.scene import FlatTool, Scene, Support, upsetting
+from bipot.typing import Floats
 from tests.scenes import STEEL
 
 PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), candidates=("top",), mu=0.1)
@@ -218,14 +221,14 @@ class Liar:
     """A form whose answer is told with a response that is not that of its displacement."""
 
     name: ClassVar[FormName] = FormName.TANGENT
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = False
-    nearby: ClassVar[bool] = True
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
-        answer = Tangent().solve(given, workspace)
-        told = given.body.respond(given.response.state, answer.x)
-        return replace(answer, r=0 * answer.r, response=replace(told, internal=0 * told.internal))
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        return Tangent().init(iterate, r, cache)
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
+        step, state = Tangent().step(iterate, r, state)
+        told = replace(step.iterate.response, internal=0 * step.iterate.response.internal)
+        return replace(step, r=0 * step.r, iterate=replace(step.iterate, response=told)), state
 
 
 def test_what_a_form_says_of_the_body_is_not_believed():

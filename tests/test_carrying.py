@@ -10,10 +10,12 @@ from bipot import Control, FlatTool, Newton, Schedule, carrying, march, upsettin
 from bipot.carrying import Attempt, Dissipated, carry_on
 from bipot.errors import IncrementFailed
 from bipot.fem.kinematics import rotate
-from bipot.forms import Tangent, Workspace
+from bipot.forms import Cache, Tangent
 from bipot.increment import Limits, solve_increment
+from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.march import system_of
+from bipot.reason import Reason, ReasonKind
 from tests.scenes import run
 
 REDUCTION = 0.02
@@ -136,20 +138,20 @@ def flowing():
     tau = steps[-1].state.tau
 
     def solve(begun, near_to):
-        solved = solve_increment(system, begun, tau, Newton(), Limits(), Workspace(), 0.0, near_to=near_to)
-        return Attempt(solved, Newton().name, solved.passes, [])
+        solved = solve_increment(Increment(system, begun, tau), Newton(), Limits(), Cache(), 0.0, near_to=near_to)
+        return Attempt(solved, Newton().name, solved.passes, ())
 
     return system, state, tau, solve
 
 
-def accepted(attempt):
-    return ""
+def accepted(solved):
+    return None
 
 
 def refused_first(words, times):
     """Refuse the first ``times`` solutions in these words."""
-    left = [words] * times
-    return lambda attempt: left.pop() if left else ""
+    left = [Reason(ReasonKind.DISSIPATION, words)] * times
+    return lambda solved: left.pop() if left else None
 
 
 def carries(attempt):
@@ -159,29 +161,32 @@ def carries(attempt):
 
 def test_flow_that_goes_on_is_carried_in_one_solution():
     system, state, tau, solve = flowing()
-    attempt = carry_on(system, state, tau, solve, accepted, second=True)
+    attempt = carry_on(Increment(system, state, tau), solve, accepted, second=True)
     assert carries(attempt)
     assert attempt.passes == attempt.solved.passes
-    assert not carries(carry_on(system, state, tau, solve, accepted, second=False))
+    assert not carries(carry_on(Increment(system, state, tau), solve, accepted, second=False))
 
 
 def test_a_refused_increment_is_solved_without_flow_and_then_given_up():
     system, state, tau, solve = flowing()
-    attempt = carry_on(system, state, tau, solve, refused_first("negative", 1), second=True)
-    assert attempt.failures == ["flow not carried on: negative"]
+    attempt = carry_on(Increment(system, state, tau), solve, refused_first("negative", 1), second=True)
+    assert [str(failure) for failure in attempt.failures] == ["flow not carried on: negative"]
     assert not carries(attempt)
     assert attempt.passes > attempt.solved.passes
-    attempt = carry_on(system, state, tau, solve, refused_first("negative", 2), second=True)
-    assert attempt.failures == ["flow not carried on: negative", "newton: negative"]
+    attempt = carry_on(Increment(system, state, tau), solve, refused_first("negative", 2), second=True)
+    assert [str(failure) for failure in attempt.failures] == ["flow not carried on: negative", "newton: negative"]
     assert attempt.solved is None
 
 
 def test_a_ratio_that_does_not_settle_ends_with_backward_euler(monkeypatch):
     system, state, tau, solve = flowing()
     monkeypatch.setattr(carrying, "TOO_MUCH", -1.0)
-    attempt = carry_on(system, state, tau, solve, accepted, second=True)
-    assert attempt.failures == ["flow not carried on: unsettled after 3 solutions"]
+    attempt = carry_on(Increment(system, state, tau), solve, accepted, second=True)
+    assert [str(failure) for failure in attempt.failures] == ["flow not carried on: unsettled after 3 solutions"]
     assert not carries(attempt)
+
+
+STALLED = Reason(ReasonKind.NOT_CONVERGED, "stalled", Newton.name)
 
 
 def failing(solve, start, times):
@@ -190,23 +195,23 @@ def failing(solve, start, times):
 
     def fails(begun, near_to):
         found = begun is start or not left
-        return solve(begun, near_to) if found else Attempt(None, Newton().name, left.pop(), ["newton: stalled"])
+        return solve(begun, near_to) if found else Attempt(None, Newton().name, left.pop(), (STALLED,))
 
     return fails
 
 
 def test_where_no_solution_is_found_with_the_flow_it_is_sought_from_the_one_without():
     system, state, tau, solve = flowing()
-    at_once = carry_on(system, state, tau, solve, accepted, second=True)
-    attempt = carry_on(system, state, tau, failing(solve, state, 1), accepted, second=True)
-    assert attempt.failures == ["newton: stalled"]
+    at_once = carry_on(Increment(system, state, tau), solve, accepted, second=True)
+    attempt = carry_on(Increment(system, state, tau), failing(solve, state, 1), accepted, second=True)
+    assert [str(failure) for failure in attempt.failures] == ["newton: stalled"]
     np.testing.assert_allclose(attempt.solved.r, at_once.solved.r, atol=1e-6 * np.abs(at_once.solved.r).max())
 
 
 def test_backward_euler_does_not_stand_in_where_flow_goes_on():
     system, state, tau, solve = flowing()
-    attempt = carry_on(system, state, tau, failing(solve, state, 2), accepted, second=True)
-    assert attempt.failures == ["newton: stalled"] * 2
+    attempt = carry_on(Increment(system, state, tau), failing(solve, state, 2), accepted, second=True)
+    assert [str(failure) for failure in attempt.failures] == ["newton: stalled"] * 2
     assert attempt.solved is None
     assert attempt.passes > 16
 
@@ -216,12 +221,12 @@ def test_backward_euler_does_where_next_to_nothing_of_the_flow_goes_on():
     tau = state.tau + state.length / 50
 
     def solve(begun, near_to):
-        solved = solve_increment(system, begun, tau, Newton(), Limits(), Workspace(), 0.0, near_to=near_to)
-        return Attempt(solved, Newton().name, solved.passes, [])
+        solved = solve_increment(Increment(system, begun, tau), Newton(), Limits(), Cache(), 0.0, near_to=near_to)
+        return Attempt(solved, Newton().name, solved.passes, ())
 
     misled = replace(state, length=state.length / 50)
-    attempt = carry_on(system, misled, tau, failing(solve, misled, 1), accepted, second=True)
-    assert attempt.failures == ["newton: stalled"]
+    attempt = carry_on(Increment(system, misled, tau), failing(solve, misled, 1), accepted, second=True)
+    assert [str(failure) for failure in attempt.failures] == ["newton: stalled"]
     assert not carries(attempt)
 
 
@@ -229,30 +234,31 @@ def test_backward_euler_does_where_next_to_nothing_of_the_flow_goes_on():
 def test_a_wrong_guess_is_put_right_by_what_the_material_does(wrong, part):
     """The last increment's length misremembered either way costs a part of what backward Euler does."""
     system, state, tau, solve = flowing()
-    asked = partial(carry_on, system, tau=tau, solve=solve, refused=accepted)
-    right, euler = (asked(state, second=second).solved.r for second in (True, False))
-    found = asked(replace(state, length=wrong * state.length), second=True)
+    asked = partial(carry_on, solve=solve, refused=accepted)
+    right, euler = (asked(Increment(system, state, tau), second=second).solved.r for second in (True, False))
+    found = asked(Increment(system, replace(state, length=wrong * state.length), tau), second=True)
     assert not found.failures
     assert np.abs(found.solved.r - right).max() < part * np.abs(euler - right).max()
 
 
 def test_dissipation_is_that_of_the_energies_and_its_sign_is_told():
     steps = run(0.3)
-    system, a = flowing()[0], steps[-1]
-    found = Dissipated.of(system, a.start, a.solved)
+    a = steps[-1]
+    found = Dissipated.of(a.start, a.solved)
     assert found.plastic == pytest.approx(np.vdot(a.solved.response.kinematics.volume, dissipation(a)), rel=1e-12)
     assert found.plastic > 0
     assert found.friction > 0
     assert found.scale > found.plastic
     assert not found.negative(1e-7, friction=True)
-    backwards = Dissipated.of(system, a.start, replace(a.solved, r=a.solved.r * (1, -1)))
+    backwards = Dissipated.of(a.start, replace(a.solved, r=a.solved.r * (1, -1)))
     assert backwards.friction == -found.friction
-    assert "friction's dissipation is negative" in backwards.negative(1e-7, friction=True)
+    assert "friction's dissipation is negative" in str(backwards.negative(1e-7, friction=True))
     assert not backwards.negative(1e-7, friction=False)
     less = replace(
         a.start, plastic_strain=a.start.plastic_strain + 2 * (a.state.plastic_strain - a.start.plastic_strain)
     )
-    assert Dissipated.of(system, less, a.solved).negative(1e-7, friction=True).startswith("plastic dissipation is neg")
+    said = str(Dissipated.of(less, a.solved).negative(1e-7, friction=True))
+    assert said.startswith("plastic dissipation is neg")
 
 
 def test_a_march_whose_dissipation_is_negative_ends_in_words(monkeypatch):

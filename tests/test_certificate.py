@@ -15,10 +15,9 @@ from bipot.certificate import (
     contact_gaps,
     material_gaps,
 )
-from bipot.certification import Examined
+from bipot.iterate import Increment, Iterate
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises, radial_return
-from bipot.system import Increment
 from tests.scenes import fresh, run
 
 ELASTIC, HARDENING = Elasticity(210_000.0, 0.3), Linear(300.0, 1000.0)
@@ -40,7 +39,7 @@ def recertify(system, accepted, **changes):
     response, r = changes.get("response", solved.response), changes.get("r", solved.r)
     start = replace(response.state, gap=changes.get("gap", response.state.gap))
     increment = Increment(system, start, accepted.state.tau)
-    return Examined(increment, response, r, float(np.abs(solved.r).max())).certificate
+    return Iterate(increment, response).certificate(r, float(np.abs(solved.r).max()))
 
 
 def test_the_accepted_increment_is_certified(system, accepted):

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+import skfem
 
-from bipot.fem.elements import Quadrature, line3, quad8, radon7
+from bipot.fem.elements import Quadrature, Reference, line3, quad8, radon7
+from bipot.fem.kinematics import Configuration, Geometry, increment
 
 
 def moment(i, j):
@@ -39,6 +41,33 @@ def test_shapes_are_a_partition_of_unity(rule, points):
     np.testing.assert_allclose(table.values.sum(axis=1), 1.0, atol=1e-14)
     np.testing.assert_allclose(table.gradients.sum(axis=1), 0.0, atol=1e-14)
     assert table.weights.sum() == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    "element", [skfem.ElementQuad1(), skfem.ElementQuad2(), skfem.ElementTriP2(), skfem.ElementHexS2()]
+)
+def test_any_element_of_scikit_fem_is_tabulated(element):
+    """Values and gradients at its own nodes: one at its node, and the identity where the coordinates are nodal."""
+    nodes = np.asarray(element.doflocs)
+    table = Reference.of(element, nodes, np.ones(len(nodes)))
+    np.testing.assert_allclose(table.values, np.eye(len(nodes)), atol=1e-14)
+    jacobians = np.einsum("ka,qkb->qab", nodes, table.gradients)
+    np.testing.assert_allclose(jacobians, np.broadcast_to(np.eye(nodes.shape[1]), jacobians.shape), atol=1e-13)
+
+
+@pytest.mark.parametrize("configuration", Configuration)
+@pytest.mark.parametrize("element", [skfem.ElementQuad1(), skfem.ElementQuad2(), skfem.ElementTriP2()])
+def test_kinematics_of_other_plane_elements_are_those_of_the_motion(element, configuration):
+    """A homogeneous stretch with shear has the strain of Q8's points at every point of any element."""
+    points, weights = np.array([[0.2, 0.3], [0.5, 0.1]]), np.array([0.25, 0.25])
+    gradient = np.array([[0.1, 0.03], [0.02, -0.08]])
+    found = []
+    for shape in (element, skfem.ElementQuadS2()):
+        x = np.asarray(shape.doflocs, dtype=float) + np.array([1.0, 0.0])
+        cells, reference = np.arange(len(x))[None], Reference.of(shape, points, weights)
+        found.append(increment(x, x @ gradient.T, cells, reference, Geometry.AXISYMMETRIC, configuration))
+    np.testing.assert_allclose(found[0].strain, found[1].strain, atol=1e-14)
+    np.testing.assert_allclose(found[0].volume, found[1].volume, rtol=1e-13)
 
 
 def test_line_reproduces_quadratics():

@@ -219,7 +219,7 @@ def test_the_shifted_map_has_the_derivatives_it_says() -> None:
 
 def run(mu: float, form: Tangent | Dissipation, rule: Safeguard, bounds: Bounds = LOOSE) -> list[Accepted]:
     scene = upsetting(mu=mu, reduction=0.05, elements=3)
-    return list(march(scene, path(0.05, 3), Control(form, (), Limits(bounds, coupling=rule))))
+    return list(march(scene, path(0.05, 3), Control(replace(form, safeguard=rule), (), Limits(bounds))))
 
 
 @pytest.mark.parametrize(("mu", "factor"), [(0.1, 0.1), (0.3, 0.2)])

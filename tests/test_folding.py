@@ -99,17 +99,15 @@ class Wall:
     """The tangent form, refusing every increment that ends beyond ``tau``; the tool's travel is ``travel``."""
 
     name = FormName.TANGENT
-    exact = True
-    shifts = False
-    nearby = True
+    init = DIRECT.init
 
     def __init__(self, tau, travel):
         self.tau, self.travel = tau, travel
 
-    def solve(self, given, workspace):
-        if given.response.state.tau + given.units.length / self.travel > self.tau:
+    def step(self, iterate, r, state):
+        if iterate.increment.tau > self.tau:
             raise NotConverged("no further")
-        return DIRECT.solve(given, workspace)
+        return DIRECT.step(iterate, r, state)
 
 
 @pytest.mark.parametrize("locate", [None, Locate()])

@@ -12,8 +12,9 @@ from bipot.certificate import Bounds
 from bipot.errors import NotConverged, SceneError, UnboundedProgram
 from bipot.fem.kinematics import Configuration
 from bipot.force_control import Seek, press, straight
-from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
+from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits, advance
+from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.scene import upsetting
@@ -35,11 +36,11 @@ class Problem:
         self.system = system_of(scene)
         self.state = self.system.rest()
         self.control = Control(Newton() if form is None else form, fallbacks, limits)
-        self.workspace, self.taus = Workspace(), []
+        self.cache, self.taus = Cache(), []
 
     def solve(self, tau):
         self.taus.append(tau)
-        return attempt_increment(self.system, self.state, tau, self.control, self.workspace, 0.0)
+        return attempt_increment(Increment(self.system, self.state, tau), self.control, self.cache, 0.0)
 
     def press(self, force, **options):
         return press(self.system, self.state, force, self.solve, **options)
@@ -202,7 +203,7 @@ def test_bad_loads_are_refused(force, tool, field):
 def test_a_force_below_the_present_one_and_a_path_at_its_end_are_refused():
     problem = Problem(small(mu=0.0))
     solved = problem.solve(1e-3).solved
-    problem.state = advance(problem.system, problem.state, solved, 1e-3)
+    problem.state = advance(problem.state, solved)
     with pytest.raises(SceneError, match="above the present"):
         problem.press(10.0)
     problem.state = replace(problem.state, tau=1.0)

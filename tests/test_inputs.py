@@ -69,7 +69,7 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
         (lambda: Control(limits=Bounds()), "control.limits = .*: must be a Limits"),
         (lambda: Control(locate=0.1), "control.locate = 0.1: must be a Locate or None"),
         (lambda: Limits(1e-6), "limits.bounds = 1e-06: must be a Bounds"),
-        (lambda: Limits(coupling=None), "limits.coupling = None: must be a Safeguard"),
+        (lambda: Tangent(safeguard=None), "tangent.safeguard = None: must be a Safeguard"),
         (lambda: Tangent(accuracy=1e-9), "tangent.accuracy = 1e-09: must be an Accuracy"),
         (lambda: Dissipation(accuracy=1e-9), "dissipation.accuracy"),
         (lambda: Tangent(coupled="no"), "tangent.coupled = 'no': must be a bool"),

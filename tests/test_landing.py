@@ -5,9 +5,11 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.carrying import Attempt
 from bipot.errors import SceneError
 from bipot.fem.kinematics import Geometry
 from bipot.forms import Dissipation, Newton
+from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -85,10 +87,8 @@ def test_a_search_that_fails_leaves_the_increment_whole():
     asked = scene(GAP)
     system, (first, second) = system_of(asked), run(asked, how=None)[:2]
 
-    class Failed:
-        solved, passes = None, 3
-
-    found = locate(system, first.state, second.state.tau, second.solved, lambda tau: Failed(), HOW)
+    failed = Attempt(None, Newton.name, 3, [])
+    found = locate(Increment(system, first.state, second.state.tau), second.solved, lambda tau: failed, HOW)
     assert found == (None, 3)
 
 
@@ -96,7 +96,10 @@ def test_a_known_candidate_is_not_located_again():
     asked = scene(GAP)
     system, (first, second) = system_of(asked), run(asked, how=None)[:2]
     everyone = frozenset(range(len(system.candidates.node)))
-    assert locate(system, first.state, second.state.tau, second.solved, pytest.fail, HOW, everyone) == (None, 0)
+    assert locate(Increment(system, first.state, second.state.tau), second.solved, pytest.fail, HOW, everyone) == (
+        None,
+        0,
+    )
 
 
 @pytest.mark.parametrize("wrong", [{"tolerance": 0.0}, {"tolerance": 1.0}, {"solves": 0}, {"margin": 0.5}])

@@ -24,7 +24,7 @@ LAYERS = (
     ("certificate", "coulomb", "fem"),
     ("programs", "scene"),
     ("contact", "overlap", "response", "system", "traction"),
-    ("certification", "determinacy", "diagnosis", "forms", "increment", "starting"),
+    ("determinacy", "diagnosis", "forms", "increment", "iterate", "reason", "starting"),
     ("carrying", "energy", "force_control", "landing", "march"),
     ("columns", "exchange", "export", "history", "paper", "plot"),
     ("bipot",),

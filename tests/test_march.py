@@ -220,11 +220,9 @@ class FailsAlways:
     """A form that never converges."""
 
     name = FormName.TANGENT
-    exact = True
-    shifts = False
-    nearby = True
+    init = DIRECT.init
 
-    def solve(self, given, workspace):
+    def step(self, iterate, r, state):
         raise NotConverged("nothing doing")
 
 
@@ -232,17 +230,15 @@ class FailsAbove:
     """The tangent form, refusing increments longer than ``limit``."""
 
     name = FormName.TANGENT
-    exact = True
-    shifts = False
-    nearby = True
+    init = DIRECT.init
 
     def __init__(self, limit):
         self.limit = limit
 
-    def solve(self, given, workspace):
-        if given.units.length > self.limit:
+    def step(self, iterate, r, state):
+        if iterate.increment.units.length > self.limit:
             raise NotConverged("too long")
-        return DIRECT.solve(given, workspace)
+        return DIRECT.step(iterate, r, state)
 
 
 def test_cuts_are_recorded_and_the_schedule_is_still_met():

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from bipot.certificate import Bounds
 from bipot.errors import ProgramError
 from bipot.fem.kinematics import Configuration
-from bipot.forms import Dissipation, FormName, Newton, Tangent, Workspace
+from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment
+from bipot.iterate import Increment
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.data import ContactRows
 from bipot.programs.newton import Frames, Linearised, Pattern
@@ -201,7 +202,7 @@ def test_newton_converges_quadratically_once_the_pieces_are_right() -> None:
     start, tau = steps[-1].start, steps[-1].state.tau
     seen: list[Trial] = []
     system = system_of(upsetting(mu=0.1, reduction=0.1, elements=4))
-    solve_increment(system, start, tau, Newton(Reuse(0.0)), TIGHT, Workspace(), 1.0, seen.append)
+    solve_increment(Increment(system, start, tau), Newton(Reuse(0.0)), TIGHT, Cache(), 1.0, seen.append)
     e = [trial.certificate.equilibrium for trial in seen]
     assert len(e) <= 6
     big = [i for i in range(1, len(e) - 1) if e[i] < 1e-2]

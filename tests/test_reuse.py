@@ -13,14 +13,15 @@ from bipot.conic.clarabel import Clarabel, clarabel, solve
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.errors import ProgramError, SceneError
-from bipot.forms import Dissipation, Newton, Tangent, Workspace
+from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.conic import tangent_program
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ContactRows, Timing
+from bipot.programs.data import Block, ContactRows, Stopwatch, Timing
 from bipot.response import TangentKind
 from bipot.scene import upsetting
 from tests.scenes import posed
@@ -41,19 +42,28 @@ def passes():
 @pytest.mark.parametrize("form", [Tangent, Dissipation])
 def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
     """Polished, as the toolkit uses them: to 1e-7 in displacement and force, on programs sent one after another."""
-    workspace = Workspace()
+    cache = Cache()
     reused = set()
-    for given in passes[1::3]:
-        fast = form().solve(given, workspace)
-        slow = form(solver=Cvxpy()).solve(given, Workspace())
-        assert relative(fast.x, slow.x) < 1e-7
+    for seen in passes[1::3]:
+        fast = first_step(form(), seen, cache)
+        slow = first_step(form(solver=Cvxpy()), seen, Cache())
+        assert relative(fast.iterate.x, slow.iterate.x) < 1e-7
         assert relative(fast.r, slow.r) < 1e-7
-        reused.add(id(workspace.handles[form.name]))
+        reused.add(id(cache.handles[form.name]))
     assert len(reused) == 1
 
 
-def tangent(given):
-    return tangent_program(given, given.response, TangentKind.CONSISTENT, Workspace())
+def first_step(form, seen, cache):
+    """The pass that was seen, with what its increment had frozen by then but nothing else of its past."""
+    return form.step(seen.iterate, seen.r, replace(seen.state, cache=cache))[0]
+
+
+def tangent(seen):
+    return tangent_program(seen.iterate, seen.r, seen.state, TangentKind.CONSISTENT, Stopwatch())
+
+
+def dissipation_program(seen):
+    return Dissipation().program(seen.iterate, seen.r, seen.state)
 
 
 def least_cost(stated):
@@ -63,7 +73,7 @@ def least_cost(stated):
     return stated.problem.value - constant
 
 
-@pytest.mark.parametrize("program_of", [tangent, Dissipation().program], ids=["tangent", "dissipation"])
+@pytest.mark.parametrize("program_of", [tangent, dissipation_program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
     """No polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
     last, accuracy = None, np.sqrt(TIGHT.tolerance)
@@ -80,10 +90,10 @@ def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, 
 
 
 @pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
-def test_answers_carry_the_response_they_were_judged_by(form, passes):
-    given = passes[2]
-    answer = form.solve(given, Workspace())
-    np.testing.assert_array_equal(answer.response.x, answer.x)
+def test_steps_carry_the_response_they_were_judged_by(form, passes):
+    step = first_step(form, passes[2], Cache())
+    again = step.iterate.increment.at(step.iterate.x)
+    np.testing.assert_array_equal(step.iterate.response.internal, again.response.internal)
 
 
 def test_halvings_below_zero_are_refused():
@@ -144,13 +154,13 @@ def test_newton_keeps_nothing_of_another_attempt_from_the_same_state():
     system = system_of(scene)
     state = next(march(scene, Schedule(20), Control(Newton(), ()))).state
 
-    def attempt(tau, passes, workspace):
+    def attempt(tau, passes, cache):
         control = Control(Newton(), (), Limits(passes=passes), integration=Integration.BACKWARD_EULER)
-        return attempt_increment(system, state, tau, control, workspace, 0.0)
+        return attempt_increment(Increment(system, state, tau), control, cache, 0.0)
 
-    used = Workspace()
+    used = Cache()
     assert attempt(1.0, 1, used).solved is None
-    again, first = attempt(0.1, 40, used), attempt(0.1, 40, Workspace())
+    again, first = attempt(0.1, 40, used), attempt(0.1, 40, Cache())
     assert again.passes == first.passes
     np.testing.assert_array_equal(again.solved.r, first.solved.r)
 

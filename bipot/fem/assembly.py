@@ -12,8 +12,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from bipot.fem.elements import Quadrature, Tabulated, quad8
-from bipot.fem.kinematics import MANDEL_2D, SQRT2, Geometry
+from bipot.fem.elements import Quadrature, Reference, quad8
+from bipot.fem.kinematics import MANDEL_2D, SYMMETRIC, Geometry
 from bipot.mesh import Mesh
 
 Floats = NDArray[np.float64]
@@ -21,8 +21,7 @@ Ints = NDArray[np.intp]
 
 
 ROW_FORCES = np.zeros((MANDEL_2D, 2, 3))
-ROW_FORCES[[0, 2], 0, [0, 2]] = ROW_FORCES[1, 1, 1] = 1.0
-ROW_FORCES[3, [0, 1], [1, 0]] = 1 / SQRT2
+ROW_FORCES[:, [0, 0, 1, 1, 0], [0, 1, 0, 1, 2]] = SYMMETRIC
 ROW_FORCES = ROW_FORCES.reshape(MANDEL_2D, -1)
 ROW_FORCES.flags.writeable = False
 """What multiplies N,1, N,2 and N/r in the forces along either axis, from a Mandel stress."""
@@ -38,7 +37,7 @@ class Space:
 
     mesh: Mesh
     geometry: Geometry
-    reference: Tabulated
+    reference: Reference
     dofs: Ints
     free: Ints
     position: Ints
@@ -134,15 +133,6 @@ def element_stiffness(B: Floats, tangent: Floats, volume: Floats) -> Floats:
     weighted = (tangent @ B) * volume[..., None, None]
     e, _, _, n = B.shape
     return B.reshape(e, -1, n).transpose(0, 2, 1) @ weighted.reshape(e, -1, n)
-
-
-def elastic_diagonal(shape: Floats, volume: Floats, bulk: float, shear: float) -> Floats:
-    """Diagonal of the elastic K_e (e, 2k), from gradients (e, q, 3, k): K (tr b)^2 + 2 G |dev b|^2 of each column b."""
-    x, y, hoop = shape[:, :, 0], shape[:, :, 1], shape[:, :, 2]
-    trace = np.stack([x + hoop, y], axis=-1)
-    square = np.stack([x**2 + hoop**2 + y**2 / 2, y**2 + x**2 / 2], axis=-1)
-    stiffness = bulk * trace**2 + 2 * shear * (square - trace**2 / 3)
-    return np.einsum("eq,eqki->eki", volume, stiffness).reshape(len(shape), -1)
 
 
 def element_force(shape: Floats, stress: Floats, volume: Floats) -> Floats:

@@ -5,6 +5,7 @@ The reference square is scikit-fem's [0, 1]^2. Weights sum to its area, one.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cache
@@ -26,13 +27,21 @@ class Quadrature(Enum):
 
 
 @dataclass(frozen=True)
-class Tabulated:
+class Reference:
     """Shape functions at the points of a rule: points (q, d), weights (q,), values (q, k), gradients (q, k, d)."""
 
     points: Floats
     weights: Floats
     values: Floats
     gradients: Floats
+
+    @staticmethod
+    def of(element: Any, points: Floats, weights: Floats, order: Sequence[int] = ()) -> Reference:
+        """Any element of scikit-fem at points (q, d), its nodes in ``order`` where that is another than its own."""
+        basis = [element.lbasis(points.T, i) for i in order or range(len(element.doflocs))]
+        values = np.column_stack([value for value, _ in basis])
+        gradients = np.stack([np.asarray(gradient).T for _, gradient in basis], axis=1)
+        return Reference(points, weights, values, gradients)
 
 
 def radon7() -> tuple[Floats, Floats]:
@@ -48,19 +57,16 @@ def radon7() -> tuple[Floats, Floats]:
 
 
 @cache
-def quad8(rule: Quadrature) -> Tabulated:
+def quad8(rule: Quadrature) -> Reference:
     """Eight-node serendipity quadrilateral at the points of ``rule``."""
-    return _tabulate(skfem.ElementQuadS2(), *_rule(rule))
+    return Reference.of(skfem.ElementQuadS2(), *_rule(rule))
 
 
 @cache
-def line3() -> Tabulated:
+def line3() -> Reference:
     """Three-node line (end, middle, end) with three Gauss points, for traction on edges."""
     points, weights = np.polynomial.legendre.leggauss(3)
-    x = (points + 1) / 2
-    values = np.column_stack([(1 - x) * (1 - 2 * x), 4 * x * (1 - x), x * (2 * x - 1)])
-    gradients = np.column_stack([4 * x - 3, 4 - 8 * x, 4 * x - 1])
-    return Tabulated(x[:, None], weights / 2, values, gradients[:, :, None])
+    return Reference.of(skfem.ElementLineP2(), (points[:, None] + 1) / 2, weights / 2, (0, 2, 1))
 
 
 def _rule(rule: Quadrature) -> tuple[Floats, Floats]:
@@ -72,10 +78,3 @@ def _rule(rule: Quadrature) -> tuple[Floats, Floats]:
         points = np.array([(x, y) for x in line for y in line])
         weights = np.outer(weight, weight).ravel()
     return (points + 1) / 2, weights / 4
-
-
-def _tabulate(element: Any, points: Floats, weights: Floats) -> Tabulated:
-    basis = [element.lbasis(points.T, i) for i in range(len(element.doflocs))]
-    values = np.column_stack([value for value, _ in basis])
-    gradients = np.stack([np.asarray(gradient).T for _, gradient in basis], axis=1)
-    return Tabulated(points, weights, values, gradients)

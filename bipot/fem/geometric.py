@@ -18,17 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.fem.kinematics import MANDEL_2D, SQRT2, Kinematics
+from bipot.fem.kinematics import GRADIENT, MANDEL_2D, SQRT2, SYMMETRIC, Kinematics, gradient_operator
 
 Floats = NDArray[np.float64]
 
-GRADIENT = 5
-"""Entries of g."""
-
-SYMMETRIC = np.zeros((MANDEL_2D, GRADIENT))
-SYMMETRIC[0, 0] = SYMMETRIC[1, 3] = SYMMETRIC[2, 4] = 1.0
-SYMMETRIC[3, 1:3] = 1 / SQRT2
-SYMMETRIC.flags.writeable = False
 COPIED = np.array([0, 3, 3, 1, 2])
 """The Mandel component that each entry of t is a copy of."""
 
@@ -87,13 +80,6 @@ class Scratch:
         """For e elements of q points and 2k unknowns."""
         size = (elements, points, GRADIENT, unknowns)
         return Scratch(np.zeros(size), np.empty(size), np.empty((elements, unknowns, unknowns)))
-
-
-def gradient_operator(shape: Floats, D: Floats) -> None:
-    """Write D (e, q, 5, 2k) from the gradients (e, q, 3, k); what is not written stays zero."""
-    D[:, :, 0, 0::2] = D[:, :, 2, 1::2] = shape[:, :, 0]
-    D[:, :, 1, 0::2] = D[:, :, 3, 1::2] = shape[:, :, 1]
-    D[:, :, 4, 0::2] = shape[:, :, 2]
 
 
 def turn(tensor: Floats) -> Floats:

@@ -17,13 +17,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.errors import InvertedElement
-from bipot.fem.elements import Tabulated
+from bipot.fem.elements import Reference
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 
-MANDEL_2D = 4
+MANDEL_2D, GRADIENT = 4, 5
+"""Entries of a Mandel vector, and of g = (u_1,1  u_1,2  u_2,1  u_2,2  u_1/r), the displacement gradient."""
+
 SQRT2 = np.sqrt(2.0)
+SYMMETRIC = np.zeros((MANDEL_2D, GRADIENT))
+SYMMETRIC[0, 0] = SYMMETRIC[1, 3] = SYMMETRIC[2, 4] = 1.0
+SYMMETRIC[3, 1:3] = 1 / SQRT2
+SYMMETRIC.flags.writeable = False
+"""What takes g to the Mandel vector of its symmetric part."""
 
 
 class Geometry(Enum):
@@ -68,7 +75,7 @@ class Kinematics:
         return strain_operator(self.shape)
 
 
-def _by_reference(x: Floats, reference: Tabulated) -> Floats:
+def _by_reference(x: Floats, reference: Reference) -> Floats:
     """dx/dxi (e, q, 2, 2) of element values (e, k, 2): one dense product, nine times faster than one a point."""
     (e, k, d), q = x.shape, len(reference.weights)
     table = reference.gradients.transpose(1, 0, 2).reshape(k, q * d)
@@ -79,7 +86,7 @@ def _determinant(J: Floats) -> Floats:
     return J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
 
 
-def gradients(nodes: Floats, elements: Ints, reference: Tabulated, geometry: Geometry) -> Gradients:
+def gradients(nodes: Floats, elements: Ints, reference: Reference, geometry: Geometry) -> Gradients:
     """Shape gradients and volumes on the configuration ``nodes``; for axisymmetry volumes are those of the full ring.
 
     Raises:
@@ -117,10 +124,16 @@ def _refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
 def strain_operator(shape: Floats) -> Floats:
     """B (e, q, 4, 2k) of (23): Mandel strain from the element's displacements (u_1, u_2 of node 1, ...)."""
     e, q, _, k = shape.shape
-    B = np.zeros((e, q, MANDEL_2D, k, 2))
-    B[..., 0, :, 0], B[..., 1, :, 1], B[..., 2, :, 0] = shape[:, :, 0], shape[:, :, 1], shape[:, :, 2]
-    B[..., 3, :, 0], B[..., 3, :, 1] = shape[:, :, 1] / SQRT2, shape[:, :, 0] / SQRT2
-    return B.reshape(e, q, MANDEL_2D, 2 * k)
+    D = np.zeros((e, q, GRADIENT, 2 * k))
+    gradient_operator(shape, D)
+    return SYMMETRIC @ D
+
+
+def gradient_operator(shape: Floats, D: Floats) -> None:
+    """Write D (e, q, 5, 2k) from the gradients (e, q, 3, k); what is not written stays zero."""
+    D[:, :, 0, 0::2] = D[:, :, 2, 1::2] = shape[:, :, 0]
+    D[:, :, 1, 0::2] = D[:, :, 3, 1::2] = shape[:, :, 1]
+    D[:, :, 4, 0::2] = shape[:, :, 2]
 
 
 def _displacement_gradient(grad: Gradients, du: Floats) -> tuple[Floats, Floats]:
@@ -178,7 +191,7 @@ def increment(
     nodes: Floats,
     du: Floats,
     elements: Ints,
-    reference: Tabulated,
+    reference: Reference,
     geometry: Geometry,
     configuration: Configuration,
 ) -> Kinematics:

@@ -1,27 +1,26 @@
-"""The forms an increment can take: small frozen objects with one verb, one pass each."""
+"""The forms an increment can take: small frozen objects that take one pass after another."""
 
-from bipot.forms.base import Answer, Form, FormName, Pass, Workspace
+from bipot.forms.base import Cache, Form, FormName, Step
 from bipot.forms.conic import Dissipation, Tangent
 from bipot.forms.delassus import Delassus
 from bipot.forms.newton import Newton
 from bipot.forms.penalty import Optimiser, Penalty, Uzawa, contact_penalty
 
 OWN = (Tangent, Dissipation, Newton, Delassus, Penalty, Uzawa)
-"""The forms of this library: their responses are the body's."""
+"""The forms of this library: their iterates are the increment's."""
 
 __all__ = [
     "OWN",
-    "Answer",
+    "Cache",
     "Delassus",
     "Dissipation",
     "Form",
     "FormName",
     "Newton",
     "Optimiser",
-    "Pass",
     "Penalty",
+    "Step",
     "Tangent",
     "Uzawa",
-    "Workspace",
     "contact_penalty",
 ]

@@ -1,27 +1,30 @@
-"""What every form shares: the pass it is given, the answer it returns, and what it may keep between passes.
+"""What every form shares: the step it returns, what it may find once in a run, and which candidates get rows.
 
-A form turns a :class:`Pass` (response at the last iterate, contact rows, frozen threshold) into the next
-displacement and contact forces. Everything else of an increment is shared, so comparisons are fair by construction.
+A form turns an iterate and its contact forces into the next ones. What it carries from pass to pass is its state, a
+value: made by ``init`` from the iterate that an increment starts from, given back anew by every ``step``. Everything
+else of an increment is shared, so comparisons are fair by construction.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import ClassVar, NamedTuple, Protocol, runtime_checkable
+from typing import ClassVar, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.solver import Handle
-from bipot.forms.memory import Memory, Pace
+from bipot.forms.memory import Pace, Setup
+from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
-from bipot.programs.data import ContactRows, Outcome, Stopwatch, Timing, Units
+from bipot.programs.data import ContactRows, Outcome, Timing
+from bipot.programs.fixed_point import Coupled, Route
+from bipot.programs.newton import Frames
 from bipot.programs.polish import Elimination
-from bipot.response import Body, Response
+from bipot.typing import Floats
 
-Floats = NDArray[np.float64]
+S = TypeVar("S")
 
 
 class FormName(Enum):
@@ -36,101 +39,71 @@ class FormName(Enum):
 
 
 @dataclass(frozen=True)
-class Pass:
-    """What a form is given for one pass.
+class Step:
+    """One pass: the next iterate, contact forces r (c, d) of all candidates, what the solver claimed, what it cost.
 
-    Body and response at the iterate, contact rows of c candidates, their frozen threshold s (f,), gap at the start
-    of the increment (c,), contact forces (c, d) at that start and after the last pass, load F (n,), units; De Saxce's
-    shift (f,) where that is frozen in the place of the threshold.
+    ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is how far the answer is from the contact
+    law the form *poses*, over the largest force, where that is not Coulomb's: acceptance then asks for it, equilibrium
+    and yield, and the certificate only reports. None: Coulomb's law, of which the whole certificate is asked.
     """
 
-    body: Body
-    response: Response
-    rows: ContactRows
-    threshold: Floats
-    start_gap: Floats
-    start_forces: Floats
-    last_forces: Floats
-    force: Floats
-    units: Units
-    shift: Floats | None = None
-
-
-@dataclass(frozen=True)
-class Answer:
-    """The next iterate: free displacement x (n,), contact forces r (c, d), and what the solver claimed.
-
-    ``posed`` is how far (x, r) is from the contact law the form *poses*, over the largest force; exact forms leave
-    it to the certificate. ``response`` is the body's response to x, when the form has evaluated it already.
-    ``coupled`` marks an answer that obeys Coulomb's law on its model: what was frozen to get there no longer counts.
-    """
-
-    x: Floats
+    iterate: Iterate
     r: Floats
     outcome: Outcome
     iterations: int
     timing: Timing
-    posed: float = 0.0
-    response: Response | None = None
-    coupled: bool = False
-
-
-class Measured(NamedTuple):
-    """How far a response with contact forces on ``rows`` was from equilibrium and law."""
-
-    response: Response
-    rows: ContactRows
-    distance: float
+    coupled: Coupled = Coupled(Route.EXACT)
+    posed: float | None = None
 
 
 @dataclass
-class Workspace:
-    """What the forms keep during a run: the one mutable thing, owned by the march.
+class Cache:
+    """What a run finds once: orderings, patterns, the predictor, what solvers keep of the last program. Owned by
+    the march."""
 
-    ``handles`` are what their solvers keep of the last program; ``assembly`` counts the seconds of the body's
-    responses and tangents.
-    """
-
-    newton: Memory | None = None
     pace: Pace = field(default_factory=Pace)
-    last_split: Split | None = None
-    elimination: Elimination | None = None
-    assembly: Stopwatch = field(default_factory=Stopwatch)
-    measured: Measured | None = None
     handles: dict[FormName, Handle] = field(default_factory=dict)
+    _split: Split | None = None
+    _elimination: Elimination | None = None
+    _setup: Setup | None = None
+    _frames: dict[bytes, Frames] = field(default_factory=dict)
 
     def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
         """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""
         kept = touched(rows, len(K.indptr) - 1)
         # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
-        if self.last_split is None or not np.array_equal(self.last_split.kept, kept):
-            self.last_split = Split.of(K, kept)
-        return self.last_split
+        if self._split is None or not np.array_equal(self._split.kept, kept):
+            self._split = Split.of(K, kept)
+        return self._split
 
-    def eliminate(self, K: sp.csc_matrix, rows: ContactRows) -> None:
+    def elimination(self, K: sp.csc_matrix | Floats, rows: ContactRows) -> Elimination:
         """How the polish eliminates the contacts of ``rows`` (the last ones only) from a stiffness of K's pattern."""
-        self.elimination = Elimination.of(K, rows, self.elimination)
+        self._elimination = Elimination.of(sp.csc_matrix(K), rows, self._elimination)
+        return self._elimination
+
+    def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
+        """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""
+        if self._setup is None:
+            self._setup = Setup.of(iterate)
+        rows = iterate.rows
+        parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
+        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional))
+        if key not in self._frames:
+            self._frames = {key: Frames.of(rows, self._setup.pattern)}
+        return self._setup, self._frames[key]
 
 
 @runtime_checkable
-class Form(Protocol):
-    """One way to solve a pass."""
+class Form(Protocol[S]):
+    """One way to solve a pass; S is its state."""
 
     name: ClassVar[FormName]
     """How the history calls it."""
 
-    exact: ClassVar[bool]
-    """Whether it poses the exact law: acceptance then asks for the whole certificate.
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> S:
+        """The state before the first pass of an increment, which starts from ``iterate`` and forces r (c, d)."""
+        ...
 
-    Otherwise equilibrium, yield and ``Answer.posed`` decide, and the certificate only reports.
-    """
-
-    shifts: ClassVar[bool]
-    """Whether a pass may freeze De Saxce's shift instead of the threshold."""
-
-    nearby: ClassVar[bool]
-    """Whether contact rows cost it: then only candidates near their tool get any."""
-
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
-        """Next displacement and forces; raises ProgramError and its kin."""
+    def step(self, iterate: Iterate, r: Floats, state: S) -> tuple[Step, S]:
+        """One pass from the last step's iterate and forces, or the first; raises ProgramError and its kin."""
         ...

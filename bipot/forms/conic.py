@@ -8,27 +8,27 @@ answer, and keeps it only if equilibrium and the exact law are then met better.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import ConicProgram, Outcome, Timing
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
-from bipot.forms.base import Answer, FormName, Measured, Pass, Workspace
+from bipot.forms.base import Cache, FormName, Step
+from bipot.forms.posed import Posed
+from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block
+from bipot.programs.data import Block, Stopwatch
 from bipot.programs.dissipation import DissipationProgram
-from bipot.programs.polish import couple, polish
+from bipot.programs.fixed_point import Safeguard
+from bipot.programs.polish import Elimination, couple, polish
 from bipot.programs.terms import ContactTerms
-from bipot.response import Response, TangentKind
-
-Floats = NDArray[np.float64]
-
+from bipot.response import TangentKind
+from bipot.typing import Floats
 
 NEARBY = 1e-4
 """An answer this near to equilibrium and law, in units of the program, is not far from the next: its pieces hold."""
@@ -41,6 +41,7 @@ class Tangent:
     With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
     when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
     moves: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
+    ``safeguard`` says when the fixed point is helped.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
@@ -48,10 +49,8 @@ class Tangent:
     accuracy: Accuracy = Accuracy(1e-9)
     coupled: bool = True
     halvings: int = 3
+    safeguard: Safeguard = Safeguard()
     name: ClassVar[FormName] = FormName.TANGENT
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = True
-    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         require_type(self.kind, TangentKind, "tangent.kind")
@@ -59,150 +58,192 @@ class Tangent:
         require_type(self.accuracy, Accuracy, "tangent.accuracy")
         require_type(self.coupled, bool, "tangent.coupled")
         require_count(self.halvings, "tangent.halvings", 0)
+        require_type(self.safeguard, Safeguard, "tangent.safeguard")
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache, self.safeguard)
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One proximal-Newton pass."""
-        program = tangent_program(given, given.response, self.kind, workspace)
-        began = workspace.assembly.outside()
-        coupled = self._gone_on(given, program, workspace)
-        if coupled is not None:
-            raw = Raw(*coupled, Outcome.SOLVED, 0, Timing(solve=workspace.assembly.outside() - began))
+        clock, state = Stopwatch(), state.at(iterate)
+        began, units = clock.outside(), state.units
+        program = tangent_program(iterate, r, state, self.kind, clock)
+        built = clock.outside()
+        raw = self._solve(iterate, r, state, program)
+        x, forces = raw.u * units.length, state.spread(raw.r * units.force)
+        if self.coupled:
+            tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
         else:
-            raw = _solved(self, program, workspace)
-            coupled = couple(program, raw.u, raw.r, workspace.elimination) if self.coupled else None
-        exact = coupled is not None
-        u, r = coupled or polish(program, raw.u, raw.r, workspace.elimination)
-        answer = Answer(
-            u * given.units.length, r * given.units.force, raw.outcome, raw.iterations, raw.timing, coupled=exact
-        )
-        return _shortened(given, answer, self.halvings, workspace) if self.coupled else answer
+            with clock:
+                tried = Tried(iterate.increment.at(x), forces)
+        state = state.after(tried.iterate, tried.r, raw.exact and tried.whole, tried.distance)
+        build = built - began + raw.timing.build
+        timing = Timing(build, clock.outside() - began - build, clock.seconds)
+        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
-    def _gone_on(self, given: Pass, program: TangentProgram, workspace: Workspace) -> tuple[Floats, Floats] | None:
+    def _solve(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw:
+        """The polished answer to the program."""
+        elimination = state.cache.elimination(program.K, program.contact.rows)
+        gone_on = self._gone_on(iterate, r, state, program, elimination)
+        if gone_on is not None:
+            return Raw(*gone_on, Outcome.SOLVED, 0, Timing(), exact=True)
+        raw = _solved(self, program, state.cache)
+        coupled = couple(program, raw.u, raw.r, elimination) if self.coupled else None
+        u, forces = coupled or polish(program, raw.u, raw.r, elimination)
+        return replace(raw, u=u, r=forces, exact=coupled is not None)
+
+    def _gone_on(
+        self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram, elimination: Elimination
+    ) -> tuple[Floats, Floats] | None:
         """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
 
         None in the first pass of an increment and through cvxpy, which poses every pass.
         """
-        last = workspace.measured
-        if last is None or last.response is not given.response or last.rows is not given.rows:
+        if state.distance is None or state.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
-        if last.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
-            return None
-        start = given.response.x / given.units.length
-        return couple(program, start, given.last_forces / given.units.force, workspace.elimination)
+        units = state.units
+        return couple(program, iterate.x / units.length, r[state.near] / units.force, elimination)
 
 
 @dataclass(frozen=True)
 class Dissipation:
     """Plastic strain as a variable, one second-order cone a point; globally convergent at a frozen threshold.
 
-    With ``polished``, a pass ends with the Newton step described above.
+    With ``polished``, a pass ends with the Newton step described above. ``safeguard`` says when friction's fixed point
+    is helped.
     """
 
     solver: ConicSolver = Clarabel()
     accuracy: Accuracy = Accuracy(1e-11)
     polished: bool = True
+    safeguard: Safeguard = Safeguard()
     name: ClassVar[FormName] = FormName.DISSIPATION
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = True
-    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _require_solver(self.solver, "dissipation.solver")
         require_type(self.accuracy, Accuracy, "dissipation.accuracy")
         require_type(self.polished, bool, "dissipation.polished")
+        require_type(self.safeguard, Safeguard, "dissipation.safeguard")
 
-    def program(self, given: Pass) -> DissipationProgram:
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache, self.safeguard)
+
+    def program(self, iterate: Iterate, r: Floats, state: Posed) -> DissipationProgram:
         """The dimensionless program of a pass."""
-        model = given.body.plastic_model(given.response)
-        contact = ContactTerms(given.rows, given.threshold, given.shift)
-        return DissipationProgram(model, given.force, contact).scaled(given.units)
+        increment, state = iterate.increment, state.at(iterate)
+        model = increment.system.body.plastic_model(iterate.response)
+        return DissipationProgram(model, increment.load, state.terms(iterate, r)).scaled(state.units)
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One program with the configuration and the line of the yield stress frozen."""
-        with workspace.assembly:
-            program = self.program(given)
-        raw = _solved(self, program, workspace)
-        x, r = raw.u * given.units.length, raw.r * given.units.force
-        answer = Answer(x, r, raw.outcome, raw.iterations, raw.timing)
-        return _improved(given, answer, workspace) if self.polished else answer
+        clock, state = Stopwatch(), state.at(iterate)
+        began = clock.outside()
+        with clock:
+            program = self.program(iterate, r, state)
+        raw = _solved(self, program, state.cache)
+        with clock:
+            there = iterate.increment.at(raw.u * state.units.length)
+        tried = Tried(there, state.spread(raw.r * state.units.force), whole=False)
+        if self.polished:
+            tried = _improved(iterate, r, state, tried, clock)
+        state = state.after(tried.iterate, tried.r, tried.whole)
+        timing = Timing(raw.timing.build, clock.outside() - began - raw.timing.build, clock.seconds)
+        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
 
-def _shortened(given: Pass, answer: Answer, halvings: int, workspace: Workspace) -> Answer:
-    """The answer with the body's response, or what is nearest to equilibrium and law on the way to it."""
-    start, last = given.response, workspace.measured
-    known = last is not None and last.response is start and last.rows is given.rows
-    least = last.distance if last and known else _distance(given, start, given.last_forces)
-    best: tuple[float, Answer] | None = None
-    t, failure = 1.0, InvertedElement()
+class Tried(NamedTuple):
+    """An iterate with forces r (c, d) of all, its distance from equilibrium and law if known; whether no part of a
+    Newton step is missing.
+    """
+
+    iterate: Iterate
+    r: Floats
+    distance: float | None = None
+    whole: bool = True
+
+
+def _shortened(
+    iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
+) -> Tried:
+    """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""
+    least = _distance(iterate, r, state) if state.distance is None else state.distance
+    best: Tried | None = None
+    nearest, t, failure = np.inf, 1.0, InvertedElement()
     for _ in range(halvings + 1):
-        x, r = start.x + t * (answer.x - start.x), given.last_forces + t * (answer.r - given.last_forces)
+        between = r + t * (forces - r)
         try:
-            with workspace.assembly:
-                response = given.body.respond(start.state, x)
+            with clock:
+                there = iterate.increment.at(iterate.x + t * (x - iterate.x))
         except InvertedElement as inverted:
             failure = inverted
         else:
-            distance = _distance(given, response, r)
-            if best is None or distance < best[0]:
-                best = distance, replace(answer, x=x, r=r, response=response, coupled=answer.coupled and t == 1.0)
+            distance = _distance(there, between, state)
+            if best is None or distance < nearest:
+                best, nearest = Tried(there, between, distance, t == 1.0), distance
             if distance <= least:
                 break
         t /= 2
     if best is None:
         raise failure
-    workspace.measured = Measured(best[1].response or start, given.rows, best[0])
-    return best[1]
+    return best
 
 
-def _improved(given: Pass, answer: Answer, workspace: Workspace) -> Answer:
-    """The answer with its response, after one Newton step of the tangent model if that is nearer to balance and law."""
-    with workspace.assembly:
-        response = given.body.respond(given.response.state, answer.x)
-    answer = replace(answer, response=response)
+def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
+    """The answer ``tried`` after one Newton step of the tangent model, if that is nearer to balance and law.
+
+    ``iterate`` and r are those of the pass, whose threshold the model has.
+    """
+    there, units = tried.iterate, state.units
+    terms = state.terms(iterate, r)
     try:
-        program = tangent_program(given, response, TangentKind.CONSISTENT, workspace)
-        start = answer.x / given.units.length
-        coupled = couple(program, start, answer.r / given.units.force, workspace.elimination)
+        program = _tangent(there, terms, state, TangentKind.CONSISTENT, clock)
+        elimination = state.cache.elimination(program.K, program.contact.rows)
+        coupled = couple(program, there.x / units.length, tried.r[state.near] / units.force, elimination)
         if coupled is None:
-            return answer
-        x, r = coupled[0] * given.units.length, coupled[1] * given.units.force
-        with workspace.assembly:
-            after = given.body.respond(given.response.state, x)
+            return tried
+        forces = state.spread(coupled[1] * units.force)
+        with clock:
+            after = iterate.increment.at(coupled[0] * units.length)
     except (InvertedElement, ProgramError):
-        return answer
-    if _distance(given, after, r) >= _distance(given, response, answer.r):
-        return answer
-    return replace(answer, x=x, r=r, response=after, coupled=True)
+        return tried
+    nearer = _distance(after, forces, state) < _distance(there, tried.r, state)
+    return Tried(after, forces) if nearer else tried
 
 
-def _distance(given: Pass, response: Response, r: Floats) -> float:
+def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
     """Largest component of equilibrium residual and natural map of the exact law, in the units of the program."""
-    units, rows = given.units, given.rows
-    residual = (response.internal - given.force - rows.forces(r)) / units.force
-    motion, force = rows.motion(response.x) / units.length, r / units.force
+    units, rows, near = state.units, state.rows, r[state.near]
+    residual = (iterate.residual - rows.forces(near)) / units.force
+    motion, force = iterate.motion[state.near] / units.length, near / units.force
     law = np.where(rows.tied[:, None], motion, natural_map(force, motion, rows.mu, 1.0))
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def tangent_program(given: Pass, response: Response, kind: TangentKind, workspace: Workspace) -> TangentProgram:
-    """The tangent program at ``response``, dimensionless."""
-    with workspace.assembly:
-        K = given.body.stiffness(response, kind)
-    f = K @ response.x - response.internal + given.force
-    program = TangentProgram(K, f, ContactTerms(given.rows, given.threshold, given.shift)).scaled(given.units)
-    workspace.eliminate(K, program.contact.rows)
-    return program
+def tangent_program(iterate: Iterate, r: Floats, state: Posed, kind: TangentKind, clock: Stopwatch) -> TangentProgram:
+    """The tangent program of a pass, dimensionless."""
+    return _tangent(iterate, state.terms(iterate, r), state, kind, clock)
+
+
+def _tangent(
+    iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch
+) -> TangentProgram:
+    with clock:
+        K = iterate.stiffness(kind)
+    return TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
 
 
 @dataclass(frozen=True)
 class Raw:
-    """An answer in the program's own units, and what the interior points claimed and cost."""
+    """An answer in the program's own units, what the interior points claimed and cost, whether friction is exact."""
 
     u: Floats
     r: Floats
     outcome: Outcome
     iterations: int
     timing: Timing
+    exact: bool = False
 
 
 class Exact(Protocol):
@@ -218,10 +259,10 @@ class Exact(Protocol):
         ...
 
 
-def _solved(form: Tangent | Dissipation, program: Exact, workspace: Workspace) -> Raw:
-    """The program solved by the form's solver, which keeps in the workspace what it can use again."""
-    answer, handle = form.solver.solve(program.conic(), form.accuracy, workspace.handles.get(form.name))
-    workspace.handles[form.name] = handle
+def _solved(form: Tangent | Dissipation, program: Exact, cache: Cache) -> Raw:
+    """The program solved by the form's solver, which keeps in the cache what it can use again."""
+    answer, handle = form.solver.solve(program.conic(), form.accuracy, cache.handles.get(form.name))
+    cache.handles[form.name] = handle
     r = program.contact.contact_forces(answer)
     return Raw(answer.block(Block.DISPLACEMENT), r, answer.outcome, answer.iterations, answer.timing)
 

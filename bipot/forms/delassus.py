@@ -6,17 +6,19 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import numpy as np
 import scipy.sparse as sp
 
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
-from bipot.forms.base import Answer, FormName, Pass, Workspace
+from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.conic import tangent_program
+from bipot.forms.posed import Posed
+from bipot.iterate import Iterate
 from bipot.programs.condensation import condense
-from bipot.programs.data import Outcome, Timing
+from bipot.programs.data import Outcome, Stopwatch, Timing
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
+from bipot.typing import Floats
 
 USABLE = 1e-8
 """An answer short of its tolerance but within this residual is passed on as ALMOST: the certificate re-checks it."""
@@ -40,38 +42,44 @@ class Delassus:
     solver: Solver[Any] | None = None
     limits: Limits = PATIENT
     name: ClassVar[FormName] = FormName.DELASSUS
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = False
-    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         runs = all(callable(getattr(self.solver, verb, None)) for verb in ("init", "step"))
         require(self.solver is None or runs, "delassus.solver", self.solver, "a Solver or None")
         require(isinstance(self.limits, Limits), "delassus.limits", self.limits, "a Limits of bipot.coulomb")
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache)
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One pass, started from the forces of the last.
 
         Raises:
             NotConverged: the solver's own sentence.
             ProgramError: from the reduction.
         """
-        began = workspace.assembly.outside()
-        program = tangent_program(given, given.response, TangentKind.CONSISTENT, workspace)
-        condensed = condense(program, workspace.split(sp.csc_matrix(program.K), given.rows))
+        clock, state = Stopwatch(), state.at(iterate)
+        began, units = clock.outside(), state.units
+        program = tangent_program(iterate, r, state, TangentKind.CONSISTENT, clock)
+        condensed = condense(program, state.cache.split(sp.csc_matrix(program.K), program.contact.rows))
         reduced = reduce(condensed.program)
-        built = workspace.assembly.outside()
-        found = self._find(reduced, given)
+        built = clock.outside()
+        found = self._find(reduced, r[state.near].ravel() / units.force)
         if not found.residual() <= USABLE:
             raise NotConverged(found.reason)
-        r = found.r.reshape(given.last_forces.shape)
-        x = condensed.recover(reduced.displacement(r)) * given.units.length
+        near = found.r.reshape(-1, r.shape[1])
+        x = condensed.recover(reduced.displacement(near)) * units.length
+        solved = clock.outside()
+        with clock:
+            there = iterate.increment.at(x)
+        forces = state.spread(near * units.force)
+        state = state.after(there, forces, exact=True)
         outcome = Outcome.SOLVED if found.converged else Outcome.ALMOST
-        timing = Timing(built - began, workspace.assembly.outside() - built)
-        return Answer(x, r * given.units.force, outcome, found.iterations, timing, coupled=True)
+        timing = Timing(built - began, solved - built, clock.seconds)
+        return Step(there, forces, outcome, found.iterations, timing, state.coupling.report), state
 
-    def _find(self, reduced: Reduced, given: Pass) -> CoulombSolution:
-        start = np.ravel(given.last_forces) / given.units.force
+    def _find(self, reduced: Reduced, start: Floats) -> CoulombSolution:
         first = FIRST.solver if self.solver is None else self.solver
         found = run(first, reduced.problem, self.limits, start)
         if self.solver is not None or found.residual() <= USABLE:

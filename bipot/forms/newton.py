@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
-from bipot.forms.base import Answer, FormName, Pass, Workspace
-from bipot.forms.memory import Iterate, Memory, Setup
+from bipot.forms.base import Cache, FormName, Step
+from bipot.forms.memory import Setup
+from bipot.iterate import Iterate
 from bipot.programs.data import Outcome, Stopwatch, Timing
 from bipot.programs.newton import Frames, Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.response import Response
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -57,6 +55,52 @@ class Search:
         require_count(self.halvings, "newton.search.halvings", 0)
 
 
+class Point(NamedTuple):
+    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, merit."""
+
+    iterate: Iterate
+    r: Floats
+    motion: Floats
+    pieces: Pieces
+    merit: float
+
+
+@dataclass(frozen=True)
+class Law:
+    """The contacts of an increment with their frames and scale (c,): turns iterates into points.
+
+    ``present`` is the largest contact force at the increment's start.
+    """
+
+    frames: Frames
+    scale: Floats
+    present: float
+
+    def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
+        """Evaluate iterate and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
+        rows, residual = iterate.rows, iterate.residual
+        motion = self.frames.motion(rows, iterate.x)
+        largest = max(float(np.abs(r).max(initial=0.0)), self.present)
+        gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
+        pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
+        balance, law = residual - self.frames.forces(r, len(residual)), pieces.value(motion, r)
+        return Point(iterate, r, motion, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))
+
+
+@dataclass(frozen=True)
+class Memory:
+    """What Newton carries from pass to pass: the last factor, the merits so far, the point where it is.
+
+    ``here`` is made in the first pass, of which it is a part.
+    """
+
+    setup: Setup
+    law: Law
+    linearised: Linearised[Pieces] | None = None
+    merits: tuple[float, ...] = ()
+    here: Point | None = None
+
+
 @dataclass(frozen=True)
 class Newton:
     """The fast path and the polish. Raises ProgramError where contacts share unknowns; can cycle, then fall back."""
@@ -64,79 +108,75 @@ class Newton:
     reuse: Reuse = Reuse()
     search: Search = Search()
     name: ClassVar[FormName] = FormName.NEWTON
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = False
-    nearby: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         require_type(self.reuse, Reuse, "newton.reuse")
         require_type(self.search, Search, "newton.search")
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
-        """One pass: one step with a line search; a factorisation unless the last one still serves.
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
+        """Nothing is kept of another attempt; raises ProgramError for rows Newton does not take (:class:`Frames`)."""
+        setup, frames = cache.newton(iterate)
+        present = float(np.abs(iterate.increment.start.forces).max(initial=0.0))
+        return Memory(setup, Law(frames, setup.scale(frames), present))
+
+    def step(self, iterate: Iterate, r: Floats, state: Memory) -> tuple[Step, Memory]:
+        """One step with a line search; a factorisation unless the last one still serves.
 
         Raises:
-            ProgramError: singular matrix, or contact rows Newton does not take (:meth:`Frames.of`).
+            ProgramError: singular matrix.
             InvertedElement: every trial of the line search is inadmissible.
         """
-        began = workspace.assembly.outside()
-        if workspace.newton is None or workspace.newton.setup.space is not given.body.space:
-            workspace.newton = Memory(Setup.of(given.body, given.response))
-        memory = workspace.newton
-        frames = memory.begin(given.rows)
-        law = Law(given, frames, memory.setup.scale(frames))
-        here = memory.iterate
-        if here is None or here.response is not given.response:
-            here = law.iterate(given.response, given.last_forces, memory.linearised)
-        memory.merits.append(here.merit)
-        linearised = self._linearised(given, memory, frames, here, workspace.assembly)
-        built = workspace.assembly.outside()
-        dx, r = linearised.step(here.residual, here.motion, here.r)
-        trial = self._search(law, here, linearised, memory.merits, dx, r, workspace.assembly)
-        memory.iterate = trial
-        timing = Timing(built - began, workspace.assembly.outside() - built)
+        clock = Stopwatch()
+        began = clock.outside()
+        here = state.here or state.law.point(iterate, r, None)
+        merits = (*state.merits, here.merit)
+        linearised = self._linearised(state, here, merits, clock)
+        built = clock.outside()
+        dx, new = linearised.step(iterate.residual, here.motion, here.r)
+        there = self._search(state.law, here, linearised.pieces, merits, dx, new, clock)
+        timing = Timing(built - began, clock.outside() - built, clock.seconds)
         # An open contact's force is the round-off of its row.
-        r = np.where(trial.pieces.closed[:, None], trial.r, 0.0)
-        return Answer(trial.response.x, r, Outcome.SOLVED, 1, timing, response=trial.response, coupled=True)
+        forces = np.where(there.pieces.closed[:, None], there.r, 0.0)
+        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing)
+        return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _linearised(
-        self, given: Pass, memory: Memory, frames: Frames, here: Iterate, assembly: Stopwatch
+        self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch
     ) -> Linearised[Pieces]:
         """The last factor while it serves, else a new one at the iterate."""
-        last, merits = memory.linearised, memory.merits
+        last, setup = state.linearised, state.setup
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
         fall = self.reuse.fall ** (3 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
-        if last is None or not falls or not last.pieces.same(here.pieces):
-            with assembly:
-                element = given.body.tangent(given.response, memory.setup.scratch)
-            data = memory.setup.data(element)
-            last = memory.linearised = Linearised.of(data, memory.setup.pattern, frames, here.pieces)
-        return last
+        if last is not None and falls and last.pieces.same(here.pieces):
+            return last
+        with clock:
+            element = here.iterate.tangent(setup.scratch)
+        return Linearised.of(setup.data(element), setup.pattern, state.law.frames, here.pieces)
 
     def _search(
         self,
         law: Law,
-        here: Iterate,
-        linearised: Linearised[Pieces],
-        merits: list[float],
+        here: Point,
+        pieces: Pieces,
+        merits: tuple[float, ...],
         dx: Floats,
         r: Floats,
-        assembly: Stopwatch,
-    ) -> Iterate:
-        """The iterate of the step length found; an inverted element halves it like a merit that does not fall."""
-        body, start = law.given.body, here.response
+        clock: Stopwatch,
+    ) -> Point:
+        """The point of the step length found; an inverted element halves it like a merit that does not fall."""
+        start = here.iterate
         enough = self.search.slack * max(merits[-self.search.memory :])
-        best: Iterate | None = None
+        best: Point | None = None
         t, failure = 1.0, BipotError()
         for _ in range(self.search.halvings + 1):
             try:
-                with assembly:
-                    response = body.respond(start.state, start.x + t * dx)
+                with clock:
+                    iterate = start.increment.at(start.x + t * dx)
             except (InvertedElement, NotConverged) as inadmissible:
                 failure = inadmissible
             else:
-                trial = law.iterate(response, here.r + t * (r - here.r), linearised)
+                trial = law.point(iterate, here.r + t * (r - here.r), pieces)
                 best = trial if best is None or trial.merit < best.merit else best
                 if trial.merit <= enough:
                     break
@@ -144,23 +184,3 @@ class Newton:
         if best is None:
             raise failure
         return best
-
-
-@dataclass(frozen=True)
-class Law:
-    """The contacts of a pass with their frames and scale (c,): turns responses into iterates."""
-
-    given: Pass
-    frames: Frames
-    scale: Floats
-
-    def iterate(self, response: Response, r: Floats, last: Linearised[Pieces] | None) -> Iterate:
-        """Evaluate response and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
-        given, rows = self.given, self.given.rows
-        motion, residual = self.frames.motion(rows, response.x), response.internal - given.force
-        largest = max(float(np.abs(r).max(initial=0.0)), float(np.abs(given.start_forces).max(initial=0.0)))
-        gap = np.minimum(BAND_GAP * given.units.size, BAND_LAW * largest / self.scale)
-        band = Deadband(BAND_PULL * largest, gap)
-        pieces = Pieces.of(rows, motion, r, self.scale, band, None if last is None else last.pieces)
-        balance, law = residual - self.frames.forces(r, len(residual)), pieces.value(motion, r)
-        return Iterate(response, r, motion, residual, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))

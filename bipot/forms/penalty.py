@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import ClassVar
 
@@ -13,8 +13,11 @@ import numpy as np
 from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates
 from bipot.errors import ProgramError, require, require_number, require_type
-from bipot.forms.base import Answer, FormName, Pass, Workspace
+from bipot.forms.base import Cache, FormName, Step
+from bipot.forms.posed import Posed
+from bipot.iterate import Iterate
 from bipot.laws.penalised import default_penalty
+from bipot.programs.data import Stopwatch, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region
@@ -70,24 +73,27 @@ class Penalty:
     optimiser: Optimiser = Optimiser.NEWTON
     kind: TangentKind = TangentKind.CONSISTENT
     name: ClassVar[FormName] = FormName.PENALTY
-    exact: ClassVar[bool] = False
-    shifts: ClassVar[bool] = False
-    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
-    def program(self, given: Pass) -> PenaltyProgram:
-        """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
-        t_0 = given.start_forces.copy()
-        t_0[:, 0] = np.where(t_0[:, 0] == 0, self.K_n * np.maximum(-given.start_gap, 0), t_0[:, 0])
-        return _program(given, self.kind, given.start_gap, t_0, (self.K_n, self.K_t))
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache)
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+    def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
+        """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
+        start, state = iterate.increment.start, state.at(iterate)
+        t_0, start_gap = start.forces[state.near], start.gap[state.near]
+        t_0[:, 0] = np.where(t_0[:, 0] == 0, self.K_n * np.maximum(-start_gap, 0), t_0[:, 0])
+        return _program(iterate, r, state, self.kind, start_gap, t_0, (self.K_n, self.K_t))
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One proximal-Newton pass."""
-        with workspace.assembly:
-            program = self.program(given)
-        return _answer(program, given, self.optimiser)
+        clock, state = Stopwatch(), state.at(iterate)
+        with clock:
+            program = self.program(iterate, r, state)
+        return _minimised(program, iterate, state, self.optimiser, clock)
 
 
 @dataclass(frozen=True)
@@ -106,23 +112,27 @@ class Uzawa:
     optimiser: Optimiser = Optimiser.NEWTON
     kind: TangentKind = TangentKind.CONSISTENT
     name: ClassVar[FormName] = FormName.UZAWA
-    exact: ClassVar[bool] = True
-    shifts: ClassVar[bool] = False
-    nearby: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
-    def program(self, given: Pass) -> PenaltyProgram:
-        """The pass's program: du_n is measured from contact, so that no penetration is carried."""
-        touching = np.zeros_like(given.start_gap)
-        return _program(given, self.kind, touching, given.last_forces, (self.K_n, self.K_t))
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache)
 
-    def solve(self, given: Pass, workspace: Workspace) -> Answer:
+    def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
+        """The pass's program: du_n is measured from contact, so that no penetration is carried."""
+        state = state.at(iterate)
+        touching = np.zeros(state.rows.count)
+        return _program(iterate, r, state, self.kind, touching, r[state.near], (self.K_n, self.K_t))
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One proximal-Newton pass and one refresh."""
-        with workspace.assembly:
-            program = self.program(given)
-        return _answer(program, given, self.optimiser)
+        clock, state = Stopwatch(), state.at(iterate)
+        with clock:
+            program = self.program(iterate, r, state)
+        step, state = _minimised(program, iterate, state, self.optimiser, clock)
+        return replace(step, posed=None), state
 
 
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
@@ -164,18 +174,31 @@ def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: Tange
 
 
 def _program(
-    given: Pass, kind: TangentKind, start_gap: Floats, t_0: Floats, penalties: tuple[float, float]
+    iterate: Iterate,
+    r: Floats,
+    state: Posed,
+    kind: TangentKind,
+    start_gap: Floats,
+    t_0: Floats,
+    penalties: tuple[float, float],
 ) -> PenaltyProgram:
-    if given.rows.tied.any():
+    if state.rows.tied.any():
         raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
-    K = given.body.stiffness(given.response, kind)
-    f = K @ given.response.x - given.response.internal + given.force
-    return PenaltyProgram(K, f, PenaltyTerms(given.rows, start_gap, t_0, given.threshold, *penalties))
+    K, threshold = iterate.stiffness(kind), state.terms(iterate, r).threshold
+    f = K @ iterate.x - iterate.residual
+    return PenaltyProgram(K, f, PenaltyTerms(state.rows, start_gap, t_0, threshold, *penalties))
 
 
-def _answer(program: PenaltyProgram, given: Pass, optimiser: Optimiser) -> Answer:
+def _minimised(
+    program: PenaltyProgram, iterate: Iterate, state: Posed, optimiser: Optimiser, clock: Stopwatch
+) -> tuple[Step, Posed]:
     """Minimise in the pass's units, from the last iterate."""
-    scaled = program.scaled(given.units)
-    x, outcome, iterations, timing = optimiser.minimise(scaled, given.response.x / given.units.length)
-    r = scaled.contact.forces(x) * given.units.force
-    return Answer(x * given.units.length, r, outcome, iterations, timing, scaled.contact.mismatch(x))
+    units = state.units
+    scaled = program.scaled(units)
+    x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length)
+    with clock:
+        there = iterate.increment.at(x * units.length)
+    r = state.spread(scaled.contact.forces(x) * units.force)
+    state = state.after(there, r, exact=False)
+    timing += Timing(assembly=clock.seconds)
+    return Step(there, r, outcome, iterations, timing, state.coupling.report, scaled.contact.mismatch(x)), state

@@ -1,0 +1,69 @@
+"""The state of the forms that pose a program in every pass: which candidates get rows, and what friction freezes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.contact import near_tools
+from bipot.forms.base import Cache
+from bipot.iterate import Iterate
+from bipot.programs.data import ContactRows, Units
+from bipot.programs.fixed_point import Coupling, Safeguard, image
+from bipot.programs.terms import ContactTerms
+from bipot.typing import Bools, Floats
+
+
+@dataclass(frozen=True)
+class Posed:
+    """Candidates ``near`` (c,) their tool and the ``rows`` they get, the coupling of friction, units of the program.
+
+    ``distance`` is how far the last iterate was from equilibrium and law on these rows, None where that is not known.
+    """
+
+    cache: Cache
+    units: Units
+    near: Bools
+    rows: ContactRows
+    coupling: Coupling
+    distance: float | None = None
+
+    @staticmethod
+    def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
+        """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
+
+        Candidates within a few lengths of a tool at the predicted end get rows: the others not until they touch.
+        """
+        rows, units = iterate.rows, iterate.increment.units
+        near = near_tools(rows, iterate.x, units.length)
+        coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), rule is not None)
+        return Posed(cache, units, near, rows.take(near), coupling)
+
+    def at(self, iterate: Iterate) -> Posed:
+        """With rows for the candidates that have come through their tool."""
+        if self.near.all():
+            return self
+        entering = ~self.near & (iterate.motion[:, 0] < 0)
+        if not entering.any():
+            return self
+        near = self.near | entering
+        return replace(self, near=near, rows=iterate.rows.take(near), distance=None)
+
+    def terms(self, iterate: Iterate, r: Floats) -> ContactTerms:
+        """The contact of the next program, with threshold or shift frozen; r (c, d) are the last forces of all."""
+        coupling, active = self.coupling, self.near[iterate.rows.frictional]
+        if coupling.shift is None:
+            return ContactTerms(self.rows, coupling.value[active], None)
+        return ContactTerms(self.rows, self.rows.threshold(r[self.near]), coupling.shift[active])
+
+    def spread(self, r: Floats) -> Floats:
+        """Forces (c, d) of all candidates from those that have rows."""
+        out = np.zeros((len(self.near), r.shape[1]))
+        out[self.near] = r
+        return out
+
+    def after(self, iterate: Iterate, r: Floats, exact: bool, distance: float | None = None) -> Posed:
+        """After a pass that led to ``iterate`` and forces r (c, d) of all; ``exact`` if in the end it froze nothing."""
+        coupling = self.coupling.update(image(iterate.rows, r, iterate.x), exact)
+        return replace(self, coupling=coupling, distance=distance)

@@ -1,0 +1,236 @@
+r"""An increment, an iterate of it, and the certificate of that: which fields, which scales, which round-off.
+
+An :class:`Increment` is what all passes share, an :class:`Iterate` a trial end of it with what hangs on it, made when
+first asked for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
+
+Round-off of the internal forces is that of their own assembly,
+
+    eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
+
+summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
+and that of the tools within reach: what an unstressed body is measured by. That of a contact's motion is eps times
+these lengths. Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound,
+it stands for the sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
+from bipot.contact import LEAST_MOTION
+from bipot.fem.geometric import Scratch
+from bipot.fem.kinematics import MANDEL_2D
+from bipot.laws.tensors import norm
+from bipot.programs.data import ContactRows, Units
+from bipot.response import Response, State, TangentKind
+from bipot.system import System
+from bipot.typing import Floats
+
+DEFAULT = Bounds()
+
+FAINT = 0.1
+"""Round-off below this fraction of a bound decides nothing about it."""
+
+
+@dataclass(frozen=True)
+class Increment:
+    """The increment of a system from the state ``start`` to pseudo-time ``tau``: what all its passes share."""
+
+    system: System
+    start: State
+    tau: float
+
+    @cached_property
+    def rows(self) -> ContactRows:
+        """The contact rows of all candidates."""
+        return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
+
+    @cached_property
+    def load(self) -> Floats:
+        """What is applied to the unknowns (n,)."""
+        return np.zeros(self.system.body.space.size)
+
+    @cached_property
+    def travel(self) -> Floats:
+        """Displacement (tools, d) of each tool."""
+        return self.system.candidates.travel(self.start.tau, self.tau)
+
+    @cached_property
+    def reach(self) -> float:
+        """The longest travel of a tool that may matter to the body."""
+        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
+
+    @cached_property
+    def inside(self) -> float:
+        """Depth in a tool of nodes that are held, hence no contacts."""
+        return self.system.candidates.driven_into(self.tau).depth
+
+    @cached_property
+    def units(self) -> Units:
+        """Displacements in tool travel, stresses in what can be reached of the yield stress, volume of a cube."""
+        state, scene = self.start, self.system.body.scene
+        material, size = scene.material, scene.mesh.size
+        # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
+        length = self.reach or float(norm(state.displacement).max()) or LEAST_MOTION * size
+        reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
+        return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)
+
+    def at(self, x: Floats) -> Iterate:
+        """The iterate of the free displacements x (n,).
+
+        Raises:
+            InvertedElement: the trial configuration is not admissible.
+        """
+        return Iterate(self, self.system.body.respond(self.start, x))
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A trial end of the ``increment``: the body's response to a displacement, and what hangs on it."""
+
+    increment: Increment
+    response: Response
+
+    @property
+    def x(self) -> Floats:
+        """The free displacements (n,)."""
+        return self.response.x
+
+    @property
+    def rows(self) -> ContactRows:
+        """Contact rows of all candidates; those of flat tools are the same at every iterate."""
+        return self.increment.rows
+
+    @cached_property
+    def motion(self) -> Floats:
+        """Gap at the end and slip (c, d) of all candidates."""
+        return self.rows.motion(self.x)
+
+    @cached_property
+    def residual(self) -> Floats:
+        """Internal forces less the load (n,): what the contacts have to balance."""
+        return self.response.internal - self.increment.load
+
+    def stiffness(self, kind: TangentKind) -> sp.csc_matrix:
+        """K of the convex model."""
+        return self.increment.system.body.stiffness(self.response, kind)
+
+    def tangent(self, scratch: Scratch | None = None) -> Floats:
+        """Element matrices (e, 2k, 2k) of the exact derivative of :attr:`residual`."""
+        return self.increment.system.body.tangent(self.response, scratch)
+
+    def tool_forces(self, r: Floats) -> Floats:
+        """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
+        return self.increment.system.candidates.resultant(r)
+
+    def examined(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Examined:
+        """The same with contact forces r (c, d), to be certified; ``largest`` is the largest of the run so far."""
+        return Examined(self, r, largest, bounds)
+
+    def certificate(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Certificate:
+        """Every measure, with contact forces r (c, d)."""
+        return self.examined(r, largest, bounds).certificate
+
+
+@dataclass(frozen=True)
+class Examined:
+    """An iterate with contact forces r (c, d) on all candidates' rows, to be certified.
+
+    ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
+    Equilibrium comes first and costs little; the rest is asked where that is met.
+    """
+
+    iterate: Iterate
+    r: Floats
+    largest: float
+    bounds: Bounds = DEFAULT
+
+    @property
+    def increment(self) -> Increment:
+        """The increment that is examined."""
+        return self.iterate.increment
+
+    @property
+    def response(self) -> Response:
+        """The body's response."""
+        return self.iterate.response
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Every measure."""
+        size = self.increment.system.body.scene.mesh.size
+        work = float(np.vdot(self.iterate.tool_forces(self.r), self.increment.travel))
+        return certify(self._contact(), self._material(), self.balance, size, work)
+
+    def ratios(self) -> dict[str, float]:
+        """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
+        ratio = self.balance.equilibrium / max(self.bounds.equilibrium, self.balance.resolution)
+        return self.certificate.ratios(self.bounds) if ratio <= 1 else {"equilibrium": ratio}
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Nodal residuals and what they are measured by."""
+        space, bounds = self.increment.system.body.space, self.bounds
+        force = space.force_scale(self.response.element_forces)
+        least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
+        return Balance(
+            residual=norm(space.spread(self.iterate.residual - self.iterate.rows.forces(self.r))),
+            force=force,
+            blur=_force_blur(self.increment.system, self.response, self._moved, FAINT * least * force),
+        )
+
+    @cached_property
+    def _moved(self) -> float:
+        """Lengths of the increment (module docstring)."""
+        moved = norm(self.increment.system.body.space.spread(self.response.x))
+        return float(moved.max()) + self.increment.reach
+
+    def _material(self) -> MaterialFields:
+        response, material = self.response, self.increment.system.body.scene.material
+        kin, returned = response.kinematics, response.returned
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(MANDEL_2D)
+        points = (-1, MANDEL_2D)
+        return MaterialFields(
+            before=response.rotated.reshape(points),
+            stress=returned.stress.reshape(points),
+            plastic_strain=returned.plastic_strain.reshape(points),
+            elastic_stress=sigma_e.reshape(points),
+            peeq=(response.state.peeq + returned.dpeeq).ravel(),
+            weight=kin.volume.ravel(),
+            material=material,
+        )
+
+    def _contact(self) -> ContactFields:
+        rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion
+        present = float(np.abs(r).max(initial=0.0))
+        return ContactFields(
+            r=r,
+            motion=motion,
+            mu=rows.mu,
+            tied=rows.tied,
+            stiffness=self.increment.system.rigidity.contact,
+            largest=max(self.largest, present),
+            present=max(present, float(np.abs(self.response.state.forces).max(initial=0.0))),
+            # A far candidate's gap is never small: what it is rounded to does not matter.
+            blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+            inside=self.increment.inside,
+        )
+
+
+def _force_blur(system: System, response: Response, moved: float, faint: float) -> float:
+    """Round-off of the internal forces at the node where it is largest, or an estimate below ``faint``."""
+    elastic, space, rest = system.body.scene.material.elasticity, system.body.space, system.rigidity
+    kin, stiffness = response.kinematics, elastic.bulk + 2 * elastic.shear
+    largest = float(np.abs(response.rotated).max()) + stiffness * moved * rest.gradient
+    estimate = 10 * EPS * rest.lever * largest
+    if estimate <= faint:
+        return estimate
+    gradient = np.abs(kin.shape).sum(axis=2)
+    stress = norm(response.rotated) + stiffness * moved * gradient.sum(axis=2)
+    forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
+    return EPS * float(np.bincount(space.mesh.elements.ravel(), forces.ravel()).max())

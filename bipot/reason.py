@@ -1,0 +1,54 @@
+"""Why a form was left, flow was not carried on or an increment was cut: data that also prints as a sentence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from bipot.errors import InvertedElement, NotConverged, UnsuitedForm
+from bipot.forms import FormName
+
+
+class ReasonKind(Enum):
+    """What happened."""
+
+    UNSUITED = "unsuited"
+    """A form does not take the scene."""
+    NOT_CONVERGED = "not converged"
+    """Measures stayed above their bounds."""
+    PROGRAM = "program"
+    """A program was singular, unbounded or not solved."""
+    FOLDED = "folded"
+    """An iterate or the answer had an element that is folded."""
+    DISSIPATION = "dissipation"
+    """A dissipation of the answer is negative."""
+    FLOW = "flow"
+    """The last flow was not carried on."""
+    CUT = "cut"
+    LANDING = "landing"
+    """Cut to where a node lands."""
+    ALMOST = "almost"
+    """Passes whose solver claimed less than it was asked."""
+
+
+@dataclass(frozen=True)
+class Reason:
+    """What happened, in words and by numbers: measures over their bounds, energies, a node, counts."""
+
+    kind: ReasonKind
+    said: str
+    form: FormName | None = None
+    measures: Mapping[str, float] = field(default_factory=dict)
+
+    @staticmethod
+    def of(form: FormName, failure: Exception) -> Reason:
+        """Why ``form`` failed."""
+        kinds = {UnsuitedForm: ReasonKind.UNSUITED, NotConverged: ReasonKind.NOT_CONVERGED}
+        kinds |= {InvertedElement: ReasonKind.FOLDED}
+        kind = next((kind for error, kind in kinds.items() if isinstance(failure, error)), ReasonKind.PROGRAM)
+        return Reason(kind, str(failure), form, getattr(failure, "residuals", None) or {})
+
+    def __str__(self) -> str:
+        """The sentence, after the form's name where it is one form's."""
+        return self.said if self.form is None else f"{self.form.value}: {self.said}"
