@@ -21,7 +21,7 @@ from bipot.march import Accepted, Control, march
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
-from bipot.programs.polish import ShiftedCone, couple, polish
+from bipot.programs.polish import NaturalMap, couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene import upsetting
 from studies import coupling as study
@@ -204,17 +204,14 @@ def test_both_routes_of_a_shifted_program_agree_and_without_shift_it_is_the_asso
 
 def test_the_shifted_map_has_the_derivatives_it_says() -> None:
     program, x, _ = exact()
-    rows, rng, h = program.contact.rows, np.random.default_rng(1), 1e-7
-    shift = rows.shift(x)
-    motion, force, along = rng.normal(size=(3, rows.count, 1 + rows.tangents))
-
-    def at(motion: np.ndarray, force: np.ndarray) -> ShiftedCone:
-        return ShiftedCone.of(rows, shift, 2.0, motion, force)
-
-    found = at(motion, force)
-    for way, slope in (((1, 0), found.by_motion), ((0, 1), found.by_force)):
-        ahead, behind = (at(motion + t * way[0] * along, force + t * way[1] * along).miss for t in (h, -h))
-        np.testing.assert_allclose((ahead - behind) / (2 * h), np.einsum("cij,cj->ci", slope, along), atol=1e-6)
+    natural = NaturalMap.of(program, None, program.contact.rows.shift(x))
+    rng = np.random.default_rng(1)
+    motion, force, along, h = *rng.normal(size=(3, len(natural.offset))), 1e-7
+    _, by_motion, by_r = natural.evaluate(motion, force)
+    ahead, behind = (natural.evaluate(motion + t * along, force)[0] for t in (h, -h))
+    np.testing.assert_allclose((ahead - behind) / (2 * h), by_motion @ along, atol=1e-6 * np.abs(by_motion).max())
+    ahead, behind = (natural.evaluate(motion, force + t * along)[0] for t in (h, -h))
+    np.testing.assert_allclose((ahead - behind) / (2 * h), by_r @ along, atol=1e-6)
 
 
 def run(mu: float, form: Tangent | Dissipation, rule: Safeguard, bounds: Bounds = LOOSE) -> list[Accepted]:

@@ -21,7 +21,6 @@ from bipot.programs.condensation import Split, touched
 from bipot.programs.data import ContactRows, Outcome, Timing
 from bipot.programs.fixed_point import Coupled, Route
 from bipot.programs.newton import Frames
-from bipot.programs.polish import Elimination
 from bipot.typing import Floats
 
 S = TypeVar("S")
@@ -64,7 +63,6 @@ class Cache:
     pace: Pace = field(default_factory=Pace)
     handles: dict[FormName, Handle] = field(default_factory=dict)
     _split: Split | None = None
-    _elimination: Elimination | None = None
     _setup: Setup | None = None
     _frames: dict[bytes, Frames] = field(default_factory=dict)
 
@@ -75,11 +73,6 @@ class Cache:
         if self._split is None or not np.array_equal(self._split.kept, kept):
             self._split = Split.of(K, kept)
         return self._split
-
-    def elimination(self, K: sp.csc_matrix | Floats, rows: ContactRows) -> Elimination:
-        """How the polish eliminates the contacts of ``rows`` (the last ones only) from a stiffness of K's pattern."""
-        self._elimination = Elimination.of(sp.csc_matrix(K), rows, self._elimination)
-        return self._elimination
 
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
         """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""

@@ -21,11 +21,12 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
+from bipot.programs.condensation import Condensed, condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.fixed_point import Safeguard
-from bipot.programs.polish import Elimination, couple, polish
+from bipot.programs.polish import couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.typing import Floats
@@ -36,7 +37,7 @@ NEARBY = 1e-4
 
 @dataclass(frozen=True)
 class Tangent:
-    """Quadratic C^ep energy, solved as a cone program and polished.
+    """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
 
     With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
     when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
@@ -68,10 +69,10 @@ class Tangent:
         """One proximal-Newton pass."""
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        program = tangent_program(iterate, r, state, self.kind, clock)
+        condensed = condensed_tangent(iterate, r, state, self.kind, clock)
         built = clock.outside()
-        raw = self._solve(iterate, r, state, program)
-        x, forces = raw.u * units.length, state.spread(raw.r * units.force)
+        raw = self._solve(iterate, r, state, condensed)
+        x, forces = condensed.recover(raw.u) * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
         else:
@@ -82,20 +83,18 @@ class Tangent:
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
-    def _solve(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw:
-        """The polished answer to the program."""
-        elimination = state.cache.elimination(program.K, program.contact.rows)
-        gone_on = self._gone_on(iterate, r, state, program, elimination)
+    def _solve(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> Raw:
+        """The polished answer to the condensed program."""
+        program = condensed.program
+        gone_on = self._gone_on(iterate, r, state, condensed)
         if gone_on is not None:
             return Raw(*gone_on, Outcome.SOLVED, 0, Timing(), exact=True)
         raw = _solved(self, program, state.cache)
-        coupled = couple(program, raw.u, raw.r, elimination) if self.coupled else None
-        u, forces = coupled or polish(program, raw.u, raw.r, elimination)
+        coupled = couple(program, raw.u, raw.r) if self.coupled else None
+        u, forces = coupled or polish(program, raw.u, raw.r)
         return replace(raw, u=u, r=forces, exact=coupled is not None)
 
-    def _gone_on(
-        self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram, elimination: Elimination
-    ) -> tuple[Floats, Floats] | None:
+    def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> tuple[Floats, Floats] | None:
         """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
 
         None in the first pass of an increment and through cvxpy, which poses every pass.
@@ -103,7 +102,7 @@ class Tangent:
         if state.distance is None or state.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
         units = state.units
-        return couple(program, iterate.x / units.length, r[state.near] / units.force, elimination)
+        return couple(condensed.program, iterate.x[condensed.kept] / units.length, r[state.near] / units.force)
 
 
 @dataclass(frozen=True)
@@ -198,14 +197,14 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
     there, units = tried.iterate, state.units
     terms = state.terms(iterate, r)
     try:
-        program = _tangent(there, terms, state, TangentKind.CONSISTENT, clock)
-        elimination = state.cache.elimination(program.K, program.contact.rows)
-        coupled = couple(program, there.x / units.length, tried.r[state.near] / units.force, elimination)
+        condensed = _condensed(there, terms, state, TangentKind.CONSISTENT, clock)
+        start = there.x[condensed.kept] / units.length
+        coupled = couple(condensed.program, start, tried.r[state.near] / units.force)
         if coupled is None:
             return tried
         forces = state.spread(coupled[1] * units.force)
         with clock:
-            after = iterate.increment.at(coupled[0] * units.length)
+            after = iterate.increment.at(condensed.recover(coupled[0]) * units.length)
     except (InvertedElement, ProgramError):
         return tried
     nearer = _distance(after, forces, state) < _distance(there, tried.r, state)
@@ -221,17 +220,16 @@ def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def tangent_program(iterate: Iterate, r: Floats, state: Posed, kind: TangentKind, clock: Stopwatch) -> TangentProgram:
-    """The tangent program of a pass, dimensionless."""
-    return _tangent(iterate, state.terms(iterate, r), state, kind, clock)
+def condensed_tangent(iterate: Iterate, r: Floats, state: Posed, kind: TangentKind, clock: Stopwatch) -> Condensed:
+    """The tangent program of a pass, dimensionless and condensed on the contact unknowns."""
+    return _condensed(iterate, state.terms(iterate, r), state, kind, clock)
 
 
-def _tangent(
-    iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch
-) -> TangentProgram:
+def _condensed(iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch) -> Condensed:
     with clock:
         K = iterate.stiffness(kind)
-    return TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
+    program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
+    return condense(program, state.cache.split(K, terms.rows))
 
 
 @dataclass(frozen=True)

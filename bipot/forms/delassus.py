@@ -6,15 +6,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import scipy.sparse as sp
-
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.conic import tangent_program
+from bipot.forms.conic import condensed_tangent
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
-from bipot.programs.condensation import condense
 from bipot.programs.data import Outcome, Stopwatch, Timing
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
@@ -61,8 +58,7 @@ class Delassus:
         """
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        program = tangent_program(iterate, r, state, TangentKind.CONSISTENT, clock)
-        condensed = condense(program, state.cache.split(sp.csc_matrix(program.K), program.contact.rows))
+        condensed = condensed_tangent(iterate, r, state, TangentKind.CONSISTENT, clock)
         reduced = reduce(condensed.program)
         built = clock.outside()
         found = self._find(reduced, r[state.near].ravel() / units.force)

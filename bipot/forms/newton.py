@@ -96,7 +96,7 @@ class Memory:
 
     setup: Setup
     law: Law
-    linearised: Linearised[Pieces] | None = None
+    linearised: Linearised | None = None
     merits: tuple[float, ...] = ()
     here: Point | None = None
 
@@ -140,9 +140,7 @@ class Newton:
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
-    def _linearised(
-        self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch
-    ) -> Linearised[Pieces]:
+    def _linearised(self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch) -> Linearised:
         """The last factor while it serves, else a new one at the iterate."""
         last, setup = state.linearised, state.setup
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.

@@ -16,7 +16,6 @@ from __future__ import annotations
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -26,30 +25,10 @@ from numpy.typing import NDArray
 from bipot.errors import ProgramError, UnsuitedForm
 from bipot.programs.data import ContactRows
 from bipot.programs.ordering import SYMMETRIC, minimum_degree
+from bipot.programs.pieces import Pieces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
-
-
-class Law(Protocol):
-    """A contact law linearised: its value (c, d) and derivatives (c, d, d) with respect to motion and forces."""
-
-    @property
-    def by_motion(self) -> Floats:
-        """With respect to motion."""
-        ...
-
-    @property
-    def by_force(self) -> Floats:
-        """With respect to forces."""
-        ...
-
-    def value(self, motion: Floats, r: Floats) -> Floats:
-        """What must vanish, in units of force."""
-        ...
-
-
-L = TypeVar("L", bound=Law)
 
 PIVOT = 1e-2
 """The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
@@ -60,14 +39,13 @@ class Pattern:
     """A structurally symmetric pattern in a fill-reducing order, by rows.
 
     ``order`` (n,) lists the unknowns in the order of elimination; ``place`` (nnz,) sends an entry of the CSC pattern
-    ``source`` that it was made from to the row-wise data in that order.
+    it was made from to the row-wise data in that order.
     """
 
     order: Ints
     place: Ints
     indices: NDArray[np.int32]
     indptr: NDArray[np.int32]
-    source: tuple[NDArray[np.int32], NDArray[np.int32]]
 
     @staticmethod
     def of(indices: NDArray[np.int32], indptr: NDArray[np.int32]) -> Pattern:
@@ -80,8 +58,7 @@ class Pattern:
         place = np.empty(len(by_row), dtype=np.intp)
         place[by_row] = np.arange(len(by_row))
         starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
-        by_rows = column[by_row].astype(np.int32), starts.astype(np.int32)
-        return Pattern(np.argsort(rank), place, *by_rows, (indices, indptr))
+        return Pattern(np.argsort(rank), place, column[by_row].astype(np.int32), starts.astype(np.int32))
 
     @property
     def size(self) -> int:
@@ -168,17 +145,17 @@ class Frames:
 
 
 @dataclass(frozen=True)
-class Linearised(Generic[L]):
-    """A factorised Newton matrix with the law it stands on; ``product`` (d, m) holds the own rows of K."""
+class Linearised:
+    """A factorised Newton matrix with the law's pieces it stands on; ``product`` (d, m) holds the own rows of K."""
 
     pattern: Pattern
     frames: Frames
-    pieces: L
+    pieces: Pieces
     lu: sla.SuperLU
     product: Floats
 
     @staticmethod
-    def of(data: Floats, pattern: Pattern, frames: Frames, pieces: L) -> Linearised[L]:
+    def of(data: Floats, pattern: Pattern, frames: Frames, pieces: Pieces) -> Linearised:
         """Put the contact law into the own rows of ``data`` (nnz + 1, row-wise; the last collects ghosts)."""
         data[-1] = 0.0
         product = data[frames.entries]

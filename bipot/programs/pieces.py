@@ -9,6 +9,7 @@ Per contact, with a scale > 0 that balances force against motion and y_t = r_t -
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,7 @@ class Deadband:
 class Pieces:
     """Pieces of c contacts: ``closed`` and ``slides`` (c,), sliding direction y/|y| (c, d-1) and mu r_n / |y| (c,).
 
-    ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0. ``fixed`` (c,) is a
-    frozen threshold s in the place of mu r_n, whatever the gap; ``mu`` is then zero.
+    ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
     """
 
     closed: Bools
@@ -46,7 +46,6 @@ class Pieces:
     shrink: Floats
     mu: Floats
     scale: Floats
-    fixed: Floats | float = 0.0
 
     @staticmethod
     def of(
@@ -56,12 +55,8 @@ class Pieces:
         scale: Floats,
         band: Deadband = Deadband(),
         before: Pieces | None = None,
-        threshold: Floats | None = None,
     ) -> Pieces:
-        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to.
-
-        ``threshold`` (f,) is that of the friction rows where it is frozen.
-        """
+        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to."""
         closed = r[:, 0] - scale * motion[:, 0] > 0
         if before is not None:
             held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
@@ -71,15 +66,10 @@ class Pieces:
         mu = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0)
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
         length = norm(y)
-        rubs, radius, fixed, drag = closed & (mu > 0), mu * np.maximum(r[:, 0], 0.0), 0.0, mu * r[:, 0]
-        if threshold is not None:
-            fixed = np.zeros(rows.count)
-            fixed[rows.frictional] = np.where(rows.tied[rows.frictional], 0.0, threshold)
-            rubs, radius, mu, drag = fixed > 0, fixed, np.zeros(rows.count), fixed
-        slides = ~(rows.tied & rows.rubs) & (~rubs | (length > radius))
+        radius = mu * np.maximum(r[:, 0], 0.0)
+        slides = ~(rows.tied & rows.rubs) & (~closed | (length > radius) | (mu == 0))
         safe = np.where(length > 0, length, 1.0)
-        shrink = np.where(slides & rubs, drag / safe, 0.0)
-        return Pieces(closed, slides, y / safe[:, None], shrink, mu, scale, fixed)
+        return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, mu * r[:, 0] / safe, 0.0), mu, scale)
 
     def same(self, other: Pieces) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
@@ -94,11 +84,11 @@ class Pieces:
         """What must vanish (c, d), in units of force."""
         out = np.empty_like(r)
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
-        dragged = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.direction
+        dragged = np.where(self.closed, self.mu * r[:, 0], 0.0)[:, None] * self.direction
         out[:, 1:] = np.where(self.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
         return out
 
-    @property
+    @cached_property
     def by_motion(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to motion."""
         out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
@@ -106,7 +96,7 @@ class Pieces:
         out[:, 1:, 1:] = self.scale[:, None, None] * self._projector()
         return out
 
-    @property
+    @cached_property
     def by_force(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to r."""
         out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))

@@ -1,39 +1,31 @@
-r"""Semismooth Newton polish of a tangent program, from an interior-point answer or the last pass's.
+r"""Semismooth Newton polish of a small dense program, from an interior-point answer.
 
 Interior points stall where strict complementarity fails (the axis node of a quadratic mesh carries no force and no
 gap). The natural map of the same program has no such trouble once the right pieces are chosen:
 
     K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
 
-with s frozen (or De Saxce's shift, :class:`ShiftedCone`), or s = mu (r_n)+ for exact Coulomb friction on the same
+with s frozen (or De Saxce's shift, :func:`shifted_map`), or s = mu (r_n)+ for exact Coulomb friction on the same
 quadratic model (then unsymmetric, and only a step of the fixed point on s: the start is the convex program's answer,
-and the result counts only if it is exact). A step is that of :mod:`bipot.programs.newton` where the contacts own their
-unknowns; contacts that share some keep their forces as unknowns, and so border the stiffness.
+and the result counts only if it is exact).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from bipot.coulomb.functions import ConeMap
-from bipot.errors import ProgramError, UnsuitedForm
+from bipot.laws.coulomb import project_disc
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
-from bipot.programs.newton import Frames, Law, Linearised, Pattern
-from bipot.programs.pieces import Pieces
+from bipot.programs.shifted import shifted_map
 
 Floats = NDArray[np.float64]
-At = Callable[[Floats, Floats], Law]
 
 ITERATIONS = 12
 EXACT = 1e-10
-SOFTENED = 1e-2
 
 YIELDING = 1e-9
 """Compliance of closed contacts that share unknowns, in the Newton matrix: where their rows repeat each other it picks
@@ -41,150 +33,113 @@ the forces next to the last ones, and where they do not it slows nothing."""
 
 
 @dataclass(frozen=True)
-class ShiftedCone:
-    """r - P_K(r - rho (u + shift n)), K = {|r_t| <= mu r_n}: the associated law of a shifted motion, linearised.
+class NaturalMap:
+    """Operators stacked as multipliers (normal; tangential): G (m, n), offset (m,), and the scale rho > 0.
 
-    Exact Coulomb friction where shift = mu |du_t|.
+    ``threshold`` (f,) is the frozen one, or None for mu (r_n)+; where a ``shift`` (f,) is frozen, that alone counts.
     """
 
-    miss: Floats
-    by_motion: Floats
-    by_force: Floats
-
-    @staticmethod
-    def of(rows: ContactRows, shift: Floats, rho: float, motion: Floats, r: Floats) -> ShiftedCone:
-        """At motion and forces (c, d), with ``shift`` (f,)."""
-        u = motion.copy()
-        u[rows.frictional, 0] += shift
-        found = ConeMap().linearise(r, rho * u, np.where(rows.rubs & ~rows.tied, rows.mu, 0.0))
-        stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
-        one, row = np.eye(1 + rows.tangents), stuck[..., None]
-        by_motion, by_force = np.where(row, one, found.du), np.where(row, 0.0, found.dr)
-        return ShiftedCone(np.where(stuck, rho * u, found.value), rho * by_motion, by_force)
-
-    def value(self, motion: Floats, r: Floats) -> Floats:
-        """What must vanish (c, d), where it was linearised."""
-        return self.miss
-
-
-@dataclass(frozen=True)
-class Elimination:
-    """How the contacts of ``rows`` enter a stiffness of a fixed pattern: in frames of their own, or None: bordered."""
-
-    pattern: Pattern
     rows: ContactRows
-    frames: Frames | None
+    threshold: Floats | None
+    shift: Floats | None
+    G: Floats
+    offset: Floats
+    rho: float
 
     @staticmethod
-    def of(K: sp.csc_matrix, rows: ContactRows, last: Elimination | None = None) -> Elimination:
-        """For the pattern of K; ``last`` gives what it has in common."""
-        if last is not None and last.serves(K):
-            if last.rows is rows:
-                return last
-            pattern = last.pattern
-        else:
-            pattern = Pattern.of(np.asarray(K.indices, np.int32), np.asarray(K.indptr, np.int32))
-        try:
-            return Elimination(pattern, rows, Frames.of(rows, pattern))
-        except UnsuitedForm:
-            return Elimination(pattern, rows, None)
+    def of(program: TangentProgram, threshold: Floats | None, shift: Floats | None) -> NaturalMap:
+        """Stack G_n, G_t and their offsets; rho is the mean stiffness, which balances force against motion."""
+        rows = program.contact.rows
+        G = np.vstack([rows.G_n.toarray(), rows.G_t.toarray()])
+        offset = np.concatenate([rows.gap, rows.slip.ravel()])
+        return NaturalMap(rows, threshold, shift, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
 
-    def serves(self, K: sp.csc_matrix) -> bool:
-        """Whether K has the pattern."""
-        return bool(
-            np.array_equal(self.pattern.source[0], K.indices) and np.array_equal(self.pattern.source[1], K.indptr)
-        )
+    @property
+    def shares(self) -> bool:
+        """Whether two contacts touch the same unknown."""
+        touched = np.abs(self.G[: self.rows.count])
+        np.add.at(touched, self.rows.frictional.repeat(self.rows.tangents), np.abs(self.G[self.rows.count :]))
+        return bool(((touched > 0).sum(axis=0) > 1).any())
 
-    def step(self, K: sp.csc_matrix, law: Law, residual: Floats, motion: Floats, r: Floats) -> tuple[Floats, Floats]:
-        """(dx (n,), new r (c, d)) from K x - f (n,), motion and forces (c, d); raises ProgramError."""
-        if self.frames is None:
-            return self._bordered(K, law, residual, motion, r)
-        data = np.zeros(K.nnz + 1)
-        data[self.pattern.place] = K.data
-        return Linearised.of(data, self.pattern, self.frames, law).step(residual, motion, r)
+    def evaluate(self, motion: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
+        """Residual (m,) and its derivatives with respect to motion and to r, (m, m) each."""
+        if self.shift is not None:
+            return shifted_map(self.rows, self.shift, self.rho, motion, r)
+        c = self.rows.count
+        value, by_motion, by_r = np.empty_like(r), np.zeros((len(r), len(r))), np.zeros((len(r), len(r)))
+        trial = r - self.rho * motion
+        closed = self.rows.tied | (trial[:c] > 0)
+        value[:c] = np.where(closed, self.rho * motion[:c], r[:c])
+        normal = np.arange(c)
+        by_motion[normal, normal] = self.rho * closed
+        by_r[normal, normal] = ~closed
+        self._tangential(trial, r, value, by_motion, by_r)
+        return value, by_motion, by_r
 
-    def _bordered(
-        self, K: sp.csc_matrix, law: Law, residual: Floats, motion: Floats, r: Floats
-    ) -> tuple[Floats, Floats]:
-        """From [K, -G'; law by motion G, law by force] (dx, dr) = -(K x - f - G' r, law)."""
-        rows, n = self.rows, len(residual)
-        G = _stacked(rows)
-        yields = YIELDING * (np.eye(1 + rows.tangents) * (law.by_force == 0))
-        by_motion, by_force = (sp.block_diag(list(part)) for part in (law.by_motion, law.by_force + yields))
-        J = sp.csc_matrix(sp.block_array([[K, -G.T], [by_motion @ G, by_force]]))
-        try:
-            lu = sla.splu(J)
-        except RuntimeError as singular:
-            raise ProgramError("the matrix bordered by the contact forces is singular") from singular
-        step = lu.solve(-np.concatenate([residual - G.T @ r.ravel(), law.value(motion, r).ravel()]))
-        return step[:n], r + step[n:].reshape(r.shape)
+    def _tangential(self, trial: Floats, r: Floats, value: Floats, by_motion: Floats, by_r: Floats) -> None:
+        """r_t - P(y), y = r_t - rho slip: sticking rows give the slip, sliding ones M = dP/dy and dP/ds."""
+        c, width = self.rows.count, self.rows.tangents
+        frictional = self.rows.frictional
+        radius = self.rows.threshold(r[:c, None]) if self.threshold is None else self.threshold
+        y = trial[c:].reshape(-1, width)
+        length = np.linalg.norm(y, axis=1)
+        slides = length > radius
+        radius = np.where(slides, radius, 0.0)
+        unit = y / np.where(slides, length, 1.0)[:, None]
+        value[c:] = r[c:] - np.where(slides[:, None], project_disc(y, radius), y).ravel()
+        shrink = np.where(slides, radius / np.where(slides, length, 1.0), 1.0)
+        M = shrink[:, None, None] * (np.eye(width) - slides[:, None, None] * unit[:, :, None] * unit[:, None, :])
+        rows = c + np.arange(len(y) * width).reshape(-1, width)
+        i, j = rows[:, :, None], rows[:, None, :]
+        by_motion[i, j] = self.rho * M
+        by_r[i, j] = np.eye(width) - M
+        if self.threshold is None:
+            pushed = slides & (r[frictional] > 0)
+            mu = np.where(pushed, self.rows.mu[frictional], 0.0)
+            by_r[rows, frictional[:, None]] = -mu[:, None] * unit
 
 
-def polish(
-    program: TangentProgram, x: Floats, r: Floats, elimination: Elimination | None = None
-) -> tuple[Floats, Floats]:
+def polish(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Floats]:
     """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
-    rows, shift, threshold = program.contact.rows, program.contact.shift, program.contact.threshold
-    K = sp.csc_matrix(program.K)
-    rho = _stiffness(K)
-
-    def at(motion: Floats, r: Floats) -> Law:
-        if shift is not None:
-            return ShiftedCone.of(rows, shift, rho, motion, r)
-        return Pieces.of(rows, motion, r, np.full(rows.count, rho), threshold=threshold)
-
-    x, r, _ = _newton(program, K, at, x, r, elimination)
+    law = NaturalMap.of(program, program.contact.threshold, program.contact.shift)
+    x, r, _ = _newton(program, law, x, r)
     return x, r
 
 
-def couple(
-    program: TangentProgram, x: Floats, r: Floats, elimination: Elimination | None = None
-) -> tuple[Floats, Floats] | None:
+def couple(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Floats] | None:
     """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
-    rows, K = program.contact.rows, sp.csc_matrix(program.K)
-    scale = np.full(rows.count, _stiffness(K))
-    x, r, error = _newton(program, K, lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, elimination)
+    x, r, error = _newton(program, NaturalMap.of(program, None, None), x, r)
     return (x, r) if error <= EXACT else None
 
 
-def _newton(
-    program: TangentProgram, K: sp.csc_matrix, at: At, x: Floats, r: Floats, elimination: Elimination | None
-) -> tuple[Floats, Floats, float]:
+def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) -> tuple[Floats, Floats, float]:
     """Best iterate and its residual over the largest force."""
-    rows = program.contact.rows
-    elimination = Elimination.of(K, rows, elimination)
-    best, least = (x, r), np.inf
+    rows, n = program.contact.rows, len(x)
+    best = current = np.concatenate([x, r[:, 0], r[rows.frictional, 1:].ravel()])
+    least = np.inf
     scale = max(float(np.abs(r).max(initial=0.0)), float(np.abs(program.f).max()), np.finfo(float).tiny)
+    jacobian = np.empty((len(current), len(current)))
+    jacobian[:n, :n], jacobian[:n, n:] = np.asarray(program.K), -natural.G.T
+    compliance = YIELDING * natural.shares
     for _ in range(ITERATIONS):
-        residual, motion = K @ x - program.f, rows.motion(x)
-        law = at(motion, r)
-        balance = float(np.abs(residual - rows.forces(r)).max())
-        error = max(balance, float(np.abs(law.value(motion, r)).max(initial=0.0))) / scale
+        x, force = current[:n], current[n:]
+        value, by_motion, by_r = natural.evaluate(natural.G @ x + natural.offset, force)
+        residual = np.concatenate([program.K @ x - program.f - natural.G.T @ force, value])
+        error = float(np.abs(residual).max()) / scale
         # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
         # an open contact of a body without force must carry exactly none.
         if least <= EXACT and error >= least:
             break
         if error < least:
-            best, least = (x, r), error
+            best, least = current, error
+        jacobian[n:, :n], jacobian[n:, n:] = by_motion @ natural.G, by_r
+        yields = np.flatnonzero(by_r.diagonal() == 0)
+        jacobian[n + yields, n + yields] = compliance
         try:
-            dx, r = elimination.step(K, law, residual, motion, r)
-        except ProgramError:
+            current = current - np.linalg.solve(jacobian, residual)
+        except np.linalg.LinAlgError:
             break
-        x = x + dx
-    return *best, least
-
-
-def _stiffness(K: sp.csc_matrix) -> float:
-    """It balances force against motion: a hundredth of the mean, which stands for the plastic moduli at the contacts.
-
-    With more, points that start to slip stick again and slip to and fro.
-    """
-    return SOFTENED * float(K.diagonal().mean())
-
-
-def _stacked(rows: ContactRows) -> sp.csr_matrix:
-    """G (c d, n), contact by contact, normal first; zero rows where there is no friction row."""
-    place = np.arange(rows.count * (1 + rows.tangents)).reshape(rows.count, -1)
-    order = np.concatenate([place[:, 0], place[rows.frictional, 1:].ravel()])
-    put = sp.csr_matrix((np.ones(len(order)), (order, np.arange(len(order)))), shape=(place.size, len(order)))
-    return sp.csr_matrix(put @ sp.vstack([rows.G_n, rows.G_t]))
+    polished = np.zeros_like(r)
+    polished[:, 0] = best[n : n + rows.count]
+    polished[rows.frictional, 1:] = best[n + rows.count :].reshape(-1, rows.tangents)
+    return best[:n], polished, least
