@@ -1,6 +1,7 @@
 """Where the time of a run goes, by what its passes say they cost.
 
-Steps report seconds by the wall clock: on an idle machine they are parts of a pass's processor time.
+Steps report seconds by the wall clock: on an idle machine they are parts of a pass's processor time, what is left of it
+is the judgement of the answer.
 """
 
 from __future__ import annotations
@@ -46,6 +47,5 @@ class Split:
             yield step
 
     def parts(self) -> dict[str, float]:
-        """Seconds on the body, stating and solving programs, judging answers; of starts and ends of increments."""
-        parts = vars(self.timing)
-        return {**parts, "judgement": self.passes - sum(parts.values()), "other": self.seconds - self.passes}
+        """Seconds on the body, stating and solving programs (wall clock); of starts and ends of increments."""
+        return {**vars(self.timing), "other": self.seconds - self.passes}
