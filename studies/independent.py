@@ -6,7 +6,7 @@ the size of the body, is then judged as any other.
 
 * equilibrium: largest |nodal residual| where free over the largest nodal sum of |element forces|, at start or end;
 * yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
-* elastic: sigma - R sigma_n R' - C : (de - de_p), over the largest stress of the body;
+* elastic: sigma - R sigma_n R' - 2 G dev (de - de_p) - K tr de 1, over the largest stress of the body;
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
   of the stress, times 2 G over sigma_Y; and gamma > 0 only on the yield surface;
 * penetration: (-gap)+ over the size of the body, at every candidate;
@@ -132,8 +132,10 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     start, end = step.start, step.end
     before = turned(start.stress, Q)
     flowed = end.plastic_strain - turned(start.plastic_strain, Q)
-    e = strain - flowed
-    stress = before + 2 * s.shear * _deviator(e) + s.bulk * np.trace(e, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    # Volume changes elastically: what round-off of the plastic strains makes of their trace is no strain, however large
+    # the bulk modulus. A trace beyond that is left over by the flow rule.
+    volume = s.bulk * np.trace(strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    stress = before + 2 * s.shear * _deviator(strain - flowed) + volume
     largest = max(float(_size(end.stress).max()), float(_size(start.stress).max()))
     elastic = beyond(_size(end.stress - stress), blur, largest)
     sigma_y = s.yield_stress(end.peeq)

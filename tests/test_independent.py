@@ -109,6 +109,17 @@ def test_planted_errors_are_found_and_have_their_size(increment):
     assert "friction" in " ".join(fuzz_judge.broken(pulled, exact=True))
 
 
+def test_a_trace_of_the_plastic_strain_is_left_by_the_flow_rule_and_no_strain_of_the_elastic_law(increment):
+    """Nearly incompressible, its round-off times the bulk modulus may be a stress."""
+    setting, step = increment
+    planted = 1e-6
+    seen = measure(setting, at_end(step, plastic_strain=step.end.plastic_strain + planted * np.eye(3)))
+    right = measure(setting, step)
+    assert seen.elastic == right.elastic
+    yields = setting.yield_stress(step.end.peeq).max()
+    assert seen.flow == pytest.approx(2 * setting.shear * np.sqrt(3) * planted / yields, rel=0.1)
+
+
 def test_a_stored_gap_that_is_not_that_of_the_positions_is_not_believed(increment):
     setting, step = increment
     c = step.contacts
