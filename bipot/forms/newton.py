@@ -27,7 +27,7 @@ BAND_LAW = 1e-10
 class Reuse:
     """Keep a factor while the merit falls at least by ``fall`` a pass and no contact changes its piece.
 
-    In an attempt's first pass it must fall by the third power of that.
+    In an attempt's first pass it must fall by the square of that.
     """
 
     fall: float = 0.05
@@ -144,7 +144,7 @@ class Newton:
         """The last factor while it serves, else a new one at the iterate."""
         last, setup = state.linearised, state.setup
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
-        fall = self.reuse.fall ** (3 if len(merits) == 2 else 1)
+        fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
         if last is not None and falls and last.pieces.same(here.pieces):
             return last
