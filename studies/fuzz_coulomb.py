@@ -103,7 +103,8 @@ def law_error(posed: Posed, r: Floats) -> float:
 
     The largest over the contacts of the distance to the nearest of the law's cases, a force counting as a velocity:
 
-        open   max(|r|, (-u_n)+),    stick   max(|u|, cone violation),    slip   max(|u_n|, |r_t + mu r_n u_t/|u_t||).
+        open   max(|r|, (-u_n)+),    stick   max(|u|, cone violation),
+        slip   max(|u_n|, |u_t - s e|, |r - f (1, -mu e)|),  s, f >= 0.
 
     No coefficient multiplies a velocity: the natural map would call a stick wrong by mu times what it still slips.
     """
@@ -113,18 +114,30 @@ def law_error(posed: Posed, r: Floats) -> float:
     blur = 16 * eps * (np.abs(own.W) @ np.abs(f) + np.abs(own.q)).reshape(-1, posed.dim).sum(axis=1)
     scale = max(float(np.linalg.norm(own.q)), float(np.linalg.norm(u)))
     f, u = f.reshape(-1, posed.dim), u.reshape(-1, posed.dim)
-    size, slip = np.linalg.norm(f, axis=1), np.linalg.norm(u[:, 1:], axis=1)
-    along = np.divide(u[:, 1:], slip[:, None], out=np.zeros_like(u[:, 1:]), where=slip[:, None] > 0)
+    size = np.linalg.norm(f, axis=1)
     outside = np.maximum(np.linalg.norm(f[:, 1:], axis=1) - posed.mu * f[:, 0], -f[:, 0])
-    opposed = np.linalg.norm(f[:, 1:] + (posed.mu * f[:, 0])[:, None] * along, axis=1)
     unsure = 16 * eps * size
+    # Exact slip along e has r on the ray (1, -mu e) and u_t along e: the direction of the slip and that against the
+    # friction are tried, so that a slip too small to tell its direction does not multiply its error by the force.
+    slips = np.min([_off_slip(f, u, posed.mu, t, unsure, blur) for t in (u[:, 1:], -f[:, 1:])], axis=0)
     cases = [
         np.maximum(size, -u[:, 0] - blur),
         np.maximum(np.linalg.norm(u, axis=1) - blur, outside - unsure),
-        np.max([np.abs(u[:, 0]) - blur, opposed - unsure, -f[:, 0]], axis=0),
+        slips,
     ]
     worst = max(float(np.min(cases, axis=0).max()), 0.0)
     return worst / scale if scale > 0 else worst
+
+
+def _off_slip(f: Floats, u: Floats, mu: Floats, t: Floats, unsure: Floats, blur: Floats) -> Floats:
+    """How far (c,) forces and velocities (c, d) are from exact slip along t (c, d - 1)."""
+    length = np.linalg.norm(t, axis=1)[:, None]
+    e = np.divide(t, length, out=np.eye(1, t.shape[1]).repeat(len(t), axis=0), where=length > 0)
+    ray = np.column_stack([np.ones(len(mu)), -mu[:, None] * e]) / np.sqrt(1 + mu**2)[:, None]
+    force = f - np.maximum(np.vecdot(f, ray), 0.0)[:, None] * ray
+    slip = u[:, 1:] - np.maximum(np.vecdot(u[:, 1:], e), 0.0)[:, None] * e
+    parts = [np.abs(u[:, 0]) - blur, np.linalg.norm(slip, axis=1) - blur, np.linalg.norm(force, axis=1) - unsure]
+    return np.max(parts, axis=0)
 
 
 def least_violation(posed: Posed) -> float:
