@@ -18,7 +18,6 @@ from typing import TypeVar
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from benchmarks.kappa import LEAST, Kappa
 from benchmarks.rows import Row
@@ -31,8 +30,8 @@ from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows
 from bipot.scene import upsetting
+from bipot.typing import Floats
 
-Floats = NDArray[np.float64]
 T = TypeVar("T")
 
 REDUCTION, INCREMENTS, SMALL = 0.05, 5, 0.001

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.dissipation import measured as dissipation
 from benchmarks.kappa import Kappa, interleaved
@@ -35,8 +34,7 @@ from bipot.contact import carries
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
+from bipot.conic.problem import Timing
 from bipot.increment import Trial
-from bipot.programs.data import Timing
 
 T = TypeVar("T")
 

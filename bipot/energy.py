@@ -26,14 +26,11 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.fem.kinematics import Configuration, rotate
 from bipot.increment import Solved, System
 from bipot.laws.tensors import trace
 from bipot.response import State
-
-Floats = NDArray[np.float64]
 
 
 class Rule(Enum):

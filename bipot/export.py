@@ -34,8 +34,8 @@ from bipot.march import Accepted
 from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
+from bipot.typing import Floats
 
-Floats = NDArray[np.float64]
 Parameters = Mapping[str, Any]
 # h5py types every item as group, dataset or datatype alike.
 Item = Any

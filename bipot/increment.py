@@ -15,12 +15,13 @@ from typing import Any
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
+from bipot.conic.problem import Outcome, Timing
 from bipot.determinacy import loose_motions, may_leave, settled, shared_forces
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Examined, Increment, Iterate
 from bipot.laws.tensors import norm
-from bipot.programs.data import ContactRows, Outcome, Timing
+from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
 from bipot.system import System as System
@@ -140,12 +141,12 @@ def solve_increment(
     """
     _refuse_blocked(increment, limits.bounds)
     watch, iterations, almost = _Watch(limits), 0, 0
-    began = time.process_time()
+    began = time.perf_counter()
     if near_to is None:
         iterate, r = increment.at(_predicted(increment, cache)), increment.start.forces
     else:
         iterate, r = increment.at(near_to.response.x), near_to.r
-    timing = Timing(assembly=time.process_time() - began)
+    timing = Timing(assembly=time.perf_counter() - began)
     state = form.init(iterate, r, cache)
     for number in range(1, limits.passes + 1):
         began, given = time.process_time(), (iterate, r, state)

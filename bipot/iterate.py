@@ -224,13 +224,11 @@ class Examined:
 
 def _force_blur(system: System, response: Response, moved: float, faint: float) -> float:
     """Round-off of the internal forces at the node where it is largest, or an estimate below ``faint``."""
-    elastic, space, rest = system.body.scene.material.elasticity, system.body.space, system.rigidity
-    kin, stiffness = response.kinematics, elastic.bulk + 2 * elastic.shear
-    largest = float(np.abs(response.rotated).max()) + stiffness * moved * rest.gradient
-    estimate = 10 * EPS * rest.lever * largest
+    estimate = system.round_off(response.rotated, moved)
     if estimate <= faint:
         return estimate
+    elastic, kin = system.body.scene.material.elasticity, response.kinematics
     gradient = np.abs(kin.shape).sum(axis=2)
-    stress = norm(response.rotated) + stiffness * moved * gradient.sum(axis=2)
+    stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
     forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
-    return EPS * float(np.bincount(space.mesh.elements.ravel(), forces.ravel()).max())
+    return EPS * float(np.bincount(system.body.scene.mesh.elements.ravel(), forces.ravel()).max())

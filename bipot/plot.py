@@ -8,16 +8,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+
+from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
     from matplotlib.quiver import Quiver
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
 
 
 def element_edges(elements: Ints) -> Ints:

@@ -13,11 +13,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import require
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.contact import carries
 from bipot.errors import BipotError
@@ -44,10 +43,9 @@ from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
+from bipot.typing import Floats
 from studies.tables import text, write_csv, write_hdf5
 from studies.upsetting_case import FIRST
-
-Floats = NDArray[np.float64]
 
 NAME = "corner"
 COMMAND = "python -m studies.corner --out {out}"

@@ -17,14 +17,12 @@ from itertools import product
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from bipot import coulomb
 from bipot.errors import BipotError, InfeasibleProgram
+from bipot.typing import Floats
 from studies.fuzz_row import Outcome, Row, ended
-
-Floats = NDArray[np.float64]
 
 TOLERANCE = 1e-10
 LAW = 10 * TOLERANCE

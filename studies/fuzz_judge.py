@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
@@ -16,13 +15,12 @@ from bipot.errors import BipotError
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.march import Accepted, Control, march, system_of
 from bipot.scene import Scene
+from bipot.typing import Floats
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
 from studies.fuzz_variants import Variant, variants
 from studies.independent import Measures, measure
-
-Floats = NDArray[np.float64]
 
 TEN = 10.0
 BOUNDS = Bounds()

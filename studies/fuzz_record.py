@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.certificate import Bounds
 from bipot.determinacy import branches
@@ -17,11 +16,9 @@ from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import FlatTool, Scene
 from bipot.system import System
+from bipot.typing import Floats, Ints
 from studies.independent_contact import FREE
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
 
 
 def setting_of(scene: Scene) -> Setting:

@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.fem.kinematics import Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh
 from bipot.scene import FlatTool, Scene
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5), 1: (3, 2, 1, 0, 6, 5, 4, 7)}
 """An element's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""

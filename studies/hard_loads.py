@@ -11,7 +11,6 @@ from collections.abc import Iterable
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import BipotError, UnboundedProgram
 from bipot.force_control import press
@@ -20,11 +19,10 @@ from bipot.increment import System
 from bipot.iterate import Increment
 from bipot.march import Attempt, Control, attempt_increment, system_of
 from bipot.response import State
+from bipot.typing import Floats
 from studies.hard_forms import FORMS
 from studies.hard_programs import LIMIT_LOAD, Ended, Farkas, ProgramCase, force_controlled, limit_scene
 from studies.hard_scenes import Outcome
-
-Floats = NDArray[np.float64]
 
 FACTORS = {0.9: Outcome.CERTIFIED, 1.1: Outcome.UNBOUNDED}
 

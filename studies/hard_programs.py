@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.clarabel import solve
 from bipot.conic.solver import Accuracy
@@ -25,9 +24,8 @@ from bipot.programs.fixed_point import Coupled, Coupling, Safeguard, image
 from bipot.programs.polish import polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene import Scene, upsetting
+from bipot.typing import Floats
 from studies.hard_scenes import Outcome
-
-Floats = NDArray[np.float64]
 
 ACCURACY = Accuracy(1e-10)
 FARKAS = 1e-6

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import BipotError
 from bipot.forms import Dissipation, Newton, Tangent
@@ -27,10 +26,9 @@ from bipot.laws.flow import Integration
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
+from bipot.typing import Floats
 from studies.tables import text, write_csv, write_hdf5
 from studies.upsetting_case import FIRST
-
-Floats = NDArray[np.float64]
 
 NAME = "landings"
 COMMAND = "python -m studies.landings --out {out}"

@@ -17,18 +17,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bipot.conic.problem import Outcome
 from bipot.errors import BipotError
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
 from bipot.march import Control, Schedule, march, system_of
-from bipot.programs.data import Outcome
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST
-
-Floats = NDArray[np.float64]
 
 MU, REDUCTION, FACTOR = 0.3, 0.1, 30.0
 

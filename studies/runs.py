@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.conic.problem import Timing
 from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.export import increment_traction
@@ -15,13 +16,11 @@ from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
 from bipot.march import Accepted, Control, Schedule, march, system_of
-from bipot.programs.data import Timing
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene
 from bipot.traction import consistent_tractions, contact_edges, edge_mass
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True)

@@ -9,12 +9,13 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bipot.conic.problem import Outcome
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
-from bipot.programs.data import Block, ContactRows, Outcome, Term
+from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_cvxpy import fictitious, statement
 from bipot.programs.penalty_newton import newton

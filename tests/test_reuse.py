@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
 from bipot.conic.clarabel import Clarabel, clarabel, solve
+from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.errors import ProgramError, SceneError
@@ -21,7 +22,7 @@ from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Block, ContactRows, Stopwatch, Timing
+from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
 from bipot.scene import upsetting
 from tests.scenes import posed

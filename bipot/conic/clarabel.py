@@ -14,14 +14,11 @@ from typing import Any
 import clarabel as _clarabel
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 # The extension module carries no annotations.
 clarabel: Any = _clarabel

@@ -17,9 +17,8 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 class Cone(Enum):

@@ -12,13 +12,11 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
 from bipot.conic.solver import Accuracy, unsolved
 from bipot.errors import require
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 CLAIMS = {"QOCO_SOLVED": Outcome.SOLVED, "QOCO_SOLVED_INACCURATE": Outcome.ALMOST}
 ORDER = (Cone.ZERO, Cone.NONNEGATIVE, Cone.SECOND_ORDER)

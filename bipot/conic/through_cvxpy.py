@@ -9,16 +9,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError
+from bipot.typing import Floats
 
 if TYPE_CHECKING:
     import cvxpy as cp
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

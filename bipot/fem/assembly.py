@@ -15,10 +15,7 @@ from scipy.linalg import null_space
 from bipot.fem.elements import Quadrature, Reference, quad8
 from bipot.fem.kinematics import MANDEL_2D, SYMMETRIC, Geometry
 from bipot.mesh import Mesh
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-
+from bipot.typing import Floats, Ints
 
 ROW_FORCES = np.zeros((MANDEL_2D, 2, 3))
 ROW_FORCES[:, [0, 0, 1, 1, 0], [0, 1, 0, 1, 2]] = SYMMETRIC

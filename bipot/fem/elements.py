@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 import skfem
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 class Quadrature(Enum):

@@ -19,8 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.fem.kinematics import GRADIENT, MANDEL_2D, SQRT2, SYMMETRIC, Kinematics, gradient_operator
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 COPIED = np.array([0, 3, 3, 1, 2])
 """The Mandel component that each entry of t is a copy of."""

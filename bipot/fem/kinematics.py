@@ -14,13 +14,10 @@ from enum import Enum
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import InvertedElement
 from bipot.fem.elements import Reference
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 MANDEL_2D, GRADIENT = 4, 5
 """Entries of a Mandel vector, and of g = (u_1,1  u_1,2  u_2,1  u_2,2  u_1/r), the displacement gradient."""

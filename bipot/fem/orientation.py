@@ -20,14 +20,10 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.errors import InvertedElement
 from bipot.fem.kinematics import Geometry
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from bipot.typing import Bools, Floats, Ints
 
 LEVELS = 12
 """Halvings before a sign is given up: det J below some 4^-12 of its mean is then told from zero no more."""

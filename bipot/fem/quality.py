@@ -13,13 +13,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.orientation import scaled_jacobians
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 
 @dataclass(frozen=True)

@@ -14,11 +14,12 @@ from typing import ClassVar, Protocol, TypeVar, runtime_checkable
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.conic.solver import Handle
 from bipot.forms.memory import Pace, Setup
 from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
-from bipot.programs.data import ContactRows, Outcome, Timing
+from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled, Route
 from bipot.programs.newton import Frames
 from bipot.typing import Floats

@@ -6,13 +6,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.conic import condensed_tangent
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
-from bipot.programs.data import Outcome, Stopwatch, Timing
+from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
 from bipot.typing import Floats

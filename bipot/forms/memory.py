@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.fem.geometric import Scratch
 from bipot.iterate import Iterate
 from bipot.programs.newton import Frames, Pattern
 from bipot.response import State
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 SOFTENED = 1e-2
 BOUNDED = 0.3

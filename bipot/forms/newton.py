@@ -7,11 +7,12 @@ from typing import ClassVar, NamedTuple
 
 import numpy as np
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.iterate import Iterate
-from bipot.programs.data import Outcome, Stopwatch, Timing
+from bipot.programs.data import Stopwatch
 from bipot.programs.newton import Frames, Linearised
 from bipot.programs.pieces import Deadband, Pieces
 from bipot.typing import Floats

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates, touches
 from bipot.errors import ProgramError, require, require_number, require_type
@@ -17,7 +18,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.penalised import default_penalty
-from bipot.programs.data import Stopwatch, Timing
+from bipot.programs.data import Stopwatch
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region

@@ -21,9 +21,7 @@ from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
 from bipot.programs.ordering import SYMMETRIC, minimum_degree
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 SINGULAR = "the stiffness is singular: a part of the body moves without resistance"
 

@@ -14,14 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.problem import ConicProgram, Layout
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.terms import ContactTerms
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 @dataclass(frozen=True)

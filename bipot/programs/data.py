@@ -9,14 +9,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
-from bipot.conic.problem import Outcome as Outcome
-from bipot.conic.problem import Timing as Timing
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from bipot.typing import Bools, Floats, Ints
 
 
 class Term(StrEnum):

@@ -13,13 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.errors import ProgramError, UnsuitedForm
 from bipot.programs.conic import TangentProgram
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 _EPS = float(np.finfo(np.float64).eps)
 

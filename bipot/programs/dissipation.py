@@ -17,14 +17,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.problem import ConicProgram, ConicSolution, Layout
 from bipot.conic.through_cvxpy import Stated
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.terms import ContactTerms, norm_rows
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 ROOT = np.sqrt(2.0 / 3.0)
 

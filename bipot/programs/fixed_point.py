@@ -18,13 +18,11 @@ from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.coulomb.acceleration import Anderson, Memory
 from bipot.errors import require, require_count, require_number, require_type
 from bipot.programs.data import ContactRows
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 SETTLED = 1e-10
 """Relative residual below which the rest is the programs' own accuracy: nothing is concluded from it."""

@@ -26,9 +26,7 @@ from bipot.errors import ProgramError, UnsuitedForm
 from bipot.programs.data import ContactRows
 from bipot.programs.ordering import SYMMETRIC, minimum_degree
 from bipot.programs.pieces import Pieces
-
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
+from bipot.typing import Floats, Ints
 
 PIVOT = 1e-2
 """The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""

@@ -7,7 +7,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-Ints = NDArray[np.intp]
+from bipot.typing import Ints
 
 SYMMETRIC = {"SymmetricMode": True}
 """SuperLU's mode for a symmetric pattern: it keeps to the diagonal pivots the order was made for."""

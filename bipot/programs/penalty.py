@@ -16,15 +16,14 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
-from numpy.typing import NDArray
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.laws.coulomb import project_disc
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import ContactRows, Ints, Outcome, Timing, Units
-
-Floats = NDArray[np.float64]
+from bipot.programs.data import ContactRows, Units
+from bipot.typing import Floats, Ints
 
 
 class Minimum(NamedTuple):

@@ -17,7 +17,6 @@ import time
 
 import cvxpy as cp
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.conic.solver import Accuracy
@@ -25,8 +24,7 @@ from bipot.conic.through_cvxpy import Stated, solve_stated
 from bipot.errors import ProgramError
 from bipot.programs.data import Block, Term
 from bipot.programs.penalty import Minimum, PenaltyProgram
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 
 def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:

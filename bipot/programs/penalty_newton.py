@@ -18,16 +18,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
 from bipot.laws.coulomb import project_disc
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
-from bipot.programs.data import Outcome, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 STEPS = 40
 SEARCHES = 100

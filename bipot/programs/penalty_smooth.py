@@ -13,14 +13,13 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from numpy.typing import NDArray
 from scipy.optimize import minimize
 
+from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
-from bipot.programs.data import Outcome, Timing
 from bipot.programs.penalty import Minimum, PenaltyProgram
+from bipot.typing import Floats
 
-Floats = NDArray[np.float64]
 Solve = Callable[["Whitened", Floats], Any]
 
 LOST = 1e-3

@@ -12,13 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
+from bipot.typing import Bools, Floats
 
 
 @dataclass(frozen=True)

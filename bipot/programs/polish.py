@@ -15,14 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.laws.coulomb import project_disc
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
 from bipot.programs.shifted import shifted_map
-
-Floats = NDArray[np.float64]
+from bipot.typing import Floats
 
 ITERATIONS = 12
 EXACT = 1e-10

@@ -8,12 +8,10 @@ Exact Coulomb friction where shift = mu |du_t|.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot.coulomb.functions import ConeMap
-from bipot.programs.data import ContactRows, Ints
-
-Floats = NDArray[np.float64]
+from bipot.programs.data import ContactRows
+from bipot.typing import Floats, Ints
 
 
 def shifted_map(

@@ -20,12 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from bipot.conic.problem import Cone, ConicSolution, Rows
-from bipot.programs.data import Bools, ContactRows, Ints, Term, Units, rows_of
-
-Floats = NDArray[np.float64]
+from bipot.programs.data import ContactRows, Term, Units, rows_of
+from bipot.typing import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
