@@ -23,7 +23,8 @@ from bipot.conic.qoco import Qoco
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce

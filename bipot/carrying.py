@@ -132,7 +132,7 @@ class Course:
         """Measured on the increment that was ``solved`` with the flow ``carried``."""
         response, a = solved.response, carried.fraction
         own, weight = response.returned.plastic_strain, response.kinematics.volume
-        last = system.body.turned(response, carried.last.strain)
+        last = response.kinematics.turned(carried.last.strain)
         flow = own + a[..., None] * last
         stopped = carried.on & (np.vecdot(own, last) <= 0)
         if stopped.any():
@@ -216,7 +216,7 @@ class Dissipated(NamedTuple):
         """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
         response, body = solved.response, solved.iterate.increment.system.body
         stress, kin = response.returned.stress, response.kinematics
-        carried = body.turned(response, response.state.plastic_strain - start.plastic_strain)
+        carried = response.kinematics.turned(response.state.plastic_strain - start.plastic_strain)
         slip = solved.iterate.motion[:, 1:]
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.certificate import Bounds
-from bipot.fem.kinematics import Configuration, rotate
 from bipot.fem.orientation import min_scaled_jacobian
 from bipot.increment import System
 from bipot.march import Accepted
@@ -52,11 +51,8 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     at the end of this one: an error of discretisation, which no certificate of the posed increment holds.
     """
     start, end, kin = accepted.start, accepted.state, accepted.solved.response.kinematics
-    before, scene = start.plastic_strain, system.body.scene
-    if scene.configuration is Configuration.MIDPOINT:
-        before = rotate(before, kin.angle)
-    flow = end.plastic_strain - before
-    length = kin.volume * scene.material.dissipation(flow, end.peeq)
+    flow = end.plastic_strain - kin.turned(start.plastic_strain)
+    length = kin.volume * system.body.scene.material.dissipation(flow, end.peeq)
     gap = np.abs(length - kin.volume * np.vecdot(end.stress, flow)).sum()
     return float(gap / length.sum()) if length.any() else 0.0
 

@@ -27,9 +27,7 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.fem.kinematics import Configuration, rotate
 from bipot.increment import Solved, System
-from bipot.laws.tensors import trace
 from bipot.response import State
 
 
@@ -64,11 +62,8 @@ class Energies:
     ) -> Energies:
         """Add the increment from ``start`` to ``end``, solved by ``solved``."""
         theta, kin, scene = rule.value, solved.response.kinematics, system.body.scene
-        before, flowed, weight = start.stress, start.plastic_strain, kin.volume
-        if scene.configuration is Configuration.MIDPOINT:
-            before, flowed = rotate(before, kin.angle), rotate(flowed, kin.angle)
-            weight = weight * np.exp(-trace(kin.strain))
-        S = (1 - theta) * weight[..., None] * before + theta * kin.volume[..., None] * end.stress
+        before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
+        S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start.forces + theta * end.forces
         motion = solved.rows.motion(solved.response.x)

@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bipot.contact import CARRIES
-from bipot.fem.kinematics import Configuration
 from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
@@ -125,8 +124,8 @@ def increment_traction(system: System, accepted: Accepted) -> Traction:
 
 def equilibrium_nodes(system: System, accepted: Accepted) -> Floats:
     """The configuration (a, d) in which an accepted increment is in equilibrium: ``paper`` stays at its start."""
-    paper = system.body.scene.configuration is Configuration.PAPER
-    return accepted.start.nodes if paper else accepted.state.nodes
+    measure = system.body.scene.configuration.measure
+    return measure.balanced(accepted.start.nodes, accepted.state.displacement)
 
 
 def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:

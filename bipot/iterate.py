@@ -23,8 +23,7 @@ import scipy.sparse as sp
 
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
 from bipot.contact import LEAST_MOTION
-from bipot.fem.geometric import Scratch
-from bipot.fem.kinematics import MANDEL_2D
+from bipot.fem.strain import Scratch
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
@@ -193,8 +192,8 @@ class Examined:
     def _material(self) -> MaterialFields:
         response, material = self.response, self.increment.system.body.scene.material
         kin, returned = response.kinematics, response.returned
-        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(MANDEL_2D)
-        points = (-1, MANDEL_2D)
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(kin.reduction.mandel)
+        points = (-1, kin.reduction.mandel)
         return MaterialFields(
             before=response.rotated.reshape(points),
             stress=returned.stress.reshape(points),

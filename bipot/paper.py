@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from bipot.certificate import Bounds
 from bipot.errors import require_type
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Penalty
 from bipot.increment import Limits
 from bipot.laws.flow import Integration

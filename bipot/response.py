@@ -13,9 +13,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
-from bipot.fem.geometric import Scratch, element_tangent
-from bipot.fem.kinematics import MANDEL_2D, Configuration, Kinematics, increment, rotate
+from bipot.fem.kinematics import Kinematics
 from bipot.fem.orientation import refuse_folded
+from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import deviatoric_basis, identity, trace
 from bipot.laws.von_mises import Returned, TangentKind
@@ -58,7 +58,8 @@ class State:
 def rest(scene: Scene, gap: Floats) -> State:
     """The stress-free state at tau = 0, in which the candidates have the gaps (c,)."""
     nodes = scene.mesh.nodes
-    tensor = np.zeros((len(scene.mesh.elements), len(body_space(scene).reference.weights), MANDEL_2D))
+    points = len(scene.mesh.elements), len(body_space(scene).reference.weights)
+    tensor = np.zeros((*points, scene.geometry.reduction.mandel))
     forces = np.zeros((len(gap), nodes.shape[1]))
     return State(
         tau=0.0,
@@ -110,13 +111,6 @@ class Body:
         plastic_strain = state.plastic_strain + flow.strain
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
 
-    def turned(self, response: Response, tensor: Floats) -> Floats:
-        """A tensor (e, q, s) of the increment's start turned with the body to its end."""
-        return self._turned(response.kinematics, tensor)
-
-    def _turned(self, kin: Kinematics, tensor: Floats) -> Floats:
-        return rotate(tensor, kin.angle) if self.scene.configuration is Configuration.MIDPOINT else tensor
-
     def respond(self, state: State, x: Floats) -> Response:
         """Response to the free displacements x (n,).
 
@@ -124,17 +118,11 @@ class Body:
             InvertedElement: the trial configuration is not admissible.
         """
         mesh, space_ = self.scene.mesh, self.space
-        kin = increment(
-            state.nodes,
-            space_.spread(x),
-            mesh.elements,
-            space_.reference,
-            self.scene.geometry,
-            self.scene.configuration,
-        )
-        rotated = self._turned(kin, state.stress)
+        measure, geometry = self.scene.configuration.measure, self.scene.geometry
+        kin = measure.increment(state.nodes, space_.spread(x), mesh.elements, space_.reference, geometry)
+        rotated = kin.turned(state.stress)
         returned = self.scene.material.update(rotated, kin.strain, state.peeq)
-        forces = element_force(kin.shape, returned.stress, kin.volume)
+        forces = element_force(kin, returned.stress)
         return Response(state, x, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
@@ -144,17 +132,13 @@ class Body:
             InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
         """
         start, du = response.state.nodes, self.space.spread(response.x)
-        placements = {"at the end of the increment": start + du}
-        if self.scene.configuration is Configuration.MIDPOINT:
-            placements["at the middle of the increment"] = start + du / 2
-        else:
-            placements["at the start of the increment"] = start
+        placements = self.scene.configuration.measure.placements(start, du)
         refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
         C = self._moduli(response, kind)
-        return self.space.matrix(element_stiffness(response.kinematics.B, C, response.kinematics.volume))
+        return self.space.matrix(element_stiffness(response.kinematics, C))
 
     def _moduli(self, response: Response, kind: TangentKind) -> Floats:
         """C (e, q, s, s) or (s, s) at the response."""
@@ -163,26 +147,29 @@ class Body:
     def scratch(self) -> Scratch:
         """Memory for :meth:`tangent`."""
         elements, unknowns = self.space.dofs.shape
-        return Scratch.of(elements, len(self.space.reference.weights), unknowns)
+        return Scratch.of(elements, len(self.space.reference.weights), unknowns, self.scene.geometry.reduction)
 
     def tangent(self, response: Response, scratch: Scratch | None = None) -> Floats:
         """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric.
 
         With ``scratch`` they are valid until it is used again.
         """
-        kin, C = response.kinematics, self._moduli(response, TangentKind.CONSISTENT)
-        if self.scene.configuration is Configuration.PAPER:
-            return element_stiffness(kin.B, C, kin.volume)
-        shear = self.scene.material.elasticity.shear
-        stress = response.returned.stress
-        return element_tangent(kin, response.rotated, stress, C, shear, scratch or self.scratch())
+        scene = self.scene
+        stresses = Stresses(
+            rotated=response.rotated,
+            returned=response.returned.stress,
+            moduli=self._moduli(response, TangentKind.CONSISTENT),
+            shear=scene.material.elasticity.shear,
+        )
+        return scene.configuration.measure.tangent(response.kinematics, stresses, scratch or self.scratch())
 
     def plastic_model(self, response: Response) -> PlasticModel:
         """Data of the dissipation program about the response: strain e_k + B (x - x_k), stress rotated as at k."""
         kin, state, material = response.kinematics, response.state, self.scene.material
-        basis = deviatoric_basis(MANDEL_2D)
+        mandel = kin.reduction.mandel
+        basis = deviatoric_basis(mandel)
         points = state.peeq.size
-        volumetric = self.space.operator((identity(MANDEL_2D) @ kin.B).reshape(points, 1, -1))
+        volumetric = self.space.operator((identity(mandel) @ kin.B).reshape(points, 1, -1))
         deviatoric = self.space.operator((basis @ kin.B).reshape(points, len(basis), -1))
         strain = kin.strain.reshape(points, -1)
         peeq = (state.peeq + response.returned.dpeeq).ravel()
@@ -208,8 +195,8 @@ class Body:
         ``start`` is the last accepted state; the response's own may have its flow carried on. Forces (c, d) and gaps
         (c,) are those of the candidates at the end.
         """
-        plastic = self.turned(response, response.state.plastic_strain)
-        before = self.turned(response, start.plastic_strain)
+        kin = response.kinematics
+        plastic, before = kin.turned(response.state.plastic_strain), kin.turned(start.plastic_strain)
         returned = response.returned
         plastic = plastic + returned.plastic_strain
         peeq = response.state.peeq + returned.dpeeq

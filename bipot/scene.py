@@ -26,8 +26,9 @@ from bipot.errors import (
     require_type,
 )
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration, Geometry
 from bipot.fem.orientation import AXIS, refuse_folded
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
@@ -175,6 +176,8 @@ class Scene:
         require_type(self.material, Material, "scene.material")
         require_type(self.quadrature, Quadrature, "scene.quadrature")
         require_type(self.configuration, Configuration, "scene.configuration")
+        plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
+        require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 

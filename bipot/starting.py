@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
-from bipot.fem.kinematics import Configuration, gradients
+from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.laws.tensors import equivalent_stress, norm
@@ -86,13 +86,13 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     body, contacts = system.body, system.candidates
     blind = not start.forces[~contacts.tangent_free, 1:].any()
     require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
-    paper = body.scene.configuration is Configuration.PAPER
-    nodes, elements = start.nodes - start.displacement if paper else start.nodes, body.scene.mesh.elements
+    before, elements = start.nodes - start.displacement, body.scene.mesh.elements
+    nodes = body.scene.configuration.measure.balanced(before, start.displacement)
     try:
         placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
-    forces = element_force(placed.shape, start.stress, placed.volume)
+    forces = element_force(placed, start.stress)
     off = float(norm(body.space.spread(body.space.vector(forces) - contacts.load(start.forces))).max())
     scale = body.space.force_scale(forces)
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)

@@ -10,7 +10,7 @@ import numpy as np
 from bipot.certificate import EPS
 from bipot.contact import Candidates
 from bipot.fem.assembly import rigid_motions
-from bipot.fem.kinematics import MANDEL_2D, gradients, strain_operator
+from bipot.fem.kinematics import gradients
 from bipot.response import Body, State, rest
 from bipot.typing import Floats
 
@@ -58,8 +58,8 @@ class System:
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
         placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
-        B = strain_operator(placed.shape)
-        diagonal = np.einsum("eq,eqsi,eqsi->ei", placed.volume, elastic.stiffness(MANDEL_2D) @ B, B)
+        B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
+        diagonal = np.einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
         levers = np.einsum("eq,eqa->ea", placed.volume, slopes)
         return Rigidity(

@@ -34,7 +34,7 @@ from scipy.sparse.linalg import splu
 
 from bipot.contact import Candidates, carries, force_threshold
 from bipot.fem.elements import line3
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.laws.coulomb import status
 from bipot.programs.data import ContactRows
 from bipot.scene import FlatTool

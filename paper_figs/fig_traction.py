@@ -22,7 +22,8 @@ from matplotlib.patches import Rectangle
 
 from bipot import plot
 from bipot.contact import frames
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.history import History
 from bipot.laws.coulomb import Status
 from bipot.traction import edge_tractions

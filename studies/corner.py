@@ -35,7 +35,7 @@ import numpy as np
 from bipot.contact import carries
 from bipot.errors import BipotError
 from bipot.fem.elements import Quadrature, quad8
-from bipot.fem.kinematics import gradients, strain_operator
+from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.laws.tensors import identity, trace
@@ -140,7 +140,7 @@ def unevenness(pressure: Floats, points: Floats, weights: Floats) -> Floats:
 def constraints(scene: Scene) -> tuple[float, float]:
     """Unknowns per volumetric constraint of an element in a large mesh, and isochoric motions per unknown of this."""
     mesh, space = scene.mesh, system_of(scene).body.space
-    B = strain_operator(gradients(mesh.nodes, mesh.elements, quad8(scene.quadrature), scene.geometry).shape)
+    B = gradients(mesh.nodes, mesh.elements, quad8(scene.quadrature), scene.geometry).B
     volumetric = identity(B.shape[2]) @ B
     rank = int(np.linalg.matrix_rank(volumetric[len(mesh.elements) // 2]))
     V = space.operator(volumetric.reshape(volumetric.shape[0] * volumetric.shape[1], 1, -1)).toarray()

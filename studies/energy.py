@@ -21,7 +21,7 @@ import numpy as np
 from bipot.certificate import Bounds
 from bipot.energy import Energies, Rule
 from bipot.errors import BipotError
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration

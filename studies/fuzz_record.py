@@ -9,7 +9,8 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.determinacy import branches
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted

@@ -14,7 +14,8 @@ import numpy as np
 
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from bipot.conic.clarabel import solve
 from bipot.conic.solver import Accuracy
 from bipot.errors import UnboundedProgram
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import FormName
 from bipot.laws.coulomb import bipotential_gap, natural_map
 from bipot.march import system_of

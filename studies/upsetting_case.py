@@ -18,7 +18,7 @@ from bipot.conic.solver import ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import SceneError, require
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import (
     Delassus,
     Dissipation,

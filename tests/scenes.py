@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.errors import SceneError
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
@@ -23,6 +23,8 @@ from bipot.scene import FlatTool, Scene, Support, upsetting
 
 FIRST = 0.001
 DIRECT = Tangent()
+
+PLANES = (Geometry.AXISYMMETRIC, Geometry.PLANE_STRAIN)
 
 
 def path(reduction: float, increments: int) -> Schedule:

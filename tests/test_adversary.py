@@ -11,7 +11,7 @@ from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import IncrementFailed, ProgramError, SceneError
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty, Step, Tangent, Uzawa
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate

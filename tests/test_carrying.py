@@ -9,7 +9,6 @@ import pytest
 from bipot import Control, FlatTool, Newton, Schedule, carrying, march, upsetting
 from bipot.carrying import Attempt, Dissipated, carry_on
 from bipot.errors import IncrementFailed
-from bipot.fem.kinematics import rotate
 from bipot.forms import Cache, Tangent
 from bipot.increment import Limits, solve_increment
 from bipot.iterate import Increment
@@ -49,7 +48,7 @@ def forces(steps):
 
 def dissipation(a):
     """sigma : de_p (e, q) at the end of an increment, de_p as the states carry it."""
-    before = rotate(a.start.plastic_strain, a.solved.response.kinematics.angle)
+    before = a.solved.response.kinematics.turned(a.start.plastic_strain)
     return np.vecdot(a.state.stress, a.state.plastic_strain - before)
 
 

@@ -8,7 +8,7 @@ import pytest
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.contact import CARRIES, LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect

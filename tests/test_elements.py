@@ -5,7 +5,8 @@ import pytest
 import skfem
 
 from bipot.fem.elements import Quadrature, Reference, line3, quad8, radon7
-from bipot.fem.kinematics import Configuration, Geometry, increment
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 
 
 def moment(i, j):
@@ -65,7 +66,7 @@ def test_kinematics_of_other_plane_elements_are_those_of_the_motion(element, con
     for shape in (element, skfem.ElementQuadS2()):
         x = np.asarray(shape.doflocs, dtype=float) + np.array([1.0, 0.0])
         cells, reference = np.arange(len(x))[None], Reference.of(shape, points, weights)
-        found.append(increment(x, x @ gradient.T, cells, reference, Geometry.AXISYMMETRIC, configuration))
+        found.append(configuration.measure.increment(x, x @ gradient.T, cells, reference, Geometry.AXISYMMETRIC))
     np.testing.assert_allclose(found[0].strain, found[1].strain, atol=1e-14)
     np.testing.assert_allclose(found[0].volume, found[1].volume, rtol=1e-13)
 

@@ -10,7 +10,7 @@ from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
 from bipot.diagnosis import free_motion
 from bipot.errors import IncrementFailed, ProgramError
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import (
     Delassus,
     Dissipation,

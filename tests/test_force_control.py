@@ -10,7 +10,7 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.errors import NotConverged, SceneError, UnboundedProgram
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.force_control import Seek, press, straight
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits, advance

@@ -16,7 +16,7 @@ from benchmarks.rows import Row
 from benchmarks.targets import LIMITS, verdicts
 from bipot.certificate import Bounds
 from bipot.errors import BipotError, SceneError
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
 from bipot.march import Control, Schedule, march, system_of

@@ -9,7 +9,8 @@ import pytest
 from bipot.certificate import Bounds
 from bipot.conic.solver import Accuracy
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration, Geometry
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.force_control import Seek
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.forms.newton import Reuse, Search

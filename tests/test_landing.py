@@ -7,7 +7,7 @@ import pytest
 
 from bipot.carrying import Attempt
 from bipot.errors import SceneError
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton
 from bipot.iterate import Increment
 from bipot.landing import Locate, locate

@@ -11,7 +11,7 @@ from bipot.certificate import Bounds
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.export import increment_traction
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce

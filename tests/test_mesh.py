@@ -5,7 +5,8 @@ import pytest
 
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature, quad8
-from bipot.fem.kinematics import Geometry, gradients
+from bipot.fem.kinematics import gradients
+from bipot.fem.reduction import Geometry
 from bipot.mesh import Mesh, block, cylinder, ring
 
 

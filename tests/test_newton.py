@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
 from bipot.errors import ProgramError
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment

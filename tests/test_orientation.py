@@ -10,7 +10,7 @@ import skfem
 
 from bipot.errors import InvertedElement
 from bipot.fem.elements import Quadrature, quad8
-from bipot.fem.kinematics import Configuration, Geometry, gradients
+from bipot.fem.kinematics import gradients
 from bipot.fem.orientation import (
     PRODUCTS,
     determinant_coefficients,
@@ -19,6 +19,8 @@ from bipot.fem.orientation import (
     scaled_jacobians,
     shapes,
 )
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
 from bipot.mesh import Mesh, block, cylinder
 from bipot.response import Body, body_space, rest
 from bipot.scene import FlatTool, Scene, Support, upsetting

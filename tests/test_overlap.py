@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.march import Control, Schedule, march
 from bipot.mesh import block

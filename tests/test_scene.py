@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bipot.errors import SceneError
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, cylinder

@@ -7,7 +7,7 @@ import pytest
 
 from bipot import Control, FlatTool, Geometry, Perfect, Scene, Schedule, Support, VonMises, march, upsetting
 from bipot.certificate import Bounds
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
 from bipot.march import system_of

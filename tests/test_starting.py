@@ -6,7 +6,7 @@ import pytest
 
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
-from bipot.fem.kinematics import Configuration
+from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
 from bipot.march import Control, Schedule, march, system_of

@@ -13,22 +13,17 @@ from numpy.typing import NDArray
 from scipy.linalg import null_space
 
 from bipot.fem.elements import Quadrature, Reference, quad8
-from bipot.fem.kinematics import MANDEL_2D, SYMMETRIC, Geometry
+from bipot.fem.kinematics import Gradients
+from bipot.fem.reduction import Geometry
 from bipot.mesh import Mesh
 from bipot.typing import Floats, Ints
-
-ROW_FORCES = np.zeros((MANDEL_2D, 2, 3))
-ROW_FORCES[:, [0, 0, 1, 1, 0], [0, 1, 0, 1, 2]] = SYMMETRIC
-ROW_FORCES = ROW_FORCES.reshape(MANDEL_2D, -1)
-ROW_FORCES.flags.writeable = False
-"""What multiplies N,1, N,2 and N/r in the forces along either axis, from a Mandel stress."""
 
 
 @dataclass(frozen=True)
 class Space:
     """Displacements of a mesh under supports, with the pattern of the stiffness on the free unknowns.
 
-    ``dofs`` (e, 2k) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
+    ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
     """
 
@@ -48,27 +43,27 @@ class Space:
         return len(self.free)
 
     def spread(self, x: Floats) -> Floats:
-        """Nodal field (a, 2) from free unknowns (n,), zero where held."""
+        """Nodal field (a, d) from free unknowns (n,), zero where held."""
         full = np.zeros(self.mesh.nodes.size)
         full[self.free] = x
         return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
-        """Sum element matrices (e, 2k, 2k) into the free-free matrix (n, n)."""
+        """Sum element matrices (e, dk, dk) into the free-free matrix (n, n)."""
         data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
 
     def vector(self, element: Floats) -> Floats:
-        """Sum element vectors (e, 2k) into the free vector (n,)."""
+        """Sum element vectors (e, dk) into the free vector (n,)."""
         return np.asarray(self.nodal(element).ravel()[self.free], dtype=np.float64)
 
     def nodal(self, element: Floats) -> Floats:
-        """Sum element vectors (e, 2k) at the nodes (a, 2), held unknowns included."""
+        """Sum element vectors (e, dk) at the nodes (a, d), held unknowns included."""
         full = np.bincount(self.dofs.ravel(), weights=element.ravel(), minlength=self.mesh.nodes.size)
         return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def operator(self, blocks: Floats) -> sp.csr_matrix:
-        """Sparse operator (p m, n) from dense rows (p, m, 2k), points p ordered element by element."""
+        """Sparse operator (p m, n) from dense rows (p, m, dk), points p ordered element by element."""
         points, width, _ = blocks.shape
         columns = np.repeat(self.position[self.dofs], points // len(self.dofs), axis=0)
         columns = np.broadcast_to(columns[:, None, :], blocks.shape)
@@ -77,7 +72,7 @@ class Space:
         return sp.csr_matrix((blocks[kept], columns[kept], counts), shape=(points * width, self.size))
 
     def force_scale(self, element: Floats) -> float:
-        """Largest over the nodes of the sum of |element forces| (e, 2k): what residuals are measured by."""
+        """Largest over the nodes of the sum of |element forces| (e, dk): what residuals are measured by."""
         forces = element.reshape(*self.mesh.elements.shape, -1)
         size = np.sqrt(np.vecdot(forces, forces))
         return float(np.bincount(self.mesh.elements.ravel(), size.ravel()).max())
@@ -85,7 +80,8 @@ class Space:
 
 def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space:
     """The space of a mesh whose unknowns ``held`` (full numbers) are zero."""
-    dofs = (2 * mesh.elements[:, :, None] + np.arange(2)).reshape(len(mesh.elements), -1)
+    d = geometry.reduction.dimension
+    dofs = (d * mesh.elements[:, :, None] + np.arange(d)).reshape(len(mesh.elements), -1)
     free = np.setdiff1d(np.arange(mesh.nodes.size), held)
     position = np.full(mesh.nodes.size, -1, dtype=np.intp)
     position[free] = np.arange(len(free))
@@ -113,11 +109,12 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space
 
 def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
     """Orthonormal rigid motions (n, m) on the ``free`` unknowns that vanish on the held ones."""
-    whole = np.zeros((*nodes.shape, 3))
-    whole[:, 0, 0] = whole[:, 1, 1] = 1.0
+    d = nodes.shape[1]
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
-    whole[:, 0, 2], whole[:, 1, 2] = -x[:, 1], x[:, 0]
-    modes = whole.reshape(-1, 3)
+    axes = np.eye(d)
+    shifts = [np.broadcast_to(axis, nodes.shape) for axis in axes]
+    turns = [np.outer(x[:, j], axes[i]) - np.outer(x[:, i], axes[j]) for i in range(d) for j in range(i)]
+    modes = np.stack([motion.ravel() for motion in (*shifts, *turns)], axis=1)
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
     held = np.setdiff1d(np.arange(len(modes)), free)
@@ -125,16 +122,18 @@ def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
     return np.linalg.qr(kept)[0] if kept.shape[1] else kept
 
 
-def element_stiffness(B: Floats, tangent: Floats, volume: Floats) -> Floats:
-    """K_e = sum_q w B^T C B (e, 2k, 2k), the quadratic term of (25); tangent (e, q, 4, 4) or (4, 4)."""
-    weighted = (tangent @ B) * volume[..., None, None]
+def element_stiffness(placed: Gradients, tangent: Floats) -> Floats:
+    """K_e = sum_q w B^T C B (e, dk, dk), the quadratic term of (25); tangent (e, q, s, s) or (s, s)."""
+    B = placed.B
+    weighted = (tangent @ B) * placed.volume[..., None, None]
     e, _, _, n = B.shape
     return B.reshape(e, -1, n).transpose(0, 2, 1) @ weighted.reshape(e, -1, n)
 
 
-def element_force(shape: Floats, stress: Floats, volume: Floats) -> Floats:
-    """f_e = sum_q w B^T sigma (e, 2k), from the gradients (e, q, 3, k) that B is made of."""
-    e, q, rows, k = shape.shape
-    row_forces = ((stress * volume[..., None]) @ ROW_FORCES).reshape(e, q, 2, rows).transpose(0, 2, 1, 3)
-    forces = row_forces.reshape(e, 2, -1) @ shape.reshape(e, -1, k)
+def element_force(placed: Gradients, stress: Floats) -> Floats:
+    """f_e = sum_q w B^T sigma (e, dk) of the stress (e, q, s), from the gradients that B is made of."""
+    e, q, rows, k = placed.shape.shape
+    d = placed.reduction.dimension
+    row_forces = (stress * placed.volume[..., None]) @ placed.reduction.row_forces
+    forces = row_forces.reshape(e, q, d, rows).transpose(0, 2, 1, 3).reshape(e, d, -1) @ placed.shape.reshape(e, -1, k)
     return forces.transpose(0, 2, 1).reshape(e, -1)

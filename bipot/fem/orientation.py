@@ -22,7 +22,7 @@ from math import comb
 import numpy as np
 
 from bipot.errors import InvertedElement
-from bipot.fem.kinematics import Geometry
+from bipot.fem.reduction import Geometry
 from bipot.typing import Bools, Floats, Ints
 
 LEVELS = 12

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.fem.geometric import Scratch
+from bipot.fem.strain import Scratch
 from bipot.iterate import Iterate
 from bipot.programs.newton import Frames, Pattern
 from bipot.response import State

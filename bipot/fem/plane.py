@@ -1,0 +1,142 @@
+r"""The ``midpoint`` strain measure in a plane, by closed forms: formulas in :mod:`bipot.fem.strain`.
+
+Turning a Mandel tensor about the third axis is Mohr's circle, which takes twice the angle. A half rotation by theta is
+therefore kept as (cos 2 theta, sin 2 theta) (2, ...): with tan theta = w/2 no transcendental function is needed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.fem.reduction import SQRT2, Geometry, Reduction
+from bipot.typing import Floats, Ints
+
+UNIT = np.array([1.0, 0.0, 0.0, 1.0])
+MANDEL = 4
+
+
+def _rotations() -> Floats:
+    """Coefficients (3, 4, 5) of 1, cos 2 theta, sin 2 theta in the rotation of symmetric gradients by theta."""
+    out = np.zeros((3, MANDEL, MANDEL))
+    out[0, 2, 2] = 1.0
+    out[0, :2, :2] = 0.5
+    out[1, [0, 1, 0, 1], [0, 1, 1, 0]] = [0.5, 0.5, -0.5, -0.5]
+    out[1, 3, 3] = 1.0
+    out[2, [3, 1, 3, 0], [0, 3, 1, 3]] = np.array([1.0, 1.0, -1.0, -1.0]) / SQRT2
+    return out @ Geometry.AXISYMMETRIC.reduction.symmetric
+
+
+def _transported() -> Ints:
+    """Where the entries (5, 5) of the transport are among the products L_ik R_lj, the hoop's entry and zero."""
+    out = np.full((5, 5), 17)
+    i, j, k, m = np.indices((2, 2, 2, 2))
+    out[2 * i + j, 2 * k + m] = 4 * (2 * i + k) + 2 * m + j
+    out[4, 4] = 16
+    return out
+
+
+ROTATIONS, TRANSPORTED = _rotations(), _transported()
+for _table in (UNIT, ROTATIONS, TRANSPORTED):
+    _table.flags.writeable = False
+
+
+def cofactors(J: Floats) -> tuple[Floats, Floats]:
+    """J'^-1 det J (..., 2, 2), and det J (...)."""
+    out = np.empty(J.shape)
+    out[..., 0, 0], out[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
+    np.negative(J[..., 1, 0], out=out[..., 0, 1])
+    np.negative(J[..., 0, 1], out=out[..., 1, 0])
+    return out, J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
+
+
+def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]:
+    """g of H (I - H/2)^-1 (..., m), and what has to be positive: det (I - H/2) in the plane, and the hoop's 1 - h/2.
+
+    Cayley-Hamilton: G (I - G/2)^-1 = (G - det G / 2 I) / det (I - G/2).
+    """
+    half = (g[..., 0] * g[..., 3] - g[..., 1] * g[..., 2]) / 2
+    ratio = 1 - (g[..., 0] + g[..., 3]) / 2 + half / 2
+    out = g.copy()
+    out[..., 0] -= half
+    out[..., 3] -= half
+    out[..., :4] /= ratio[..., None]
+    if not reduction.ring:
+        return out, (ratio,)
+    shrink = 1 - g[..., 4] / 2
+    out[..., 4] /= shrink
+    return out, (ratio, shrink)
+
+
+def half_rotation(g: Floats, reduction: Reduction) -> Floats:
+    """(cos 2 theta, sin 2 theta) (2, ...), tan theta = w/2, of the gradient at the middle (..., m)."""
+    t = (g[..., 2] - g[..., 1]) / 4
+    square = t * t
+    return np.stack([1 - square, 2 * t]) / (1 + square)
+
+
+def turn_half(tensor: Floats, half: Floats) -> Floats:
+    """The Mandel tensors (..., 4) turned by theta."""
+    c, s = half
+    a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
+    mean, apart = (a + b) / 2, (a - b) / 2
+    across = c * apart - (s / SQRT2) * m
+    out = np.empty(tensor.shape)
+    out[..., 0] = mean + across
+    out[..., 1] = mean - across
+    out[..., 2] = tensor[..., 2]
+    out[..., 3] = (SQRT2 * s) * apart + c * m
+    return out
+
+
+def turn_whole(tensor: Floats, half: Floats) -> Floats:
+    """The Mandel tensors (..., 4) turned by 2 theta.
+
+    >>> turn_whole(np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0])).round(12)
+    array([0., 1., 0., 0.])
+    """
+    c, s = half
+    return turn_half(tensor, np.stack([c * c - s * s, 2 * c * s]))
+
+
+def turn(tensor: Floats) -> Floats:
+    """Derivative (..., 4) of turning Mandel tensors (..., 4) about the third axis, at angle zero.
+
+    >>> turn(np.array([1.0, 0.0, 0.0, 0.0])).round(12)
+    array([0.        , 0.        , 0.        , 1.41421356])
+    """
+    out = np.zeros(tensor.shape)
+    out[..., 1] = SQRT2 * tensor[..., 3]
+    out[..., 0] = -out[..., 1]
+    out[..., 3] = SQRT2 * (tensor[..., 0] - tensor[..., 1])
+    return out
+
+
+def strain_by_gradient(
+    reduction: Reduction, middle: Floats, half: Floats, strain: Floats, rotated: Floats, shear: float
+) -> Floats:
+    """d e / d g (..., 4, m) of the strain e with g of the end, the rotation of the stress counted as strain.
+
+    ``rotated`` (..., 4) is R sigma_n R'. Turning it by d angle is the elastic work of the trace-free strain
+    turn(rotated) d angle / (2 G), G = ``shear``.
+    """
+    c, s = half
+    turned = np.stack([np.ones_like(c), c, s], axis=-1) @ ROTATIONS.reshape(3, -1)
+    out = turned.reshape(*c.shape, MANDEL, 5)
+    # d atan(w/2) = cos^2 dw / 2 with w = (u_2,1 - u_1,2)/2, and cos^2 of half the angle is (1 + c)/2.
+    weight = turn(strain + rotated / shear) * ((1 + c) / 8)[..., None]
+    out[..., 1] -= weight
+    out[..., 2] += weight
+    m = len(reduction.entries)
+    return out[..., :m] @ _transport(middle, reduction)
+
+
+def _transport(middle: Floats, reduction: Reduction) -> Floats:
+    """d g_middle / d g_end (..., m, m): (I - G/2) dg (I + G/2), and 1 - h^2/4 for the hoop strain."""
+    shape, m = middle.shape[:-1], middle.shape[-1]
+    half = middle[..., :4] / 2
+    entries = np.empty((*shape, 18))
+    products = entries[..., :16].reshape(*shape, 4, 4)
+    np.multiply((UNIT - half)[..., :, None], (UNIT + half)[..., None, :], out=products)
+    entries[..., 16] = 1 - middle[..., 4] ** 2 / 4 if reduction.ring else 1.0
+    entries[..., 17] = 0.0
+    return entries.take(TRANSPORTED[:m, :m].ravel(), axis=-1).reshape(*shape, m, m)

@@ -1,0 +1,125 @@
+r"""What the coordinates of a mesh stand for: a constant embedding of the entries g that are not zero in the gradient.
+
+The displacement gradient H (3, 3) has the entries g in R^m of a :class:`Reduction`, H[i, j] = g_a, and zeros elsewhere:
+m = 5 where the plane is a meridian (the fifth is the hoop strain u_1 / r), 4 in plane strain, 9 in space. A Mandel
+vector has s = 4 components in a plane and 6 in space, in the order of :mod:`bipot.laws.tensors`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache, cached_property
+
+import numpy as np
+
+from bipot.typing import Floats, Ints, read_only
+
+SQRT2 = float(np.sqrt(2.0))
+
+Entry = tuple[int, int]
+COMPONENTS: tuple[Entry, ...] = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+HOOP: Entry = (2, 2)
+
+
+@cache
+def mandel_to_full(size: int) -> Floats:
+    """The symmetric tensor (s, 9), by rows, of each component of a Mandel vector of ``size`` s; orthonormal."""
+    out = np.zeros((size, 9))
+    for k, (i, j) in enumerate(COMPONENTS[:size]):
+        out[k, [3 * i + j, 3 * j + i]] = 1.0 if i == j else 1 / SQRT2
+    return read_only(out, np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """Space of ``dimension`` d; ``entries`` (i, j) of H that g holds, in order; with ``ring``, HOOP is among them.
+
+    The gradients of shape functions have p rows, N,1 to N,d and, with a ring, N/r. Tables are read-only.
+    """
+
+    dimension: int
+    entries: tuple[Entry, ...]
+    ring: bool = False
+
+    @property
+    def rows(self) -> int:
+        """Number p of rows of the gradients."""
+        return self.dimension + self.ring
+
+    @property
+    def mandel(self) -> int:
+        """Components s of a Mandel vector."""
+        return 4 if self.dimension == 2 else 6
+
+    @cached_property
+    def places(self) -> tuple[tuple[int, int], ...]:
+        """Of which displacement, by which row of the gradients, each entry of g is made."""
+        return tuple((0, 2) if self.ring and entry == HOOP else entry for entry in self.entries)
+
+    @cached_property
+    def columns(self) -> Ints:
+        """Where each entry of g (m,) is among the products (p, d) of gradients and displacements."""
+        return read_only([row * self.dimension + i for i, row in self.places], np.intp)
+
+    @cached_property
+    def symmetric(self) -> Floats:
+        """What takes g to the Mandel vector of its symmetric part (s, m)."""
+        return read_only(mandel_to_full(self.mandel) @ self.embedding.T, np.float64)
+
+    @cached_property
+    def embedding(self) -> Floats:
+        """H (m, 9), by rows, of each entry of g."""
+        return read_only(np.eye(9)[[3 * i + j for i, j in self.entries]], np.float64)
+
+    @cached_property
+    def copied(self) -> tuple[Ints, Floats]:
+        """Which Mandel component (m,) each entry of t = ``symmetric``' sigma is, and times what (m, 1)."""
+        component = np.argmax(self.symmetric, axis=0)
+        factor = self.symmetric[component, np.arange(len(component))]
+        return read_only(component, np.intp), read_only(factor[:, None], np.float64)
+
+    @cached_property
+    def row_forces(self) -> Floats:
+        """What multiplies each row of the gradients in the forces (s, d p) along each axis, from a Mandel stress."""
+        out = np.zeros((self.mandel, self.dimension, self.rows))
+        for a, (i, row) in enumerate(self.places):
+            out[:, i, row] += self.symmetric[:, a]
+        return read_only(out.reshape(self.mandel, -1), np.float64)
+
+    @cached_property
+    def moving(self) -> Floats:
+        """Coefficients (s, m m) of the stress in d(w D' t)/dg over w: d w = w div, d N,j = -N,l g_lj.
+
+        With t = ``symmetric``' sigma it is t x trace, less t_ij in row (i, l) and column (l, j).
+        """
+        t, count = self.symmetric, len(self.entries)
+        trace = np.array([float(i == j) for i, j in self.entries])
+        out = t[:, :, None] * trace
+        number = {entry: a for a, entry in enumerate(self.entries)}
+        for (i, k), a in number.items():
+            for (m, j), b in number.items():
+                if k == m and (i, j) in number:
+                    out[:, a, b] -= t[:, number[i, j]]
+        return read_only(out.reshape(self.mandel, count * count), np.float64)
+
+
+class Geometry(Enum):
+    """What the coordinates of the mesh stand for."""
+
+    AXISYMMETRIC = "axisymmetric"
+    PLANE_STRAIN = "plane_strain"
+    SOLID = "solid"
+
+    @property
+    def reduction(self) -> Reduction:
+        """Its tables."""
+        return _REDUCTIONS[self.value]
+
+
+_PLANE: tuple[Entry, ...] = ((0, 0), (0, 1), (1, 0), (1, 1))
+_REDUCTIONS = {
+    "axisymmetric": Reduction(2, (*_PLANE, HOOP), ring=True),
+    "plane_strain": Reduction(2, _PLANE),
+    "solid": Reduction(3, tuple((i, j) for i in range(3) for j in range(3))),
+}

@@ -1,0 +1,172 @@
+r"""Strain measures: where an increment's strain and equilibrium are evaluated, and what then moves with it.
+
+``midpoint``: the strain increment is the symmetric gradient at x_n + dU/2, rotated by *half* the Hughes-Winget
+rotation; the stress is rotated by the whole; equilibrium, hence B and the volumes, at x_n + dU. With H the displacement
+gradient at the end, that at the middle is H (I - H/2)^-1. The rotation of spin w is the angle 2 atan(|w|/2).
+``paper``: strain, B and volumes on x_n, no rotation (the geometry follows by (30) afterwards).
+
+The element tangent d f / d dU: in ``paper`` nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
+rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress as H' has
+it (D maps an element's displacements to g):
+
+    K_e = sum_q w D' [ J C_alg (d e / d g) + Q ] D,     t = J s,    Q = t x trace + d(D' t)/dg at fixed t.
+
+With H that of the middle, a change dH at the end is (I - H/2) dH (I + H/2) there. The result is unsymmetric.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import numpy as np
+
+from bipot.fem.assembly import element_stiffness
+from bipot.fem.elements import Reference
+from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted
+from bipot.fem.reduction import Geometry, Reduction
+from bipot.typing import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Scratch:
+    """Memory of element tangents, to be used again: D and Z D (e, q, m, dk), K_e (e, dk, dk).
+
+    These are the largest arrays of a Newton pass. Asked for anew each time, they cost more than what is done with them.
+    """
+
+    D: Floats
+    ZD: Floats
+    K: Floats
+
+    @staticmethod
+    def of(elements: int, points: int, unknowns: int, reduction: Reduction) -> Scratch:
+        """For e elements of q points and dk unknowns."""
+        size = (elements, points, len(reduction.entries), unknowns)
+        return Scratch(np.zeros(size), np.empty(size), np.empty((elements, unknowns, unknowns)))
+
+
+@dataclass(frozen=True)
+class Stresses:
+    """R sigma_n R', the returned stress (e, q, s), its moduli C_alg (e, q, s, s) or (s, s), the shear modulus."""
+
+    rotated: Floats
+    returned: Floats
+    moduli: Floats
+    shear: float
+
+
+class Measure(Protocol):
+    """A strain measure."""
+
+    def increment(
+        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+    ) -> Kinematics:
+        """Kinematics of one increment ``du`` (a, d) from the configuration ``nodes`` (a, d).
+
+        Raises:
+            InvertedElement: where the measure looks.
+        """
+        ...
+
+    def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
+        """K_e = d f_e / d dU (e, dk, dk), perhaps in ``scratch.K``."""
+        ...
+
+    def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
+        """The configurations (a, d) where strain is taken or equilibrium asked, and the end, by what they are."""
+        ...
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
+        ...
+
+
+@dataclass(frozen=True)
+class Paper:
+    """Everything on the configuration of the start."""
+
+    def increment(
+        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+    ) -> Kinematics:
+        """See :class:`Measure`."""
+        start = gradients(nodes, elements, reference, geometry)
+        g = start.of(du.take(elements, axis=0))
+        return Kinematics(start.reduction, start.shape, start.volume, g @ start.reduction.symmetric.T, g)
+
+    def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
+        """That of (25)."""
+        return element_stiffness(kin, stresses.moduli)
+
+    def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
+        """Start and end."""
+        return {"at the end of the increment": nodes + du, "at the start of the increment": nodes}
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The start."""
+        return nodes
+
+
+@dataclass(frozen=True)
+class Midpoint:
+    """Strain at the middle, equilibrium at the end."""
+
+    def increment(
+        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+    ) -> Kinematics:
+        """See :class:`Measure`."""
+        end = gradients(nodes + du, elements, reference, geometry)
+        reduction, forms = end.reduction, CLOSED_FORMS[end.reduction.dimension]
+        middle, positive = forms.middle(end.of(du.take(elements, axis=0)), reduction)
+        for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
+            refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes[elements])
+        half = forms.half_rotation(middle, reduction)
+        strain = forms.turn_half(middle @ reduction.symmetric.T, half)
+        return Kinematics(reduction, end.shape, end.volume, strain, middle, half)
+
+    def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
+        """In ``scratch.K``."""
+        assert kin.half is not None, "kinematics of another measure"
+        reduction, s = kin.reduction, stresses
+        forms = CLOSED_FORMS[reduction.dimension]
+        kin.gradient_operator(scratch.D)
+        by_g = forms.strain_by_gradient(reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear)
+        # SYMMETRIC' times it: rows are only copied, those of shear twice.
+        component, factor = reduction.copied
+        Z = (s.moduli @ by_g).take(component, axis=-2)
+        Z *= factor
+        Z += moving_gradient(s.returned, reduction)
+        Z *= kin.volume[..., None, None]
+        np.matmul(Z, scratch.D, out=scratch.ZD)
+        e, n, _ = scratch.K.shape
+        return np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
+
+    def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
+        """Middle and end."""
+        return {"at the end of the increment": nodes + du, "at the middle of the increment": nodes + du / 2}
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The end."""
+        return nodes + du
+
+
+def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
+    """Q (e, q, m, m): how w D' t changes with the end position at fixed stress (e, q, s)."""
+    m = len(reduction.entries)
+    return (stress @ reduction.moving).reshape(*stress.shape[:-1], m, m)
+
+
+class Configuration(Enum):
+    """Names of the strain measures."""
+
+    MIDPOINT = "midpoint"
+    PAPER = "paper"
+
+    @property
+    def measure(self) -> Measure:
+        """The measure."""
+        return _MEASURES[self.value]
+
+
+_MEASURES: dict[str, Measure] = {"midpoint": Midpoint(), "paper": Paper()}
