@@ -15,6 +15,7 @@ from scipy.linalg import null_space
 from bipot.fem.elements import Quadrature, Reference, quad8
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
+from bipot.laws.tensors import contract
 from bipot.mesh import Mesh
 from bipot.typing import Floats, Ints
 
@@ -134,6 +135,6 @@ def element_force(placed: Gradients, stress: Floats) -> Floats:
     """f_e = sum_q w B^T sigma (e, dk) of the stress (e, q, s), from the gradients that B is made of."""
     e, q, rows, k = placed.shape.shape
     d = placed.reduction.dimension
-    row_forces = (stress * placed.volume[..., None]) @ placed.reduction.row_forces
+    row_forces = contract(stress * placed.volume[..., None], placed.reduction.row_forces)
     forces = row_forces.reshape(e, q, d, rows).transpose(0, 2, 1, 3).reshape(e, d, -1) @ placed.shape.reshape(e, -1, k)
     return forces.transpose(0, 2, 1).reshape(e, -1)

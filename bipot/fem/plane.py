@@ -27,10 +27,10 @@ def _rotations() -> Floats:
 
 
 def _transported() -> Ints:
-    """Where the entries (5, 5) of the transport are among the products L_ik R_lj, the hoop's entry and zero."""
+    """Where the entries (5, 5) of the transport are among the products L_ik R_mj, the hoop's entry and zero."""
     out = np.full((5, 5), 17)
     i, j, k, m = np.indices((2, 2, 2, 2))
-    out[2 * i + j, 2 * k + m] = 4 * (2 * i + k) + 2 * m + j
+    out[2 * j + i, 2 * m + k] = 4 * (2 * k + i) + 2 * j + m
     out[4, 4] = 16
     return out
 
@@ -69,7 +69,7 @@ def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]
 
 def half_rotation(g: Floats, reduction: Reduction) -> Floats:
     """(cos 2 theta, sin 2 theta) (2, ...), tan theta = w/2, of the gradient at the middle (..., m)."""
-    t = (g[..., 2] - g[..., 1]) / 4
+    t = (g[..., 1] - g[..., 2]) / 4
     square = t * t
     return np.stack([1 - square, 2 * t]) / (1 + square)
 
@@ -101,8 +101,8 @@ def turn_whole(tensor: Floats, half: Floats) -> Floats:
 def turn(tensor: Floats) -> Floats:
     """Derivative (..., 4) of turning Mandel tensors (..., 4) about the third axis, at angle zero.
 
-    >>> turn(np.array([1.0, 0.0, 0.0, 0.0])).round(12)
-    array([0.        , 0.        , 0.        , 1.41421356])
+    >>> turn(np.array([0.0, 1.0, 0.0, 1.0])).round(12)
+    array([-1.41421356,  1.41421356,  0.        , -1.41421356])
     """
     out = np.zeros(tensor.shape)
     out[..., 1] = SQRT2 * tensor[..., 3]
@@ -124,8 +124,8 @@ def strain_by_gradient(
     out = turned.reshape(*c.shape, MANDEL, 5)
     # d atan(w/2) = cos^2 dw / 2 with w = (u_2,1 - u_1,2)/2, and cos^2 of half the angle is (1 + c)/2.
     weight = turn(strain + rotated / shear) * ((1 + c) / 8)[..., None]
-    out[..., 1] -= weight
-    out[..., 2] += weight
+    out[..., 1] += weight
+    out[..., 2] -= weight
     m = len(reduction.entries)
     return out[..., :m] @ _transport(middle, reduction)
 

@@ -33,7 +33,7 @@ def mandel_to_full(size: int) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Reduction:
-    """Space of ``dimension`` d; ``entries`` (i, j) of H that g holds, in order; with ``ring``, HOOP is among them.
+    """Space of ``dimension`` d; ``entries`` (i, j) of H in g, column by column; with a ``ring`` HOOP is the last.
 
     The gradients of shape functions have p rows, N,1 to N,d and, with a ring, N/r. Tables are read-only.
     """
@@ -56,11 +56,6 @@ class Reduction:
     def places(self) -> tuple[tuple[int, int], ...]:
         """Of which displacement, by which row of the gradients, each entry of g is made."""
         return tuple((0, 2) if self.ring and entry == HOOP else entry for entry in self.entries)
-
-    @cached_property
-    def columns(self) -> Ints:
-        """Where each entry of g (m,) is among the products (p, d) of gradients and displacements."""
-        return read_only([row * self.dimension + i for i, row in self.places], np.intp)
 
     @cached_property
     def symmetric(self) -> Floats:
@@ -117,9 +112,9 @@ class Geometry(Enum):
         return _REDUCTIONS[self.value]
 
 
-_PLANE: tuple[Entry, ...] = ((0, 0), (0, 1), (1, 0), (1, 1))
+_PLANE: tuple[Entry, ...] = ((0, 0), (1, 0), (0, 1), (1, 1))
 _REDUCTIONS = {
     "axisymmetric": Reduction(2, (*_PLANE, HOOP), ring=True),
     "plane_strain": Reduction(2, _PLANE),
-    "solid": Reduction(3, tuple((i, j) for i in range(3) for j in range(3))),
+    "solid": Reduction(3, tuple((i, j) for j in range(3) for i in range(3))),
 }

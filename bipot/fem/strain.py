@@ -26,6 +26,7 @@ from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Reference
 from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted
 from bipot.fem.reduction import Geometry, Reduction
+from bipot.laws.tensors import contract
 from bipot.typing import Floats, Ints
 
 
@@ -93,7 +94,7 @@ class Paper:
         """See :class:`Measure`."""
         start = gradients(nodes, elements, reference, geometry)
         g = start.of(du.take(elements, axis=0))
-        return Kinematics(start.reduction, start.shape, start.volume, g @ start.reduction.symmetric.T, g)
+        return Kinematics(start.reduction, start.shape, start.volume, contract(g, start.reduction.symmetric.T), g)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """That of (25)."""
@@ -122,7 +123,7 @@ class Midpoint:
         for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
             refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes[elements])
         half = forms.half_rotation(middle, reduction)
-        strain = forms.turn_half(middle @ reduction.symmetric.T, half)
+        strain = forms.turn_half(contract(middle, reduction.symmetric.T), half)
         return Kinematics(reduction, end.shape, end.volume, strain, middle, half)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
@@ -154,7 +155,7 @@ class Midpoint:
 def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
     """Q (e, q, m, m): how w D' t changes with the end position at fixed stress (e, q, s)."""
     m = len(reduction.entries)
-    return (stress @ reduction.moving).reshape(*stress.shape[:-1], m, m)
+    return contract(stress, reduction.moving).reshape(*stress.shape[:-1], m, m)
 
 
 class Configuration(Enum):

@@ -52,6 +52,11 @@ def deviatoric_basis(size: int) -> FloatArray:
     return basis
 
 
+def contract(t: FloatArray, table: FloatArray) -> FloatArray:
+    """t table, (…, s) and (s, m) -> (…, m): one product of matrices, where ``@`` makes one for each leading index."""
+    return (t.reshape(-1, t.shape[-1]) @ table).reshape(*t.shape[:-1], table.shape[1])
+
+
 def trace(t: FloatArray) -> FloatArray:
     """Trace t_kk of Mandel vectors, (…, s) -> (…)."""
     return t[..., 0] + t[..., 1] + t[..., 2]
@@ -59,7 +64,7 @@ def trace(t: FloatArray) -> FloatArray:
 
 def deviator(t: FloatArray) -> FloatArray:
     """Deviator t - (t_kk / 3) 1 of Mandel vectors, (…, s) -> (…, s)."""
-    return t @ deviatoric_projector(t.shape[-1])
+    return contract(t, deviatoric_projector(t.shape[-1]))
 
 
 def norm(t: FloatArray) -> FloatArray:

@@ -21,6 +21,7 @@ from bipot.laws.hardening import Hardening
 from bipot.laws.tensors import (
     BoolArray,
     FloatArray,
+    contract,
     deviator,
     deviatoric_projector,
     equivalent_strain,
@@ -166,11 +167,14 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     return Returned(trial, stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 
-def _less_along(C: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
-    """C - factor N ⊗ N, with C (…, s, s) or (s, s), factor (…), N (…, s)."""
-    dyad = N[..., :, None] * N[..., None, :]
-    dyad *= factor[..., None, None]
-    return C - dyad
+def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
+    """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
+    size = N.shape[-1]
+    out = N[..., :, None] * N[..., None, :]
+    out *= -factor[..., None, None]
+    out += np.multiply.outer(deviatoric, deviatoric_projector(size))
+    out += _isotropic(bulk, 0.0, size)
+    return out
 
 
 def consistent_tangent(
@@ -182,12 +186,11 @@ def consistent_tangent(
     start of the increment); C^e where elastic. Positive semidefinite, since H >= 0.
     """
     trial, end = returned.trial, peeq + returned.dpeeq
-    size = trial.shape[-1]
     G, H = elasticity.shear, hardening.slope(end)
     q = np.where(returned.plastic, equivalent_stress(trial), 1.0)
     beta = np.where(returned.plastic, hardening.yield_stress(end) / q, 1.0)
-    C = (2.0 * G * beta)[..., None, None] * deviatoric_projector(size) + _isotropic(elasticity.bulk, 0.0, size)
-    return _less_along(C, 2.0 * G * (beta - H / (3.0 * G + H)), returned.direction)
+    factor = 2.0 * G * (beta - H / (3.0 * G + H))
+    return _moduli(elasticity.bulk, 2.0 * G * beta, factor, returned.direction)
 
 
 def continuum_tangent(
@@ -203,7 +206,7 @@ def continuum_tangent(
     active = plastic & (length > 0)
     N = np.divide(s, length[..., None], out=np.zeros(s.shape), where=active[..., None])
     G, H = elasticity.shear, hardening.slope(peeq)
-    return _less_along(elasticity.stiffness(s.shape[-1]), 6.0 * G**2 / (3.0 * G + H), N)
+    return _moduli(elasticity.bulk, np.full(length.shape, 2.0 * G), 6.0 * G**2 / (3.0 * G + H), N)
 
 
 @dataclass(frozen=True)
@@ -232,7 +235,7 @@ class VonMises:
 
     def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
         """Radial return of R σ_n Rᵀ + C^e : de."""
-        trial = rotated + strain @ self.elasticity.stiffness(strain.shape[-1])
+        trial = rotated + contract(strain, self.elasticity.stiffness(strain.shape[-1]))
         return radial_return(trial, peeq, self.elasticity, self.hardening)
 
     def tangent(self, rotated: FloatArray, returned: Returned, peeq: FloatArray, kind: TangentKind) -> FloatArray:
