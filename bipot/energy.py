@@ -28,9 +28,10 @@ from enum import Enum
 import numpy as np
 
 from bipot.fem.kinematics import Configuration, rotate
-from bipot.increment import Solved, System
+from bipot.increment import Solved
 from bipot.laws.tensors import trace
 from bipot.response import State
+from bipot.system import System
 
 
 class Rule(Enum):

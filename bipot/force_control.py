@@ -25,8 +25,9 @@ from scipy.optimize import brentq
 
 from bipot.carrying import Attempt
 from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number
-from bipot.increment import Solved, System
+from bipot.increment import Solved
 from bipot.response import State
+from bipot.system import System
 from bipot.typing import Floats
 
 
