@@ -135,11 +135,11 @@ class FlatTool:
 
 @dataclass(frozen=True)
 class Scene:
-    """One body, its supports and tools. ``copies`` says how many times the modelled part makes the whole body.
+    """One body, its supports and tools, if any. ``copies`` says how many times the modelled part makes the whole body.
 
     Raises:
         SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
-            the axis, no tool, a tool that can touch nothing, a coefficient at a node that is no candidate.
+            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate.
     """
 
     mesh: Mesh
@@ -154,7 +154,6 @@ class Scene:
 
     def __post_init__(self) -> None:
         self._check_types()
-        require(len(self.tools) > 0, "tools", self.tools, "at least one tool")
         require_count(self.copies, "copies")
         try:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
@@ -202,7 +201,7 @@ class Scene:
 
 
 def free_along(free: Bools, direction: Floats) -> Bools:
-    """Which nodes with free components (c, d) can move along ``direction`` (d,)."""
+    """Which nodes with free components (c, d) can move along ``direction`` (d,) or (c, d)."""
     return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
 
 
