@@ -22,6 +22,7 @@ from bipot.errors import (
     require_count,
     require_magnitude,
     require_number,
+    require_positive,
     require_tuple,
     require_type,
 )
@@ -229,11 +230,9 @@ def upsetting(
     >>> upsetting(mu=0.1).tools[0].travel
     (0.0, -2.25)
     """
-    for name, value in (("reduction", reduction), ("height", height), ("diameter", diameter), ("mu", mu)):
-        require_number(value, name)
+    require_number(reduction, "reduction")
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
-    require(0 < height < np.inf, "height", height, "finite and > 0")
-    require(0 < diameter < np.inf, "diameter", diameter, "finite and > 0")
+    require_positive(height=height, diameter=diameter)
     require_count(elements, "elements")
     punch = FlatTool(
         point=(0.0, height / 2),
