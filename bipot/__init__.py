@@ -30,8 +30,9 @@ from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Accepted, Control, Schedule, march
+from bipot.march import Accepted, Control, march
 from bipot.scene import FlatTool, Scene, Support, upsetting
+from bipot.schedule import Schedule
 
 __version__ = "0.1.0"
 

@@ -73,7 +73,7 @@ class Candidates:
     @cached_property
     def frames(self) -> Floats:
         """Normal and tangent (c, d, d) of each candidate: those of the tools, which do not turn."""
-        return frames(np.array([tool.normal for tool in self.scene.tools]))[self.tool]
+        return frames(_normals(self.scene))[self.tool]
 
     def distance(self, nodes: Floats, tau: float) -> Floats:
         """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``, good to its round-off."""
@@ -84,14 +84,14 @@ class Candidates:
 
     def travel(self, tau: float, tau_end: float) -> Floats:
         """Displacement (k, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
-        return np.array([tool.moved(tau, tau_end) for tool in self.scene.tools])
+        return np.array([tool.moved(tau, tau_end) for tool in self.scene.tools]).reshape(-1, 2)
 
     def reach(self, gap: Floats, tau: float, tau_end: float) -> float:
         """The longest travel of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
         ``gap`` (c,) is that at the end if the body rests.
         """
-        near = [bool((gap[mine] <= REACH * self.scene.mesh.size).any()) for mine in self._owned]
+        near = (self._owned & (gap <= REACH * self.scene.mesh.size)).any(axis=1)
         return float(norm(self.travel(tau, tau_end))[near].max(initial=0.0))
 
     def length(self, rows: ContactRows, x: Floats, tau: float, tau_end: float) -> float:
@@ -137,7 +137,7 @@ class Candidates:
         normal_rows, tangent_rows = self._operators
         moved = np.vecdot(self.frames, self.travel(tau, tau_end)[self.tool][:, None])
         mu = self.mu
-        welded = np.array([tool.welded for tool in self.scene.tools])[self.tool]
+        welded = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
         tied = welded & touches(gap, self.scene.mesh.size)
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
         return ContactRows(
@@ -195,23 +195,24 @@ def touches(gap: Floats, size: float) -> Bools:
 def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
     """Candidates (c,) near their tool, by the ``length`` of the increment, at its displacement x (n,), and those tied.
 
-    At least one, so that no program is without contact rows: an open one changes nothing.
+    At least one where there is any, so that programs have contact rows: an open one changes nothing.
     """
     gap = rows.gap + rows.G_n @ x
-    return (gap <= max(NEAR * length, float(gap.min()))) | rows.tied
+    return (gap <= max(NEAR * length, float(gap.min(initial=np.inf)))) | rows.tied
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
-    """Candidate nodes of every tool whose normal motion is free."""
-    node, owner, tangent_free, mu = [], [], [], []
-    for k, tool in enumerate(scene.tools):
-        mine = scene.mesh.boundary_nodes(*tool.candidates)
-        free = space.position[2 * mine[:, None] + np.arange(2)] >= 0
-        normal, tangent = frames(np.array(tool.normal))
-        movable = free_along(free, normal)
-        mine, free = mine[movable], free[movable]
-        node.append(mine)
-        owner.append(np.full(len(mine), k))
-        tangent_free.append(free_along(free, tangent))
-        mu.append(np.array([tool.mu_at.get(int(a), tool.mu) for a in mine], dtype=np.float64))
-    return Candidates(scene, space, *(np.concatenate(part) for part in (node, owner, tangent_free, mu)))
+    """Candidate nodes of every tool whose normal motion is free, tool by tool; none where there is no tool."""
+    owned = [scene.mesh.boundary_nodes(*tool.candidates) for tool in scene.tools]
+    node = np.concatenate([np.empty(0, np.intp), *owned])
+    tool = np.repeat(np.arange(len(owned)), np.array([len(nodes) for nodes in owned], np.intp))
+    mu = [scene.tools[k].mu_at.get(a, scene.tools[k].mu) for k, a in zip(tool.tolist(), node.tolist(), strict=True)]
+    normal, tangent = np.moveaxis(frames(_normals(scene))[tool], -2, 0)
+    free = space.position[2 * node[:, None] + np.arange(2)] >= 0
+    kept, tangent_free = free_along(free, normal), free_along(free, tangent)
+    return Candidates(scene, space, node[kept], tool[kept], tangent_free[kept], np.array(mu, dtype=np.float64)[kept])
+
+
+def _normals(scene: Scene) -> Floats:
+    """Normals (k, d) of the tools."""
+    return np.array([tool.normal for tool in scene.tools]).reshape(-1, 2)

@@ -37,10 +37,10 @@ def _blocked(system: System, tau: float) -> str | None:
 
 def _inside(system: System, state: State) -> str | None:
     """A body that carries nothing yet and is inside a tool."""
-    worst = int(np.argmin(state.gap))
-    depth = -float(state.gap[worst])
     if state.forces.any() or touches(-state.gap, system.body.scene.mesh.size).all():
         return None
+    worst = int(np.argmin(state.gap))
+    depth = -float(state.gap[worst])
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
     return (
         f"The body starts inside tools[{number}], node {node} by {depth:.3g}: "

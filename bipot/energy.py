@@ -27,8 +27,9 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.increment import Solved, System
+from bipot.increment import Solved
 from bipot.response import State
+from bipot.system import System
 
 
 class Rule(Enum):

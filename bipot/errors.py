@@ -113,6 +113,13 @@ def require_number(value: object, field: str) -> None:
         require(False, field, "a number of many digits", "one that a float can hold")
 
 
+def require_positive(**values: Any) -> None:
+    """Raise :class:`SceneError` unless the fields' values are numbers, finite and above zero."""
+    for field, value in values.items():
+        require_number(value, field)
+        require(0 < value < float("inf"), field, value, "finite and > 0")
+
+
 def require_magnitude(value: float, field: str, largest: float) -> None:
     """Raise :class:`SceneError` unless |``value``| is zero or from 1/``largest`` to ``largest``.
 

@@ -204,7 +204,9 @@ def append(group: Item, name: str, values: ArrayLike) -> None:
     """Append rows to an extensible dataset, made on first use with one append a chunk."""
     rows = np.asarray(values)
     if name not in group:
-        group.create_dataset(name, data=rows, maxshape=(None, *rows.shape[1:]), chunks=rows.shape)
+        # Of a scene without tools some have no columns, which no chunk may lack.
+        sizes = (None, *(size or None for size in rows.shape[1:]))
+        group.create_dataset(name, data=rows, maxshape=sizes, chunks=tuple(max(size, 1) for size in rows.shape))
         return
     data = group[name]
     start = data.shape[0]

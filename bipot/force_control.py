@@ -24,9 +24,10 @@ import numpy as np
 from scipy.optimize import brentq
 
 from bipot.carrying import Attempt
-from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number
-from bipot.increment import Solved, System
+from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number, require_positive
+from bipot.increment import Solved
 from bipot.response import State
+from bipot.system import System
 from bipot.typing import Floats
 
 
@@ -94,9 +95,8 @@ def press(
         NotConverged: an attempt failed, the path ended below the asked force, or the solves were used up.
     """
     require_count(tool, "tool", 0)
-    require_number(force, "force")
     require(0 <= tool < len(system.body.scene.tools), "tool", tool, f"below {len(system.body.scene.tools)}, >= 0")
-    require(0 < force < np.inf, "force", force, "finite and > 0")
+    require_positive(force=force)
     present = tool_force(system, state.forces, tool)
     require(present < force, "force", force, f"above the present {present:.6g}")
     search = _Search(system, force, solve, tool, how)

@@ -71,13 +71,17 @@ class Increment:
 
     @cached_property
     def units(self) -> Units:
-        """Displacements in tool travel, stresses in what can be reached of the yield stress, volume of a cube."""
+        """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
+
+        Expected is the travel of tools; where there is none that of the last increment, what would release the stress,
+        or a small part of the body's size.
+        """
         state, scene = self.start, self.system.body.scene
-        material, size = scene.material, scene.mesh.size
-        # Tools at rest leave no length of their own: then that of the last increment, or a small part of the body's.
-        length = self.reach or float(norm(state.displacement).max()) or LEAST_MOTION * size
-        reached = max(material.elasticity.young * length / size, float(norm(state.stress).max()))
-        return Units(length, size, min(float(material.yield_stress(0.0)), reached), size**3)
+        young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
+        moved = float(norm(state.displacement).max())
+        length = self.reach or moved or max(size * stress / young, LEAST_MOTION * size)
+        reached = max(young * length / size, stress)
+        return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the free displacements x (n,).

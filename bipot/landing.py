@@ -1,9 +1,10 @@
 r"""Landings located: an increment in which an open candidate closes is cut to the event.
 
-A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the tools'
-travel of the increment and it carries force at the end. Its gap g(tau) at the end of an increment solved from the
-same start to tau is known only while it stays open, so the root is approached from the open side: by the velocity that
-led to the start, then by the secant of the last two open trials, cut back where they overshoot.
+A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the
+increment's unit of length (:attr:`bipot.iterate.Increment.units`) and it carries force at the end. Its gap g(tau) at
+the end of an increment solved from the same start to tau is known only while it stays open, so the root is approached
+from the open side: by the velocity that led to the start, then by the secant of the last two open trials, cut back
+where they overshoot.
 The increment then ends at the event with the candidate still open by less than the tolerance, and the next one, which
 it spends closed, starts there. A candidate is located once in a scheduled increment, so cuts cannot pile up.
 """
@@ -30,7 +31,7 @@ FIRST_LOOK = 0.9
 class Locate:
     """How landings are located.
 
-    ``tolerance`` is the gap left at the event over the tools' travel of the uncut increment, ``solves`` the most
+    ``tolerance`` is the gap left at the event over the unit of length of the uncut increment, ``solves`` the most
     increments solved for one event. Events in the first or last ``margin`` of an increment leave it whole.
 
     Raises:
@@ -84,7 +85,7 @@ def locate(
     """
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
-    none = how.tolerance * increment.reach
+    none = how.tolerance * increment.units.length
     start_gap = state.gap
 
     def landings(found: Solved) -> Ints:

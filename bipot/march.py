@@ -15,7 +15,6 @@ from functools import partial
 import numpy as np
 
 from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.contact import candidates
 from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
 from bipot.errors import (
@@ -26,7 +25,6 @@ from bipot.errors import (
     UnsuitedForm,
     require,
     require_count,
-    require_number,
     require_tuple,
     require_type,
 )
@@ -36,69 +34,14 @@ from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
 from bipot.reason import Reason, ReasonKind
-from bipot.response import Body, State, body_space
+from bipot.response import State
 from bipot.scene import Scene
+from bipot.schedule import Schedule
 from bipot.starting import require_start
-from bipot.system import System
+from bipot.system import System, system_of
 from bipot.typing import Floats
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """Pseudo-times to land on: ``increments`` uniform ones after a start-up.
-
-    ``first`` is the size (in pseudo-time) of the ``settling`` equal start-up increments; the next grow by
-    ``growth`` up to the uniform size. ``first = 0`` means no start-up. ``landings`` are further pseudo-times to land
-    on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
-
-    Raises:
-        SceneError: a count below one, a start-up that does not fit into [0, 1), a landing outside (start-up, 1).
-    """
-
-    increments: int
-    first: float = 0.0
-    settling: int = 5
-    growth: float = 1.6
-    landings: tuple[float, ...] = ()
-
-    def __post_init__(self) -> None:
-        require_count(self.increments, "increments")
-        require_count(self.settling, "settling")
-        require_number(self.growth, "growth")
-        require_number(self.first, "first")
-        require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
-        object.__setattr__(self, "landings", tuple(self.landings))
-        require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
-        require(0 <= self.first, "first", self.first, ">= 0")
-        length = self.first * self.settling
-        require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
-        begin = self._start_up()[-1]
-        for landing in self.landings:
-            require_number(landing, "landing")
-            require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
-        require(len(set(self.landings)) == len(self.landings), "landings", self.landings, "different")
-
-    def times(self) -> list[float]:
-        """The scheduled pseudo-times, the last one exactly 1."""
-        times = self._start_up()
-        rest = 1 - times[-1]
-        for end in (*sorted(self.landings), 1.0):
-            count = max(1, round(self.increments * (end - times[-1]) / rest))
-            times += np.linspace(times[-1], end, count + 1)[1:].tolist()
-        return times[1:]
-
-    def _start_up(self) -> list[float]:
-        """Zero and the start-up's pseudo-times."""
-        start = [0.0]
-        if self.first > 0:
-            start += [self.first * k for k in range(1, self.settling + 1)]
-            size = self.first * self.growth
-            while size < (1 - start[-1]) / self.increments:
-                start.append(start[-1] + size)
-                size *= self.growth
-        return start
 
 
 @dataclass(frozen=True)
@@ -173,12 +116,6 @@ class Accepted:
         What was found after failures and cuts may be one of several exact answers to so long an increment.
         """
         return not self.solved.undetermined and not self.strayed
-
-
-def system_of(scene: Scene) -> System:
-    """Body and contact candidates of a scene."""
-    space = body_space(scene)
-    return System(Body(scene, space), candidates(scene, space))
 
 
 def march(

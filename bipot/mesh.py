@@ -15,7 +15,15 @@ import scipy.sparse as sp
 import skfem
 from scipy.sparse.csgraph import connected_components
 
-from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
+from bipot.errors import (
+    LARGEST_LENGTH,
+    require,
+    require_count,
+    require_magnitude,
+    require_number,
+    require_positive,
+    require_type,
+)
 from bipot.frozen import FrozenMap
 from bipot.typing import Bools, Floats, Ints, as_array, read_only
 
@@ -42,9 +50,8 @@ class Facets:
     @staticmethod
     def of(elements: Ints) -> Facets:
         """The edges of elements (e, 8): those of an element run anticlockwise, so neighbours run opposite ways."""
-        every = np.stack([elements[:, :4], elements[:, 4:], np.roll(elements[:, :4], -1, axis=1)], axis=2).reshape(
-            -1, 3
-        )
+        every = np.stack([elements[:, :4], elements[:, 4:], np.roll(elements[:, :4], -1, axis=1)], axis=2)
+        every = every.reshape(-1, ON_EDGE)
         _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
         count = np.bincount(place.ravel())
         forward = np.bincount(place.ravel(), weights=np.where(every[:, 0] < every[:, 2], 1, -1))
@@ -143,19 +150,19 @@ def cylinder(radius: float, height: float, n_r: int, n_z: int) -> Mesh:
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 8)
     """
-    _require_sizes(radius=radius, height=height)
+    require_positive(radius=radius, height=height)
     return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), ("axis", "side", "base", "top"))
 
 
 def block(width: float, height: float, n_x: int, n_y: int) -> Mesh:
     """Rectangle [0, width] x [0, height] with boundaries left, right, base, top."""
-    _require_sizes(width=width, height=height)
+    require_positive(width=width, height=height)
     return _rectangle((0.0, width), (0.0, height), (n_x, n_y), ("left", "right", "base", "top"))
 
 
 def ring(inner: float, outer: float, height: float, n_r: int, n_z: int) -> Mesh:
     """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top."""
-    _require_sizes(inner=inner, height=height)
+    require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
     return _rectangle((inner, outer), (0.0, height), (n_r, n_z), ("bore", "side", "base", "top"))
@@ -168,29 +175,14 @@ def _rectangle(
     for count, axis in zip(counts, ("first", "second"), strict=True):
         require_count(count, f"elements along the {axis} axis")
     quads = skfem.MeshQuad.init_tensor(np.linspace(*x, counts[0] + 1), np.linspace(*y, counts[1] + 1))
-    corners = quads.p.T
-    ends = quads.facets.T
-    nodes = np.vstack([corners, corners[ends].mean(axis=1)])
+    corners, ends = quads.p.T, quads.facets.T
+    middle = corners[ends].mean(axis=1)
     # scikit-fem numbers a tensor mesh's quads clockwise: reversed, the first reference axis is the first of space.
     elements = np.hstack([quads.t.T[:, [0, 3, 2, 1]], len(corners) + quads.t2f.T[:, ::-1]])
-    middle = nodes[len(corners) :]
-    on_side = {
-        names[0]: middle[:, 0] == x[0],
-        names[1]: middle[:, 0] == x[1],
-        names[2]: middle[:, 1] == y[0],
-        names[3]: middle[:, 1] == y[1],
-    }
-    boundaries = {}
-    for name, chosen in on_side.items():
-        edge = np.flatnonzero(chosen)
-        boundaries[name] = np.column_stack([ends[edge, 0], len(corners) + edge, ends[edge, 1]])
-    return Mesh(nodes, elements.astype(np.intp), boundaries)
-
-
-def _require_sizes(**sizes: float) -> None:
-    for name, value in sizes.items():
-        require_number(value, name)
-        require(0 < value < np.inf, name, value, "finite and > 0")
+    edges = np.insert(ends, 1, len(corners) + np.arange(len(ends)), axis=1)
+    sides = zip(names, (0, 0, 1, 1), (*x, *y), strict=True)
+    boundaries = {name: edges[middle[:, axis] == at] for name, axis, at in sides}
+    return Mesh(np.vstack([corners, middle]), elements.astype(np.intp), boundaries)
 
 
 def _require_near(nodes: Floats) -> None:

@@ -22,6 +22,7 @@ from bipot.errors import (
     require_count,
     require_magnitude,
     require_number,
+    require_positive,
     require_tuple,
     require_type,
 )
@@ -136,11 +137,11 @@ class FlatTool:
 
 @dataclass(frozen=True)
 class Scene:
-    """One body, its supports and tools. ``copies`` says how many times the modelled part makes the whole body.
+    """One body, its supports and tools, if any. ``copies`` says how many times the modelled part makes the whole body.
 
     Raises:
         SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
-            the axis, no tool, a tool that can touch nothing, a coefficient at a node that is no candidate.
+            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate.
     """
 
     mesh: Mesh
@@ -155,7 +156,6 @@ class Scene:
 
     def __post_init__(self) -> None:
         self._check_types()
-        require(len(self.tools) > 0, "tools", self.tools, "at least one tool")
         require_count(self.copies, "copies")
         try:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
@@ -205,7 +205,7 @@ class Scene:
 
 
 def free_along(free: Bools, direction: Floats) -> Bools:
-    """Which nodes with free components (c, d) can move along ``direction`` (d,)."""
+    """Which nodes with free components (c, d) can move along ``direction`` (d,) or (c, d)."""
     return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
 
 
@@ -233,11 +233,9 @@ def upsetting(
     >>> upsetting(mu=0.1).tools[0].travel
     (0.0, -2.25)
     """
-    for name, value in (("reduction", reduction), ("height", height), ("diameter", diameter), ("mu", mu)):
-        require_number(value, name)
+    require_number(reduction, "reduction")
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
-    require(0 < height < np.inf, "height", height, "finite and > 0")
-    require(0 < diameter < np.inf, "diameter", diameter, "finite and > 0")
+    require_positive(height=height, diameter=diameter)
     require_count(elements, "elements")
     punch = FlatTool(
         point=(0.0, height / 2),

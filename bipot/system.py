@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.contact import Candidates
+from bipot.contact import Candidates, candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
-from bipot.response import Body, State, rest
+from bipot.response import Body, State, body_space, rest
+from bipot.scene import Scene
 from bipot.typing import Floats
 
 
@@ -82,3 +83,9 @@ class System:
         """The state at rest."""
         scene = self.body.scene
         return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
+
+
+def system_of(scene: Scene) -> System:
+    """Body and contact candidates of a scene."""
+    space = body_space(scene)
+    return System(Body(scene, space), candidates(scene, space))

@@ -30,9 +30,10 @@ from bipot.forms import (
     Uzawa,
     contact_penalty,
 )
-from bipot.laws.hardening import Hardening, hardening_from_text, hardening_usage
+from bipot.laws.hardening import Hardening
 from bipot.march import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
+from studies.hardening_words import hardening_from_text, hardening_usage
 
 # First yield with friction defeats larger increments (fraction of the height).
 FIRST, SETTLING = 0.001, 5

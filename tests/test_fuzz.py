@@ -111,6 +111,41 @@ def test_what_a_stick_still_slips_is_not_multiplied_by_the_coefficient():
     assert fuzz_coulomb.law_error(stick, np.array([1.0, -0.5 + 1e-11])) == pytest.approx(1e-11, rel=0.2)
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_distance_to_exact_slip_is_a_planted_error_of_force_or_velocity(dim):
+    """Slip 3 along e under force 5: a force off the ray by 1e-3 is seen, and so is a velocity across, or a gap."""
+    e, mu = np.eye(dim - 1)[-1], np.array([0.5])
+    ray = np.append(1.0, -0.5 * e) / np.hypot(1.0, 0.5)
+    off = np.append(0.5, e) / np.hypot(1.0, 0.5)
+    slip, gap, none = np.append(0.0, 3 * e), np.eye(dim)[0], np.zeros(1)
+
+    def distance(force, velocity, along):
+        return fuzz_coulomb._off_slip(force[None], velocity[None], mu, along[None], none, none)[0]
+
+    assert distance(5 * ray, slip, slip[1:]) < 1e-15
+    wrong = 5 * ray + 1e-3 * off
+    for along in (slip[1:], -wrong[1:]):
+        assert distance(wrong, slip, along) == pytest.approx(1e-3, rel=1e-9)
+        assert distance(5 * ray, slip + 1e-3 * gap, along) == pytest.approx(1e-3, rel=1e-9)
+    assert distance(5 * ray, -slip, -ray[1:]) == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_direction_of_a_slip_too_small_to_have_one_multiplies_no_error(dim):
+    """A contact at the edge of its cone slips 1e-14 the wrong way: off by that, not by its force."""
+    mu, tiny = 0.5, -1e-14 * np.eye(dim - 1)[0]
+    force, velocity = np.append(1.0, -mu * np.eye(dim - 1)[0]), np.append(0.0, tiny)
+    none = np.zeros(1)
+    by_slip, by_friction = (
+        fuzz_coulomb._off_slip(force[None], velocity[None], np.array([mu]), along[None], none, none)[0]
+        for along in (tiny, -force[1:])
+    )
+    assert by_slip > 0.5
+    assert by_friction == pytest.approx(1e-14)
+    edge = posed(np.eye(dim), velocity - force, mu, dim)
+    assert fuzz_coulomb.law_error(edge, force) < 1e-14
+
+
 def test_a_discrete_answer_called_solved_that_is_not_is_wrong(monkeypatch):
     monkeypatch.setattr(fuzz_coulomb, "draw", lambda seed: posed(np.eye(2), [-1.0, 0.1], 0.3))
     assert fuzz_coulomb.judge_coulomb(0).outcome is Outcome.CERTIFIED

@@ -10,18 +10,10 @@ from hypothesis import strategies as st
 
 from bipot.errors import SceneError
 from bipot.laws import hardening
-from bipot.laws.hardening import CURVES as BY_NAME
-from bipot.laws.hardening import (
-    Hardening,
-    Linear,
-    Perfect,
-    Swift,
-    Tabulated,
-    Voce,
-    hardening_from_text,
-    hardening_usage,
-)
-from studies import upsetting, upsetting_case
+from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
+from studies import hardening_words, upsetting, upsetting_case
+from studies.hardening_words import CURVES as BY_NAME
+from studies.hardening_words import hardening_from_text, hardening_usage
 
 TABLE = Tabulated((0.0, 0.1, 0.35, 1.0), (300.0, 350.0, 350.0, 800.0))
 CURVES: list[Hardening] = [
@@ -143,10 +135,10 @@ CONTRIBUTING = Path(__file__).parents[1] / "CONTRIBUTING.md"
 
 def test_a_curve_as_contributing_prints_it_is_known_to_the_command_line(tmp_path, monkeypatch):
     """Its class and its line, nothing else: then the word is read, shown in the help and upset."""
-    monkeypatch.setattr(hardening, "CURVES", dict(BY_NAME))
+    monkeypatch.setattr(hardening_words, "CURVES", dict(BY_NAME))
     block = re.search(r"```python\n(.*?)```", CONTRIBUTING.read_text(encoding="utf-8"), re.DOTALL).group(1)
     assert len(block.splitlines()) <= 20
-    exec(compile(block, str(CONTRIBUTING), "exec"), vars(hardening) | {"__name__": hardening.__name__})
+    exec(compile(block, str(CONTRIBUTING), "exec"), vars(hardening) | vars(hardening_words))
     curve = hardening_from_text("ghosh:500,0.01,0.2,20")
     assert float(curve.yield_stress(0.09)) == pytest.approx(500 * 0.1**0.2 - 20)
     assert "ghosh:strength,offset,exponent,lost" in upsetting_case.parser().format_help().replace("\n", "")

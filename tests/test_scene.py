@@ -61,7 +61,6 @@ def reversed_mesh():
         (lambda: tool(travel=(0.0, float("nan"))), "tool.travel"),
         (lambda: tool(candidates=()), "tool.candidates"),
         (lambda: Support("base", 2), "support.direction = 2: must be 0 or 1"),
-        (lambda: scene(tools=()), "tools"),
         (lambda: scene(copies=0), "copies = 0"),
         (lambda: scene(tools=(tool(candidates=("lid",)),)), r"boundary = 'lid': must be one of \['axis', 'base'"),
         (lambda: scene(supports=(Support("floor", 1),)), "boundary = 'floor'"),

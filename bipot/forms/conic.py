@@ -97,8 +97,11 @@ class Tangent:
     def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> tuple[Floats, Floats] | None:
         """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
 
-        None in the first pass of an increment and through cvxpy, which poses every pass.
+        None in the first pass of an increment and through cvxpy, which poses every pass. Where nothing may touch, the
+        elimination has solved the program already.
         """
+        if not condensed.kept.size:
+            return np.zeros(0), r
         if state.distance is None or state.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
         units = state.units

@@ -40,7 +40,8 @@ class Optimiser(Enum):
 
     def minimise(self, program: PenaltyProgram, start: Floats) -> Minimum:
         """The minimiser of a dimensionless program; raises ProgramError."""
-        return _OPTIMISERS[self](program, start)
+        # Where nothing may touch, all face one linear system.
+        return (_OPTIMISERS[self] if program.contact.rows.count else newton)(program, start)
 
 
 def _stated(program: PenaltyProgram, start: Floats) -> Minimum:
@@ -144,11 +145,12 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     penetration of factor E/h on average. Tributary areas would do no better: they vanish at the axis.
 
     Raises:
-        SceneError: a factor that is not finite and positive.
+        SceneError: a factor that is not finite and positive, a scene without tools.
     """
     require_number(factor, "factor")
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
+    require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
     closed = touches(candidates.distance(scene.mesh.nodes, 0.0), scene.mesh.size)
     nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
     area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()

@@ -39,10 +39,12 @@ def reduce(program: TangentProgram) -> Reduced:
     """Eliminate the unknowns of a dense program.
 
     Raises:
-        UnsuitedForm: K is singular to working precision.
+        UnsuitedForm: K is singular to working precision, or there is no contact.
         ProgramError: a point is welded (a tie is not Coulomb's law).
     """
     rows = program.contact.rows
+    if not rows.count:
+        raise UnsuitedForm("nothing may touch the body: there is no contact problem")
     if rows.tied.any():
         raise ProgramError("a welded point has no place in a Coulomb problem: use another form for mu = inf")
     G, offset = _stacked(program)

@@ -50,7 +50,8 @@ class NaturalMap:
         rows = program.contact.rows
         G = np.vstack([rows.G_n.toarray(), rows.G_t.toarray()])
         offset = np.concatenate([rows.gap, rows.slip.ravel()])
-        return NaturalMap(rows, threshold, shift, G, offset, float(np.trace(np.asarray(program.K))) / len(program.f))
+        rho = float(np.trace(np.asarray(program.K))) / max(len(program.f), 1)
+        return NaturalMap(rows, threshold, shift, G, offset, rho)
 
     @property
     def shares(self) -> bool:
@@ -115,7 +116,7 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
     rows, n = program.contact.rows, len(x)
     best = current = np.concatenate([x, r[:, 0], r[rows.frictional, 1:].ravel()])
     least = np.inf
-    scale = max(float(np.abs(r).max(initial=0.0)), float(np.abs(program.f).max()), np.finfo(float).tiny)
+    scale = max(float(np.abs(r).max(initial=0.0)), float(np.abs(program.f).max(initial=0.0)), np.finfo(float).tiny)
     jacobian = np.empty((len(current), len(current)))
     jacobian[:n, :n], jacobian[:n, n:] = np.asarray(program.K), -natural.G.T
     compliance = YIELDING * natural.shares
@@ -123,7 +124,7 @@ def _newton(program: TangentProgram, natural: NaturalMap, x: Floats, r: Floats) 
         x, force = current[:n], current[n:]
         value, by_motion, by_r = natural.evaluate(natural.G @ x + natural.offset, force)
         residual = np.concatenate([program.K @ x - program.f - natural.G.T @ force, value])
-        error = float(np.abs(residual).max()) / scale
+        error = float(np.abs(residual).max(initial=0.0)) / scale
         # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
         # an open contact of a body without force must carry exactly none.
         if least <= EXACT and error >= least:

@@ -1,0 +1,50 @@
+"""One increment: what an observer sees of its passes, and where its first one starts."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bipot.forms import Cache, Newton
+from bipot.increment import Limits, _predicted
+from bipot.iterate import Increment
+from bipot.march import Control, Schedule, march, system_of
+from tests.scenes import scene, tool
+
+
+def test_an_observer_sees_what_every_pass_was_given_and_what_it_answered():
+    seen = []
+    step = next(march(scene(), Schedule(2), Control(Newton(), ()), observe=seen.append))
+    assert [trial.number for trial in seen] == list(range(1, step.passes + 1))
+    assert len(seen) > 1
+    assert not seen[0].iterate.x.any()
+    np.testing.assert_array_equal(seen[0].r, step.start.forces)
+    for before, after in pairwise(seen):
+        assert after.iterate is before.step.iterate
+        assert after.r is before.step.r
+        assert not np.array_equal(after.iterate.x, before.iterate.x)
+    for trial in seen:
+        again, _ = trial.form.step(trial.iterate, trial.r, trial.state)
+        np.testing.assert_array_equal(again.iterate.x, trial.step.iterate.x)
+        np.testing.assert_array_equal(again.r, trial.step.r)
+    assert seen[-1].step.iterate is step.solved.iterate
+    assert seen[-1].certificate == step.solved.certificate
+    assert max(seen[0].certificate.ratios(Limits().bounds).values()) > 1
+
+
+@pytest.mark.parametrize(("after", "predicted"), [(2.0, 1.0), (0.0, 0.0)], ids=["goes on", "turns back"])
+def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back(after, predicted):
+    """The same pressed state, before the second half of two paths; the first half has the velocity of the last."""
+    moving = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, after))),))
+    state = next(march(moving, Schedule(2), Control(Newton()))).state
+    assert state.forces.any()
+    system = system_of(moving)
+    going_on = (0.25 * state.velocity).ravel()[system.body.space.free]
+    found = _predicted(Increment(system, state, 0.75), Cache())
+    assert going_on.any()
+    np.testing.assert_array_equal(found, predicted * going_on)
+
+
+def test_nothing_is_predicted_from_rest():
+    system = system_of(scene())
+    assert not _predicted(Increment(system, system.rest(), 1.0), Cache()).any()
