@@ -24,7 +24,6 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
-from scipy.optimize import linprog
 
 from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
@@ -186,6 +185,9 @@ def openable(normal: Floats) -> tuple[Bools, Floats]:
     count, free = normal.shape
     if not free:
         return np.zeros(count, dtype=bool), np.zeros(0)
+    # scipy.optimize takes long to import, and most runs end without asking.
+    from scipy.optimize import linprog
+
     found = linprog(
         np.concatenate([np.zeros(free), -np.ones(count)]),
         A_ub=np.hstack([-normal, np.eye(count)]),

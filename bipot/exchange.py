@@ -1,4 +1,4 @@
-"""An accepted increment's contact problem for other codes: its condensed Coulomb problem, in physical units."""
+"""An accepted increment for other codes: its condensed Coulomb problem in physical units, its convex programs."""
 
 from __future__ import annotations
 
@@ -10,11 +10,16 @@ from numpy.typing import NDArray
 
 from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
+from bipot.errors import require
+from bipot.forms import Cache, Dissipation, Tangent
+from bipot.forms.conic import condensed_tangent
 from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import reduce
+from bipot.programs.dissipation import DissipationProgram
 from bipot.response import TangentKind
 
 
@@ -67,3 +72,22 @@ def export_fclib(path: Path, system: System, accepted: Accepted) -> None:
         description=f"condensed contact problem at tau = {accepted.state.tau:.6g}",
         solution={"u": found.problem.velocity(found.r), "r": found.r},
     )
+
+
+def conic_program(accepted: Accepted, form: Tangent | Dissipation) -> TangentProgram | DissipationProgram:
+    """The convex program of the pass by ``form`` that would follow an accepted increment's last.
+
+    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
+    exactly as that was solved: of all free unknowns (:class:`Dissipation`), or of those that contact rows touch
+    (:class:`Tangent`). It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
+    ``.force`` there, energies in their product. ``conic()`` is the standard form, ``statement()`` the same in cvxpy.
+
+    Raises:
+        SceneError: a form that poses no conic program.
+    """
+    require(isinstance(form, Tangent | Dissipation), "form", form, "Tangent(...) or Dissipation(...)")
+    iterate, r = accepted.solved.iterate, accepted.solved.r
+    state = form.init(iterate, r, Cache())
+    if isinstance(form, Dissipation):
+        return form.program(iterate, r, state)
+    return condensed_tangent(iterate, r, state, form.kind, Stopwatch()).program

@@ -18,9 +18,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -34,6 +33,9 @@ from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
 from bipot.typing import Floats
+
+if TYPE_CHECKING:
+    import h5py
 
 Parameters = Mapping[str, Any]
 # h5py types every item as group, dataset or datatype alike.
@@ -93,6 +95,9 @@ class RunFile:
 
 def create(path: Path, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
     """A new file without steps; ``parameters`` and ``units`` are stored as given."""
+    # h5py takes long to import, and only files need it.
+    import h5py
+
     file = h5py.File(path, "w", libver=("earliest", "v110"), locking=False)
     scene = system.body.scene
     _write_grid(file, scene.mesh)

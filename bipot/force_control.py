@@ -21,7 +21,6 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
 from bipot.carrying import Attempt
 from bipot.errors import NotConverged, UnboundedProgram, require, require_count, require_number, require_positive
@@ -182,6 +181,9 @@ class _Search:
             error = here.force / self.force - 1
             # Brent's method stops at a zero: all within the tolerance are.
             return 0.0 if abs(error) <= self.how.tolerance else error
+
+        # scipy.optimize takes long to import, and only a run led by a force searches.
+        from scipy.optimize import brentq
 
         least = 4 * np.finfo(float).eps
         tau, _ = brentq(missing, below.tau, above.tau, xtol=least * above.tau, rtol=least, full_output=True, disp=False)

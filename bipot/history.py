@@ -15,7 +15,6 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, TextIO
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
@@ -217,6 +216,9 @@ def _table(path: Path) -> tuple[list[str], list[list[str]]]:
 @contextmanager
 def _open(folder: Path) -> Iterator[Item]:
     """The file of fields; what it lacks is said as a :class:`ResultsError`."""
+    # h5py takes long to import, and only files need it.
+    import h5py
+
     path = folder / FIELDS
     try:
         with h5py.File(path, "r", locking=False) as file:

@@ -12,8 +12,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-import skfem
-from scipy.sparse.csgraph import connected_components
 
 from bipot.errors import (
     LARGEST_LENGTH,
@@ -174,6 +172,9 @@ def _rectangle(
     """Tensor mesh of Q8; ``names`` are those of the sides x0, x1, y0, y1."""
     for count, axis in zip(counts, ("first", "second"), strict=True):
         require_count(count, f"elements along the {axis} axis")
+    # scikit-fem takes long to import, and a mesh given by its arrays needs none of it.
+    import skfem
+
     quads = skfem.MeshQuad.init_tensor(np.linspace(*x, counts[0] + 1), np.linspace(*y, counts[1] + 1))
     corners, ends = quads.p.T, quads.facets.T
     middle = corners[ends].mean(axis=1)
@@ -230,6 +231,9 @@ def _require_facets(facets: Facets) -> None:
 
 def _require_one_part(elements: Ints) -> None:
     """Edges lead from the first element to every other: parts that touch in a corner, or not at all, move alone."""
+    # Only the making of a mesh asks for it: what merely imports the library need not load it.
+    from scipy.sparse.csgraph import connected_components
+
     middle = elements[:, 4:]
     owner = np.repeat(np.arange(len(elements)), 4)
     links = sp.coo_array((np.ones(owner.size), (owner, middle.ravel())), shape=(len(elements), int(middle.max()) + 1))

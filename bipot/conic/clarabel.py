@@ -15,7 +15,7 @@ import clarabel as _clarabel
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing, stacked
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require
 from bipot.typing import Floats, Ints
@@ -99,18 +99,18 @@ class Transferred:
         P, size = program.P, len(program.q)
         numbered = sp.csc_matrix((np.arange(P.nnz), P.indices, P.indptr), shape=(size, size))
         triangle = sp.csc_matrix(sp.triu(numbered, format="csc"))
-        rows = sp.csc_matrix(_stacked_pattern(program.rows, size))
-        upper, stacked = np.asarray(triangle.data, dtype=np.intp), np.asarray(rows.data, dtype=np.intp)
-        b = _right(program)
+        A, b = stacked(program.rows, size)
+        rows = sp.csc_matrix(sp.csr_matrix((np.arange(A.nnz), A.indices, A.indptr), shape=A.shape))
+        upper, places = np.asarray(triangle.data, dtype=np.intp), np.asarray(rows.data, dtype=np.intp)
         made = clarabel.DefaultSolver(
             sp.csc_matrix((_quadratic(program, upper), triangle.indices, triangle.indptr), shape=(size, size)),
             program.q,
-            sp.csc_matrix((_linear(program, stacked), rows.indices, rows.indptr), shape=(len(b), size)),
+            sp.csc_matrix((_linear(program, places), rows.indices, rows.indptr), shape=(len(b), size)),
             b,
             [cone for r in program.rows if r.count for cone in _cones(r)],
             solver.settings(accuracy),
         )
-        return Transferred(program, accuracy, solver, upper, stacked, made)
+        return Transferred(program, accuracy, solver, upper, places, made)
 
     def serves(self, program: ConicProgram, accuracy: Accuracy, solver: Clarabel) -> bool:
         """Whether ``program`` differs in its numbers only."""
@@ -166,14 +166,6 @@ def _answer(ready: Transferred, program: ConicProgram, started: float) -> ConicS
         answer.iterations,
         Timing(built - started, solved - built),
     )
-
-
-def _stacked_pattern(rows: tuple[Rows, ...], columns: int) -> sp.csr_matrix:
-    """All rows in one, their entries numbered."""
-    counts = np.concatenate([np.diff(r.A.indptr) for r in rows] or [np.zeros(0, np.intp)])
-    indices = np.concatenate([r.A.indices for r in rows] or [np.zeros(0, np.intp)])
-    indptr = np.concatenate([[0], np.cumsum(counts)])
-    return sp.csr_matrix((np.arange(len(indices)), indices, indptr), shape=(len(counts), columns))
 
 
 def _right(program: ConicProgram) -> Floats:

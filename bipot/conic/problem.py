@@ -6,19 +6,30 @@ A program in conic form is
 
 with each ``A_i x + b_i`` a block of rows of one kind of cone. Optimality: ``P x + q = sum_i A_i' z_i`` with
 ``z_i`` in the dual cone and orthogonal to the rows, so the duals of gap and slip rows *are* the contact forces.
+
+:meth:`ConicProgram.save` writes a program, with an answer if there is one, to a npz file of vectors for other solvers:
+P by columns and all rows A by rows (``_data``, ``_indices``, ``_indptr``), q, b; for each block of rows its name
+(``terms``), kind (``cones``, the values of :class:`Cone`), number of rows of one cone and of all (``widths``,
+``lengths``); for each block of variables its name and slice (``blocks``, ``starts``, ``stops``). An answer adds x, the
+duals z of all rows, what the solver claimed (``outcome``, ``iterations``, ``seconds``), ``optimum`` and ``residuals``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import astuple, dataclass, field, replace
 from enum import Enum
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.conic.file import Arrays, compressed, write
 from bipot.typing import Floats
+
+KIND = "bipot conic program 1"
+"""What a file of :meth:`ConicProgram.save` says it is."""
 
 
 class Cone(Enum):
@@ -66,6 +77,15 @@ class Rows:
         return len(self.b) // self.width
 
 
+def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
+    """(A, b) of blocks of rows, one below the other, with the entries that are stored."""
+    parts = [(r.A.data, r.A.indices, np.diff(r.A.indptr), r.b) for r in rows]
+    none = np.zeros(0), np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0)
+    data, indices, counts, b = (np.concatenate(each) for each in zip(none, *parts, strict=True))
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    return sp.csr_matrix((data, indices, ends), shape=(len(b), columns)), b
+
+
 @dataclass(frozen=True)
 class ConicProgram:
     """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
@@ -87,6 +107,25 @@ class ConicProgram:
         """Values of all rows, one after another, by their term: (m, width) each."""
         ends = np.cumsum([len(r.b) for r in self.rows])
         return {r.term: z[end - len(r.b) : end].reshape(-1, r.width) for r, end in zip(self.rows, ends, strict=True)}
+
+    def save(self, path: str | Path, answer: ConicSolution | None = None) -> None:
+        """Write the program, and an answer to it, for :func:`bipot.conic.stored.load` or any reader of npz files."""
+        A, b = stacked(self.rows, len(self.q))
+        rows, parts = self.rows, self.blocks.values()
+        arrays = {
+            **compressed("P", self.P),
+            "q": self.q,
+            **compressed("A", A),
+            "b": b,
+            "terms": np.array([str(r.term) for r in rows], dtype=np.str_),
+            "cones": np.array([r.cone.value for r in rows], dtype=np.str_),
+            "widths": np.array([r.width for r in rows], dtype=np.int64),
+            "lengths": np.array([len(r.b) for r in rows], dtype=np.int64),
+            "blocks": np.array([str(name) for name in self.blocks], dtype=np.str_),
+            "starts": np.array([part.start for part in parts], dtype=np.int64),
+            "stops": np.array([part.stop for part in parts], dtype=np.int64),
+        }
+        write(path, KIND, arrays if answer is None else {**arrays, **replace(answer, program=self).arrays()})
 
 
 @dataclass(frozen=True)
@@ -132,13 +171,37 @@ class ConicSolution:
         """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
         return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
 
-    def error(self) -> float:
-        """The largest of the three, each over the size of what it is a difference of."""
+    def dual_violation(self) -> float:
+        """Largest distance of a multiplier from its dual cone; those of equalities have none."""
+        bounded = [r for r in self.program.rows if r.cone is not Cone.ZERO]
+        return max((_excess(r, self.dual[r.term]) for r in bounded), default=0.0)
+
+    def residuals(self) -> Floats:
+        """The four measures above, each over the size of what it is a difference of."""
         balanced = max(float(np.abs(self.program.q).max(initial=0.0)), float(np.abs(self.program.P @ self.x).max()))
         offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
         terms = abs(float(self.x @ (self.program.P @ self.x))) + abs(float(self.program.q @ self.x))
-        measured = (self.dual_residual(), balanced), (self.primal_residual(), offset), (self.duality_gap(), terms)
-        return max(found / (size or 1.0) for found, size in measured)
+        force = max((float(np.abs(z).max(initial=0.0)) for z in self.dual.values()), default=0.0)
+        sizes = np.array([balanced, offset, terms, force])
+        found = np.array([self.dual_residual(), self.primal_residual(), self.duality_gap(), self.dual_violation()])
+        return found / np.where(sizes > 0, sizes, 1.0)
+
+    def error(self) -> float:
+        """The largest of the residuals."""
+        return float(self.residuals().max())
+
+    def arrays(self) -> Arrays:
+        """What a file holds of it."""
+        duals = [self.dual[r.term].ravel() for r in self.program.rows]
+        return {
+            "x": self.x,
+            "z": np.concatenate([np.zeros(0), *duals]),
+            "outcome": np.array([self.outcome.value], dtype=np.str_),
+            "iterations": np.array([self.iterations], dtype=np.int64),
+            "seconds": np.array(astuple(self.timing)),
+            "optimum": np.array([self.program.cost(self.x)]),
+            "residuals": self.residuals(),
+        }
 
 
 def _excess(rows: Rows, value: Floats) -> float:

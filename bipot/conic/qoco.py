@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing, stacked
 from bipot.conic.solver import Accuracy, unsolved
 from bipot.errors import require
 from bipot.typing import Floats
@@ -39,17 +39,17 @@ class Qoco:
 
         started = time.perf_counter()
         rows = [[r for r in program.rows if r.cone is cone and r.count] for cone in ORDER]
-        equal, bounded = _stacked(rows[0]), _stacked(rows[1] + rows[2])
+        equal, bounded = (stacked(group, len(program.q)) for group in (rows[0], rows[1] + rows[2]))
         widths = [width for r in rows[2] for width in [r.width] * r.count]
         solver: Any = qoco.QOCO()
         solver.setup(
             len(program.q),
-            0 if bounded is None else len(bounded[1]),
-            0 if equal is None else len(equal[1]),
+            len(bounded[1]),
+            len(equal[1]),
             program.P if program.P.nnz else None,
             program.q,
-            *((None, None) if equal is None else (-equal[0], equal[1])),
-            *((None, None) if bounded is None else (-bounded[0], bounded[1])),
+            *_negated(*equal),
+            *_negated(*bounded),
             sum(r.count for r in rows[1]),
             len(widths),
             np.array(widths, dtype=np.int32),
@@ -72,8 +72,6 @@ class Qoco:
         return ConicSolution(program, np.array(answer.x), dual, CLAIMS[answer.status], answer.iters, timing), None
 
 
-def _stacked(rows: list[Any]) -> tuple[sp.csc_matrix, Floats] | None:
-    """(A, b) of rows one below the other, None of none."""
-    if not rows:
-        return None
-    return sp.csc_matrix(sp.vstack([r.A for r in rows])), np.concatenate([r.b for r in rows])
+def _negated(A: sp.csr_matrix, b: Floats) -> tuple[sp.csc_matrix, Floats] | tuple[None, None]:
+    """(-A, b) by columns, as QOCO takes them; of no rows None."""
+    return (sp.csc_matrix(-A), b) if len(b) else (None, None)

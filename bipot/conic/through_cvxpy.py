@@ -31,10 +31,14 @@ class Stated:
     constraints: Mapping[str, cp.Constraint]
 
     def constant(self) -> float:
-        """What the statement's cost has beyond that of the conic program, which is 0 at x = 0."""
-        for variable in self.problem.variables():
+        """What the statement's cost has beyond that of the conic program, which is 0 at x = 0; values stay."""
+        kept = [(variable, variable.value) for variable in self.problem.variables()]
+        for variable, _ in kept:
             variable.value = np.zeros(variable.shape)
-        return float(np.asarray(self.problem.objective.value))
+        constant = float(np.asarray(self.problem.objective.expr.value))
+        for variable, value in kept:
+            variable.value = value
+        return constant
 
 
 @dataclass(frozen=True)

@@ -12,15 +12,17 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import IntEnum, StrEnum
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 from scipy import sparse
 
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
 from bipot.errors import BipotError
 from bipot.laws.tensors import FloatArray
+
+if TYPE_CHECKING:
+    import h5py
 
 
 class FclibError(BipotError):
@@ -66,6 +68,9 @@ def _form(file: h5py.File, path: Path) -> _Form:
 @contextmanager
 def _opened(path: str | Path) -> Iterator[h5py.File]:
     """The file for reading; what it lacks is said as an FclibError."""
+    # h5py takes long to import, and only files need it.
+    import h5py
+
     try:
         with h5py.File(path, "r") as file:
             yield file
@@ -142,6 +147,8 @@ def write_fclib(
 
     ``solution`` may hold u, r (and v), stored in `/solution`. Only ASCII text is kept exactly.
     """
+    import h5py
+
     with h5py.File(path, "w") as file:
         local = isinstance(problem, CoulombProblem)
         group = file.create_group(_Form.LOCAL if local else _Form.GLOBAL)

@@ -14,7 +14,7 @@ from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import linalg, optimize, sparse
+from scipy import linalg, sparse
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import ScaledProblem, scale
@@ -76,8 +76,11 @@ def polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Poly
 
 def _vertex(region: Polyhedron, cost: FloatArray) -> FloatArray | None:
     """A force of least cost, sharpened on the rows that are active there; None where there is none."""
+    # scipy.optimize takes long to import, and only small problems that a solver failed on come here.
+    from scipy.optimize import linprog
+
     options = {"primal_feasibility_tolerance": _FEASIBLE, "dual_feasibility_tolerance": _FEASIBLE}
-    found: Any = optimize.linprog(
+    found: Any = linprog(
         cost, region.G, region.g, region.E, region.e, bounds=(None, None), method="highs", options=options
     )
     if found.status != 0:

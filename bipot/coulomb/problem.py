@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
-from scipy.sparse import csgraph
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.errors import ProgramError, require, require_count
@@ -128,6 +127,9 @@ class CoulombProblem:
     @cached_property
     def groups(self) -> NDArray[np.intp]:
         """Number of the group that each contact belongs to, (c,): W couples no two groups."""
+        # Only a problem that is judged asks for it: what merely imports the library need not load it.
+        from scipy.sparse import csgraph
+
         entries = sparse.coo_array(self.W)
         pairs = entries.coords[0] // self.dim, entries.coords[1] // self.dim
         touching = sparse.coo_array((entries.data != 0, pairs), shape=(self.contacts, self.contacts))

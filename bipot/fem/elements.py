@@ -12,7 +12,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import skfem
 
 from bipot.typing import Floats
 
@@ -58,12 +57,17 @@ def radon7() -> tuple[Floats, Floats]:
 @cache
 def quad8(rule: Quadrature) -> Reference:
     """Eight-node serendipity quadrilateral at the points of ``rule``."""
+    # scikit-fem takes long to import and is asked once: where an element is tabulated.
+    import skfem
+
     return Reference.of(skfem.ElementQuadS2(), *_rule(rule))
 
 
 @cache
 def line3() -> Reference:
     """Three-node line (end, middle, end) with three Gauss points, for traction on edges."""
+    import skfem
+
     points, weights = np.polynomial.legendre.leggauss(3)
     return Reference.of(skfem.ElementLineP2(), (points[:, None] + 1) / 2, weights / 2, (0, 2, 1))
 

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as la
-from scipy.optimize import minimize
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
@@ -72,6 +71,9 @@ def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
 
 
 def _trust(psi: Whitened, y: Floats) -> Any:
+    # scipy.optimize takes long to import; no other form asks for it.
+    from scipy.optimize import minimize
+
     options = {"gtol": TOLERANCE, "maxiter": 500}
     stop = _Stalled(y)
     return minimize(
@@ -93,6 +95,8 @@ class _Stalled:
 
 
 def _lbfgs(psi: Whitened, y: Floats) -> Any:
+    from scipy.optimize import minimize
+
     options = {"gtol": TOLERANCE, "ftol": 0.0, "maxiter": 5000, "maxfun": 20000, "maxcor": 40}
     return minimize(psi.value, y, jac=psi.gradient, method="L-BFGS-B", options=options)
 

@@ -1,0 +1,81 @@
+"""A conic program read from the file that :meth:`ConicProgram.save` wrote, its answer measured again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read
+from bipot.conic.problem import KIND, Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+
+FIELDS = {
+    **dict.fromkeys(("P_data", "A_data", "q", "b"), "f"),
+    **dict.fromkeys(("P_indices", "P_indptr", "A_indices", "A_indptr", "widths", "lengths", "starts", "stops"), "i"),
+    **dict.fromkeys(("terms", "cones", "blocks"), "U"),
+}
+ANSWER = {**dict.fromkeys(("x", "z", "seconds", "optimum", "residuals"), "f"), "outcome": "U", "iterations": "i"}
+"""What a file holds of an answer beside the fields of a program; the letters are numpy's kinds of type."""
+
+REPEATED = 1e-12
+"""What two machines may differ by in a residual, which is relative: far below what solvers are asked."""
+
+
+def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
+    """The program of a file, which has no statement of its own, and the answer in it, None where there is none.
+
+    Raises:
+        FileError: the file is not one of :meth:`ConicProgram.save`, or its answer does not have the optimum and the
+            residuals that it is stored with, taken again here.
+    """
+    found = read(path, KIND, FIELDS, ANSWER)
+    try:
+        program = _program(found)
+        if "x" not in found:
+            return program, None
+        answer = _answer(program, found)
+    except (ValueError, TypeError) as failure:
+        raise FileError(f"{path} holds vectors that do not fit together: {failure}") from failure
+    for name, measured in (("optimum", [program.cost(answer.x)]), ("residuals", answer.residuals())):
+        stored = found[name]
+        if len(stored) != len(measured) or not np.allclose(measured, stored, rtol=1e-6, atol=REPEATED):
+            raise FileError(f"{path}: its answer has {name} {np.array(measured)}, stored is {stored}")
+    return program, answer
+
+
+def _program(found: Arrays) -> ConicProgram:
+    """Raises ValueError where the vectors do not fit together."""
+    q, b, widths, lengths = (found[name] for name in ("q", "b", "widths", "lengths"))
+    terms, cones = found["terms"].tolist(), [Cone(word) for word in found["cones"].tolist()]
+    _require((lengths >= 0).all() and lengths.sum() == len(b), "lengths", lengths)
+    _require((widths >= 1).all() and len(widths) == len(lengths) and not (lengths % widths).any(), "widths", widths)
+    _require(len(set(terms)) == len(terms), "terms", terms)
+    starts, stops = found["starts"], found["stops"]
+    _require(len(starts) == len(stops) and (0 <= starts).all() and (starts <= stops).all(), "starts", starts)
+    _require((stops <= len(q)).all(), "stops", stops)
+    A = by_rows(found, "A", (len(b), len(q)))
+    ends = np.cumsum(lengths)
+    rows = tuple(
+        Rows(term, cone, sp.csr_matrix(A[end - length : end]), b[end - length : end], width)
+        for term, cone, width, length, end in zip(
+            terms, cones, widths.tolist(), lengths.tolist(), ends.tolist(), strict=True
+        )
+    )
+    parts = map(slice, starts.tolist(), stops.tolist())
+    blocks = dict(zip(found["blocks"].tolist(), parts, strict=True))
+    return ConicProgram(by_columns(found, "P", (len(q), len(q))), q, rows, blocks)
+
+
+def _answer(program: ConicProgram, found: Arrays) -> ConicSolution:
+    """Raises ValueError where the vectors do not fit the program."""
+    x, z, seconds = found["x"], found["z"], found["seconds"]
+    _require(len(x) == len(program.q), "x", x)
+    _require(len(z) == len(found["b"]), "z", z)
+    (outcome,), (iterations,) = found["outcome"].tolist(), found["iterations"].tolist()
+    return ConicSolution(program, x, program.split(z), Outcome(outcome), iterations, Timing(*seconds.tolist()))
+
+
+def _require(fits: bool | np.bool_, name: str, value: object) -> None:
+    if not fits:
+        raise ValueError(f"{name} = {value!s:.80}")
