@@ -15,12 +15,11 @@ from bipot.laws.coulomb import (
     dual_cone_violation,
     incremental_bipotential,
     natural_map,
-    project_cone,
-    project_disc,
     satisfies_inverse_law,
     satisfies_law,
     status,
 )
+from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc
 
 quick = settings(deadline=None, derandomize=True, max_examples=80)
 both_dimensions = pytest.mark.parametrize("d", [2, 3])
@@ -166,6 +165,31 @@ def test_disc_projection_is_the_nearest_point(d, data, radius):
     np.testing.assert_allclose(project_disc(p, radius), p, rtol=1e-15, atol=1e-300)
     assert np.all(np.sum((t - p) * (q - p), axis=-1) <= 1e-12)
     assert np.all(np.linalg.norm(p - q, axis=-1) <= np.linalg.norm(t - other, axis=-1) * (1 + 1e-13) + 1e-14)
+
+
+@both_dimensions
+@quick
+@given(st.integers(0, 10_000))
+def test_slopes_are_the_derivatives_of_the_projections(d, seed):
+    """By point, by radius and on the cone, where they have one."""
+    rng, h = np.random.default_rng(seed), 1e-6
+    r, along, mu = rng.normal(size=(6, d)), rng.normal(size=(6, d)), rng.uniform(0.0, 2.0, 6)
+    t, s = r[:, 1:], np.abs(r[:, 0])
+    disc = DiscSlope.at(t, s)
+    ahead, behind = (project_disc(t + k * along[:, 1:], s + k * along[:, 0]) for k in (h, -h))
+    slope = np.einsum("cij,cj->ci", disc.by_point, along[:, 1:]) + disc.by_radius * along[:, :1]
+    np.testing.assert_allclose(slope, (ahead - behind) / (2 * h), atol=1e-5)
+    ahead, behind = (project_cone(r + k * along, mu) for k in (h, -h))
+    np.testing.assert_allclose(np.einsum("cij,cj->ci", cone_slope(r, mu), along), (ahead - behind) / (2 * h), atol=1e-5)
+
+
+def test_slopes_on_points_without_room():
+    """A disc of radius 0 moves with its radius alone, a glued one (inf) not at all; frictionless cones are rays."""
+    disc = DiscSlope.at(np.array([[0.0, 0.0], [3.0, 4.0], [3.0, 4.0]]), np.array([0.0, 0.0, np.inf]))
+    np.testing.assert_array_equal(disc.by_point, [np.zeros((2, 2)), np.zeros((2, 2)), np.eye(2)])
+    np.testing.assert_allclose(disc.by_radius, [[0.0, 0.0], [0.6, 0.8], [0.0, 0.0]])
+    ray = cone_slope(np.array([[1.0, 0.0], [1.0, 2.0], [-1.0, 0.0]]), np.zeros(3))
+    np.testing.assert_array_equal(ray, [np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), np.zeros((2, 2))])
 
 
 @both_dimensions

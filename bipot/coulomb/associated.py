@@ -18,7 +18,7 @@ from bipot.coulomb.functions import ConeMap
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import scale
 from bipot.errors import require
-from bipot.laws import coulomb
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray
 
 _SYMMETRIC = 1e-6
@@ -40,7 +40,7 @@ class AssociatedSolution:
         """|r - P_K(r - ρ u)| / max(ρ |q|, |r|), ρ = d c / trace W: the relaxation's own optimality."""
         p = self.problem
         r, u = p.by_contact(self.r), p.by_contact(self.u)
-        error = r - coulomb.project_cone(r - p.force_scale * u, p.mu)
+        error = r - project_cone(r - p.force_scale * u, p.mu)
         size = max(p.force_scale * float(np.linalg.norm(p.q)), float(np.linalg.norm(r)))
         return float(np.linalg.norm(error)) / size if size else 0.0
 

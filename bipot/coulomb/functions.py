@@ -12,7 +12,8 @@ import numpy as np
 
 from bipot.errors import require
 from bipot.laws import coulomb
-from bipot.laws.tensors import FloatArray, norm
+from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
+from bipot.laws.tensors import FloatArray
 
 
 class Linearised(NamedTuple):
@@ -35,28 +36,13 @@ class ContactFunction(Protocol):
         ...
 
 
-def _unit(t: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(|t|, t/|t|), the direction 0 where t = 0."""
-    length = norm(t)
-    return length, np.divide(t, length[:, None], out=np.zeros(t.shape), where=length[:, None] > 0)
-
-
-def _outer(a: FloatArray, b: FloatArray) -> FloatArray:
-    return a[:, :, None] * b[:, None, :]
-
-
-def _disc_projection(y: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(y_n)+ and P_B(limit)(y_t), (c, d), and the derivative for fixed limit (c,); none where the limit is
-    0."""
-    d = y.shape[1]
-    closed = y[:, 0] > 0
-    length, t = _unit(y[:, 1:])
-    stick = (length <= limit) & (limit > 0)
-    shrink = np.where(stick, 1.0, np.divide(limit, length, out=np.zeros(length.shape), where=length > 0))
-    P = np.zeros((len(y), d, d))
-    P[:, 0, 0] = closed
-    P[:, 1:, 1:] = shrink[:, None, None] * (np.eye(d - 1) - ~stick[:, None, None] * _outer(t, t))
-    return np.column_stack([np.where(closed, y[:, 0], 0.0), shrink[:, None] * y[:, 1:]]), P
+def _disc_projection(y: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray, DiscSlope]:
+    """(y_n)+ and P_B(limit)(y_t), (c, d), its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
+    slope = DiscSlope.at(y[:, 1:], limit)
+    P = np.zeros((*y.shape, y.shape[1]))
+    P[:, 0, 0] = y[:, 0] > 0
+    P[:, 1:, 1:] = slope.by_point
+    return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)]), P, slope
 
 
 @dataclass(frozen=True)
@@ -76,36 +62,15 @@ class AlartCurnier:
         """F (c, d)."""
         y = r - self.step * u
         n = np.maximum(y[:, 0], 0.0)
-        return r - np.column_stack([n, coulomb.project_disc(y[:, 1:], mu * n)])
+        return r - np.column_stack([n, project_disc(y[:, 1:], mu * n)])
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
         """F and its derivatives; on a kink the open branch wins over the closed, stick over slip."""
         y = r - self.step * u
         limit = mu * np.maximum(y[:, 0], 0.0)
-        projected, P = _disc_projection(y, limit)
-        outside = (norm(y[:, 1:]) > limit) & (limit > 0)
-        P[:, 1:, 0] = (outside * mu)[:, None] * _unit(y[:, 1:])[1]
+        projected, P, slope = _disc_projection(y, limit)
+        P[:, 1:, 0] = (mu * (y[:, 0] > 0))[:, None] * slope.by_radius
         return Linearised(r - projected, self.step * P, np.eye(r.shape[1]) - P)
-
-
-def _cone_projection(z: FloatArray, mu: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """P_K(z) (c, d) and its generalised derivative (c, d, d)."""
-    d = z.shape[1]
-    length, t = _unit(z[:, 1:])
-    # The sign counts where mu = 0 and z_t = 0.
-    inside = (length <= mu * z[:, 0]) & (z[:, 0] >= 0)
-    polar = ~inside & (mu * length <= -z[:, 0])
-    share = 1.0 / (1.0 + mu**2)
-    height = (z[:, 0] + mu * length) * share
-    ray = np.column_stack([np.ones(len(z)), mu[:, None] * t])
-    P = share[:, None, None] * _outer(ray, ray)
-    across = np.divide(mu * height, length, out=np.zeros(length.shape), where=length > 0)
-    P[:, 1:, 1:] += across[:, None, None] * (np.eye(d - 1) - _outer(t, t))
-    P[inside] = np.eye(d)
-    # Without friction the cone is a ray: it has no inside, and nothing tangential passes.
-    P[inside & (mu == 0), 1:, 1:] = 0.0
-    P[polar] = 0.0
-    return coulomb.project_cone(z, mu), P
 
 
 @dataclass(frozen=True)
@@ -123,11 +88,11 @@ class NaturalMap:
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
         """F and its derivatives; |u_t| has derivative 0 at u_t = 0."""
-        projected, P = _cone_projection(r - self.step * coulomb.de_saxce_shift(u, mu), mu)
-        identity = np.eye(r.shape[1])
+        y = r - self.step * coulomb.de_saxce_shift(u, mu)
+        P, identity = cone_slope(y, mu), np.eye(r.shape[1])
         shift = np.broadcast_to(identity, P.shape).copy()
-        shift[:, 0, 1:] = mu[:, None] * _unit(u[:, 1:])[1]
-        return Linearised(r - projected, self.step * (P @ shift), identity - P)
+        shift[:, 0, 1:] = mu[:, None] * unit(u[:, 1:])
+        return Linearised(r - project_cone(y, mu), self.step * (P @ shift), identity - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,12 +101,12 @@ class ConeMap:
 
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d)."""
-        return r - coulomb.project_cone(r - u, mu)
+        return r - project_cone(r - u, mu)
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
         """F and its derivatives."""
-        projected, P = _cone_projection(r - u, mu)
-        return Linearised(r - projected, P, np.eye(r.shape[1]) - P)
+        P = cone_slope(r - u, mu)
+        return Linearised(self.value(r, u, mu), P, np.eye(r.shape[1]) - P)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,10 +119,10 @@ class TrescaMap:
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d); mu is not used."""
         y = r - u
-        return r - np.column_stack([np.maximum(y[:, 0], 0.0), coulomb.project_disc(y[:, 1:], self.threshold)])
+        return r - np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], self.threshold)])
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Linearised:
         """F and its derivatives."""
         y = r - u
-        projected, P = _disc_projection(y, self.threshold)
+        projected, P, _ = _disc_projection(y, self.threshold)
         return Linearised(r - projected, P, np.eye(r.shape[1]) - P)

@@ -17,6 +17,7 @@ from bipot.coulomb.problem import columns
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
 from bipot.laws import coulomb
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray
 
 
@@ -111,9 +112,9 @@ class GaussSeidel:
         new = old
         for _ in range(self.local):
             u = free + np.einsum("cij,cj->ci", colour.blocks, new - old)
-            new = coulomb.project_cone(new - colour.step[:, None] * coulomb.de_saxce_shift(u, colour.mu), colour.mu)
+            new = project_cone(new - colour.step[:, None] * coulomb.de_saxce_shift(u, colour.mu), colour.mu)
         relaxed = old + self.relaxation * (new - old)
-        r[colour.dofs] = new if self.relaxation == 1 else coulomb.project_cone(relaxed, colour.mu)
+        r[colour.dofs] = new if self.relaxation == 1 else project_cone(relaxed, colour.mu)
 
     def step(self, problem: ScaledProblem, state: SweepState) -> SweepState:
         """``sweeps`` sweeps over all colours."""

@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.coulomb.problem import CoulombProblem
-from bipot.laws import coulomb
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray, norm
 
 _EPS, _TIE = float(np.finfo(np.float64).eps), 1.0 + 1e-9
@@ -71,7 +71,7 @@ def nearest_law(r: FloatArray, u: FloatArray, mu: FloatArray) -> Nearest:
     [0.1, 0.0]
     """
     slip = np.minimum(_slip_distance(r, u, mu, _direction(u[:, 1:])), _slip_distance(r, u, mu, _direction(-r[:, 1:])))
-    stick = np.hypot(norm(u), norm(r - coulomb.project_cone(r, mu)))
+    stick = np.hypot(norm(u), norm(r - project_cone(r, mu)))
     opened = np.hypot(norm(r), np.minimum(u[:, 0], 0.0))
     # Where branches tie, the one of least load, but never open: a violated gap must not hide behind its clearance.
     # Ties are common (forces outside the cone, a gap violated without a force), so round-off must not decide them.

@@ -12,7 +12,7 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution
 from bipot.coulomb.solver import Limits, run
-from bipot.laws import coulomb
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray
 
 
@@ -52,7 +52,7 @@ def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     rng = np.random.default_rng(0)
     random = [rng.normal(size=(problem.contacts, problem.dim)) * size for _ in range(count)]
     guesses = [problem.by_contact(stick), *random]
-    return [np.zeros(problem.size), *(coulomb.project_cone(r, problem.mu).ravel() for r in guesses)]
+    return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
 
 
 def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
 from bipot.laws import coulomb
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray
 
 _SHRINK, _GROW = 2.0 / 3.0, 1.5
@@ -77,4 +78,4 @@ def _shifted(problem: ScaledProblem, r: FloatArray) -> FloatArray:
 
 
 def _projected(problem: ScaledProblem, r: FloatArray) -> FloatArray:
-    return coulomb.project_cone(problem.by_contact(r), problem.mu).ravel()
+    return project_cone(problem.by_contact(r), problem.mu).ravel()

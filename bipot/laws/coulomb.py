@@ -16,6 +16,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import BoolArray, FloatArray, norm
 
 Friction = FloatArray | float
@@ -54,37 +55,6 @@ def dual_cone_violation(u: FloatArray, mu: Friction) -> FloatArray:
     u_n, u_t = u[..., 0], norm(u[..., 1:])
     glued = np.maximum(u_t, -u_n)
     return np.maximum(np.where(np.isinf(mu), glued, _finite(mu) * u_t - u_n), 0.0)
-
-
-def project_cone(r: FloatArray, mu: Friction) -> FloatArray:
-    """Nearest point of K_mu (15), (…, d) -> (…, d).
-
-    r inside; 0 in the polar cone mu |r_t| <= -r_n; else n (1, mu r_t/|r_t|), n = (r_n + mu |r_t|)/(1 + mu²).
-
-    >>> project_cone(np.array([[1.0, 3.0], [-3.0, 1.0]]), 1.0).tolist()
-    [[2.0, 2.0], [0.0, 0.0]]
-    """
-    r_n, r_t, m = r[..., 0], r[..., 1:], _finite(mu)
-    length = norm(r_t)
-    n = np.maximum((r_n + m * length) / (1.0 + m * m), 0.0)
-    inside = (length <= _limit(r_n, mu)) & (r_n >= 0)
-    glued = np.isinf(mu)
-    shrink = np.divide(m * n, length, out=np.zeros(length.shape), where=length > 0)
-    keep_t = inside | glued
-    normal = np.where(inside, r_n, n)
-    return np.concatenate([normal[..., None], np.where(keep_t, 1.0, shrink)[..., None] * r_t], axis=-1)
-
-
-def project_disc(t: FloatArray, radius: FloatArray | float) -> FloatArray:
-    """Nearest point of the disc |t| <= radius, (…, d-1) -> (…, d-1); radius >= 0, inf allowed.
-
-    >>> project_disc(np.array([[3.0, 4.0]]), 1.0).round(12).tolist()
-    [[0.6, 0.8]]
-    """
-    length = norm(t)
-    outside = length > radius
-    shrink = np.divide(radius, length, out=np.ones(length.shape), where=outside)
-    return shrink[..., None] * t
 
 
 def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -> FloatArray:

@@ -26,8 +26,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bipot.errors import require
-from bipot.laws.coulomb import project_disc
-from bipot.laws.tensors import FloatArray, norm
+from bipot.laws.projections import DiscSlope, project_disc
+from bipot.laws.tensors import FloatArray
 
 
 @dataclass(frozen=True)
@@ -99,12 +99,7 @@ def tangential_potential(du_t: FloatArray, t_t0: FloatArray, threshold: FloatArr
     x = _trial(du_t, t_t0, k)
     t_t = project_disc(x, threshold)
     value = np.sum(t_t * x - 0.5 * t_t**2 - 0.5 * np.square(t_t0), axis=-1) / k
-    length = norm(x)
-    slides = length > threshold
-    shrink = np.divide(threshold, length, out=np.ones(length.shape), where=slides)
-    along = np.divide(x, length[..., None], out=np.zeros(x.shape), where=slides[..., None])
-    across = np.eye(x.shape[-1]) - along[..., :, None] * along[..., None, :]
-    return Envelope(value, -t_t, (k * shrink)[..., None, None] * across)
+    return Envelope(value, -t_t, k[..., None, None] * DiscSlope.at(x, threshold).by_point)
 
 
 def fictitious_increments(

@@ -18,8 +18,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
 from bipot.conic.problem import Outcome, Timing
-from bipot.laws.coulomb import project_disc
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
+from bipot.laws.projections import project_disc
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units

@@ -21,8 +21,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
-from bipot.laws.coulomb import project_disc
-from bipot.laws.tensors import norm
+from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.typing import Floats
@@ -103,7 +102,7 @@ def _linearised(program: PenaltyProgram, x: Floats, r: Floats) -> tuple[Floats, 
     room = np.maximum(terms.start_gap, 0) + du[:, 0]
     y = r[:, 0] - rho_n * (room + (r[:, 0] - terms.t_0[:, 0]) / terms.k_n)
     z = r[f, 1:] - rho_t * (du[f, 1:] + (r[f, 1:] - terms.t_0[f, 1:]) / terms.k_t)
-    M = _projection_slope(z, terms.threshold)
+    M = DiscSlope.at(z, terms.threshold).by_point
     A = np.eye(z.shape[1]) - M + rho_t / terms.k_t * M
     closed = y > 0
     now = np.zeros_like(r)
@@ -129,17 +128,6 @@ def _scales(program: PenaltyProgram) -> tuple[float, float]:
     """rho for normal and tangential rows: the mean stiffness, at most the penalty."""
     mean = float(program.K.diagonal().mean())
     return min(mean, program.contact.k_n), min(mean, program.contact.k_t)
-
-
-def _projection_slope(z: Floats, radius: Floats) -> Floats:
-    """Derivative (f, w, w) of the projection on the disc: I inside, s/|z| (I - u u') outside."""
-    length: Floats = norm(z)
-    slides = length > radius
-    size = np.where(slides, length, 1.0)
-    unit = np.where(slides, 1 / size, 0.0)[:, None] * z
-    shrink: Floats = np.where(slides, radius / size, 1.0)
-    across: Floats = np.eye(z.shape[1]) - unit[:, :, None] * unit[:, None, :]
-    return np.einsum("f,fij->fij", shrink, across)
 
 
 def _searches(program: PenaltyProgram, best: _Best) -> None:

@@ -13,6 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.laws.projections import DiscSlope, unit
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.typing import Bools, Floats
@@ -32,15 +33,13 @@ class Deadband:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of c contacts: ``closed`` and ``slides`` (c,), sliding direction y/|y| (c, d-1) and mu r_n / |y| (c,).
+    """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of radius mu r_n at y, outside of which it slides.
 
     ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
     """
 
     closed: Bools
-    slides: Bools
-    direction: Floats
-    shrink: Floats
+    disc: DiscSlope
     mu: Floats
     scale: Floats
 
@@ -65,44 +64,44 @@ class Pieces:
         length = norm(y)
         radius = mu * np.maximum(r[:, 0], 0.0)
         slides = ~(rows.tied & rows.rubs) & (~closed | (length > radius) | (mu == 0))
-        safe = np.where(length > 0, length, 1.0)
-        return Pieces(closed, slides, y / safe[:, None], np.where(slides & closed, mu * r[:, 0] / safe, 0.0), mu, scale)
+        drag = np.divide(mu * r[:, 0], length, out=np.zeros(rows.count), where=slides & closed & (length > 0))
+        return Pieces(closed, DiscSlope(slides, unit(y), drag), mu, scale)
 
     def same(self, other: Pieces) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
-        slip = self.closed & self.slides & (self.mu > 0)
+        ours, theirs = self.disc, other.disc
+        slip = self.closed & ours.slides & (self.mu > 0)
         return (
             np.array_equal(self.closed, other.closed)
-            and np.array_equal(self.slides[self.closed], other.slides[self.closed])
-            and bool(np.all(np.abs(self.direction[slip] - other.direction[slip]) < 1e-9))
+            and np.array_equal(ours.slides[self.closed], theirs.slides[self.closed])
+            and bool(np.all(np.abs(ours.direction[slip] - theirs.direction[slip]) < 1e-9))
         )
 
     def value(self, motion: Floats, r: Floats) -> Floats:
         """What must vanish (c, d), in units of force."""
         out = np.empty_like(r)
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
-        dragged = np.where(self.closed, self.mu * r[:, 0], 0.0)[:, None] * self.direction
-        out[:, 1:] = np.where(self.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
+        dragged = np.where(self.closed, self.mu * r[:, 0], 0.0)[:, None] * self.disc.direction
+        out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
         return out
 
     @cached_property
     def by_motion(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to motion."""
-        out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
+        out = self._zeros()
         out[:, 0, 0] = self.scale * self.closed
-        out[:, 1:, 1:] = self.scale[:, None, None] * self._projector()
+        out[:, 1:, 1:] = self.scale[:, None, None] * self.disc.by_point
         return out
 
     @cached_property
     def by_force(self) -> Floats:
         """Derivative (c, d, d) of :meth:`value` with respect to r."""
-        out = np.zeros((len(self.mu), 1 + self.direction.shape[1], 1 + self.direction.shape[1]))
+        out = self._zeros()
         out[:, 0, 0] = ~self.closed
-        out[:, 1:, 0] = -(self.mu * (self.closed & self.slides))[:, None] * self.direction
-        out[:, 1:, 1:] = np.eye(self.direction.shape[1]) - self._projector()
+        out[:, 1:, 0] = -(self.mu * self.closed)[:, None] * self.disc.by_radius
+        out[:, 1:, 1:] = np.eye(out.shape[1] - 1) - self.disc.by_point
         return out
 
-    def _projector(self) -> Floats:
-        """dP/dy of the projection on the disc (c, d-1, d-1): identity where it sticks."""
-        across = np.eye(self.direction.shape[1]) - self.direction[:, :, None] * self.direction[:, None, :]
-        return np.where(self.slides[:, None, None], self.shrink[:, None, None] * across, np.eye(across.shape[1]))
+    def _zeros(self) -> Floats:
+        width = 1 + self.disc.direction.shape[1]
+        return np.zeros((len(self.mu), width, width))

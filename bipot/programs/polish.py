@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.laws.coulomb import project_disc
+from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
 from bipot.programs.shifted import shifted_map
@@ -81,21 +81,16 @@ class NaturalMap:
         frictional = self.rows.frictional
         radius = self.rows.threshold(r[:c, None]) if self.threshold is None else self.threshold
         y = trial[c:].reshape(-1, width)
-        length = np.linalg.norm(y, axis=1)
-        slides = length > radius
-        radius = np.where(slides, radius, 0.0)
-        unit = y / np.where(slides, length, 1.0)[:, None]
-        value[c:] = r[c:] - np.where(slides[:, None], project_disc(y, radius), y).ravel()
-        shrink = np.where(slides, radius / np.where(slides, length, 1.0), 1.0)
-        M = shrink[:, None, None] * (np.eye(width) - slides[:, None, None] * unit[:, :, None] * unit[:, None, :])
+        slope = DiscSlope.at(y, radius)
+        value[c:] = r[c:] - project_disc(y, radius).ravel()
+        M = slope.by_point
         rows = c + np.arange(len(y) * width).reshape(-1, width)
         i, j = rows[:, :, None], rows[:, None, :]
         by_motion[i, j] = self.rho * M
         by_r[i, j] = np.eye(width) - M
         if self.threshold is None:
-            pushed = slides & (r[frictional] > 0)
-            mu = np.where(pushed, self.rows.mu[frictional], 0.0)
-            by_r[rows, frictional[:, None]] = -mu[:, None] * unit
+            mu = np.where(slope.slides & (r[frictional] > 0), self.rows.mu[frictional], 0.0)
+            by_r[rows, frictional[:, None]] = -mu[:, None] * slope.direction
 
 
 def polish(program: TangentProgram, x: Floats, r: Floats) -> tuple[Floats, Floats]:
