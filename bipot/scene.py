@@ -210,6 +210,14 @@ class Scene:
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
+    def origin(self, nodes: Floats) -> Floats:
+        """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""
+        return self.configuration.measure.origin(self.mesh.nodes, nodes)
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
+        return self.configuration.measure.balanced(self.origin(nodes), du)
+
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
         out = np.zeros(self.mesh.nodes.shape)
