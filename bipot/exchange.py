@@ -45,21 +45,15 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     Raises:
         ProgramError: a welded point, or a singular stiffness.
     """
-    iterate, rows = accepted.solved.iterate, accepted.solved.rows
-    near = _near(system, accepted)
+    iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
+    length = system.candidates.length(rows, iterate.x, accepted.start.tau, accepted.state.tau)
+    near = near_tools(rows, iterate.x, length) | (r != 0).any(axis=1)
     taken = rows.take(near)
     K = iterate.stiffness(TangentKind.CONSISTENT)
     f = K @ iterate.x - iterate.residual
     program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
     problem = reduce(condense(program).program).problem
-    return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
-
-
-def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
-    """The candidates (c,) of the increment's contact problem."""
-    rows, x, r = accepted.solved.rows, accepted.solved.iterate.x, accepted.solved.r
-    length = system.candidates.length(rows, x, accepted.start.tau, accepted.state.tau)
-    return near_tools(rows, x, length) | (r != 0).any(axis=1)
+    return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
 
 
 def export_fclib(path: Path, system: System, accepted: Accepted) -> None:

@@ -8,7 +8,6 @@ as the only difficulty.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,6 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.typing import Floats
-
-Solve = Callable[["Whitened", Floats], Any]
 
 LOST = 1e-3
 SOLVED = 1e-7
@@ -60,27 +57,6 @@ class Whitened:
         return la.solve_triangular(self.L, half.T, lower=True)
 
 
-def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
-    """Minimise with gradient and generalised Hessian. Raises ProgramError."""
-    return _optimise(program, start, _trust)
-
-
-def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
-    """Minimise with gradients only (L-BFGS). Raises ProgramError."""
-    return _optimise(program, start, _lbfgs)
-
-
-def _trust(psi: Whitened, y: Floats) -> Any:
-    # scipy.optimize takes long to import; no other form asks for it.
-    from scipy.optimize import minimize
-
-    options = {"gtol": TOLERANCE, "maxiter": 500}
-    stop = _Stalled(y)
-    return minimize(
-        psi.value, y, jac=psi.gradient, hess=psi.hessian, method="trust-exact", options=options, callback=stop
-    )
-
-
 class _Stalled:
     """Ends a trust-region run whose steps are refused: at round-off of Psi its radius would shrink for ever."""
 
@@ -94,20 +70,28 @@ class _Stalled:
             raise StopIteration
 
 
-def _lbfgs(psi: Whitened, y: Floats) -> Any:
+def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradient and generalised Hessian. Raises ProgramError."""
+    return _optimise(program, start, "trust-exact", gtol=TOLERANCE, maxiter=500)
+
+
+def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradients only (L-BFGS). Raises ProgramError."""
+    return _optimise(program, start, "L-BFGS-B", gtol=TOLERANCE, ftol=0.0, maxiter=5000, maxfun=20000, maxcor=40)
+
+
+def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: float) -> Minimum:
+    # scipy.optimize takes long to import, and no other optimiser asks for it.
     from scipy.optimize import minimize
 
-    options = {"gtol": TOLERANCE, "ftol": 0.0, "maxiter": 5000, "maxfun": 20000, "maxcor": 40}
-    return minimize(psi.value, y, jac=psi.gradient, method="L-BFGS-B", options=options)
-
-
-def _optimise(program: PenaltyProgram, start: Floats, solve: Solve) -> Minimum:
     began = time.perf_counter()
     small, condensed = program.condensed()
     u = start[condensed.kept]
     psi = Whitened(small, u)
     built = time.perf_counter()
-    answer = solve(psi, psi.y(u))
+    y = psi.y(u)
+    second: dict[str, Any] = {"hess": psi.hessian, "callback": _Stalled(y)} if method == "trust-exact" else {}
+    answer: Any = minimize(psi.value, y, jac=psi.gradient, method=method, options=options, **second)
     x = condensed.recover(psi.x(answer.x))
     error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
     if not error <= LOST:

@@ -107,21 +107,13 @@ class ContactTerms:
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
-        return self.assemble(
-            solution.dual[Term.GAP].ravel(),
-            solution.dual[Term.FRICTION][:, 1:],
-            solution.dual[Term.TIE].ravel(),
-            solution.dual.get(Term.COULOMB, np.zeros((0, 1 + self.rows.tangents))),
-        )
-
-    def assemble(self, normal: Floats, tangential: Floats, tie: Floats, cone: Floats) -> Floats:
-        """r (c, d) from r_n of the unilateral, r_t of the sliding, (r_n, r_t) of the tied and the cones' duals."""
-        rows = self.rows
+        rows, dual = self.rows, solution.dual
         r = np.zeros((rows.count, 1 + rows.tangents))
-        tied = int(rows.tied.sum())
-        r[self.unilateral, 0] = normal
+        tie, tied = dual[Term.TIE].ravel(), int(rows.tied.sum())
+        cone = dual.get(Term.COULOMB, np.zeros((0, 1 + rows.tangents)))
+        r[self.unilateral, 0] = dual[Term.GAP].ravel()
         r[rows.tied, 0] = tie[:tied]
-        r[rows.frictional[self.sliding], 1:] = tangential
+        r[rows.frictional[self.sliding], 1:] = dual[Term.FRICTION][:, 1:]
         r[rows.frictional[self.stuck], 1:] = tie[tied:].reshape(-1, rows.tangents)
         contact = rows.frictional[self.coned]
         r[contact, 0] = cone[:, 0]
