@@ -31,6 +31,8 @@ class Block(StrEnum):
     ELASTIC_DEVIATOR = "elastic_deviator"
     PLASTIC_NORM = "plastic_norm"
     SLIP_BOUND = "slip_bound"
+    FICTITIOUS_GAP = "fictitious_gap"
+    FICTITIOUS_SLIP = "fictitious_slip"
 
 
 @dataclass
