@@ -3,7 +3,9 @@
 A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Support, Geometry, Configuration, Quadrature, upsetting
+* scene: Scene, FlatTool, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
+* meshes: Mesh, block, cylinder, ring
+* loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Perfect, Linear, Voce, Swift, Tabulated
 * march: march, Schedule, Control, Accepted, Certificate
@@ -30,15 +32,19 @@ from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import Amplitude, BodyForce, PointForce, Pressure, Traction
 from bipot.march import Accepted, Control, march
-from bipot.scene import FlatTool, Scene, Support, upsetting
+from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.scene import FlatTool, Prescribed, Scene, Support, upsetting
 from bipot.schedule import Schedule
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Accepted",
+    "Amplitude",
     "BipotError",
+    "BodyForce",
     "Certificate",
     "Clarabel",
     "Configuration",
@@ -52,8 +58,12 @@ __all__ = [
     "IncrementFailed",
     "Linear",
     "Material",
+    "Mesh",
     "Newton",
     "Perfect",
+    "PointForce",
+    "Prescribed",
+    "Pressure",
     "Qoco",
     "Quadrature",
     "Recorder",
@@ -63,9 +73,13 @@ __all__ = [
     "Swift",
     "Tabulated",
     "Tangent",
+    "Traction",
     "Voce",
     "VonMises",
+    "block",
+    "cylinder",
     "load",
     "march",
+    "ring",
     "upsetting",
 ]

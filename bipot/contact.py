@@ -123,9 +123,9 @@ class Candidates:
 
     def driven_into(self, tau: float) -> DrivenInto:
         """The tool that at ``tau`` is deepest in a node that supports hold along its normal: no motion gets it out."""
-        worst = DrivenInto(0, 0, 0.0)
+        worst, driven = DrivenInto(0, 0, 0.0), self.scene.driven(tau)
         for k, (tool, (nodes, level)) in enumerate(zip(self.scene.tools, self.held, strict=True)):
-            plane = tool.offset(tau)
+            plane, level = tool.offset(tau), level + driven[nodes] @ np.array(tool.normal)
             # What round-off of the two positions makes of their difference is no depth.
             depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
             if len(nodes) and depth.max() > worst.depth:
@@ -135,7 +135,8 @@ class Candidates:
     def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""
         normal_rows, tangent_rows = self._operators
-        moved = np.vecdot(self.frames, self.travel(tau, tau_end)[self.tool][:, None])
+        driven = self.scene.driven(tau_end) - self.scene.driven(tau)
+        moved = np.vecdot(self.frames, (self.travel(tau, tau_end)[self.tool] - driven[self.node])[:, None])
         mu = self.mu
         welded = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
         tied = welded & touches(gap, self.scene.mesh.size)

@@ -2,14 +2,14 @@ r"""Energy of a run: external work against elastic energy, plastic and frictiona
 
 Every part weighs the start and the end of an increment by the same rule, 1 - theta and theta:
 
-    work      f . dU_tool + r_n dgap,    f   = (1 - theta) f_0 + theta f_1,         r likewise,
+    work      f . dU + r_n dgap,         f   = (1 - theta) f_0 + theta f_1,         r likewise,
     elastic   sum_q S : C^-1 dsigma,     S   = (1 - theta) w_0 R sigma_0 R' + theta w_1 sigma_1,
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
     friction  - sum_c r_t . du_t,
 
-with f the forces of the tools, r those of the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or
-w_1 in the ``paper`` configuration, whose strain is that of x_n. The term r_n dgap takes out what the mean force of a
-contact that opens or closes would do across its gap; it is zero elsewhere.
+with f the forces of tools, loads and supports on what they move, r those of the candidates, de_p as the states carry
+it, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The term r_n dgap
+takes out what the mean force of a contact that opens or closes would do across its gap; it is zero elsewhere.
 
 Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
 (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -27,9 +27,10 @@ from enum import Enum
 
 import numpy as np
 
+from bipot.fem.assembly import element_force
+from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
-from bipot.system import System
 
 
 class Rule(Enum):
@@ -58,10 +59,10 @@ class Energies:
         """:attr:`imbalance` over the work so far, a fraction; 0 where no work was done."""
         return self.imbalance / self.work if self.work != 0 else 0.0
 
-    def after(
-        self, system: System, start: State, end: State, solved: Solved, rule: Rule = Rule.TRAPEZOIDAL
-    ) -> Energies:
+    def after(self, start: State, end: State, solved: Solved, rule: Rule = Rule.TRAPEZOIDAL) -> Energies:
         """Add the increment from ``start`` to ``end``, solved by ``solved``."""
+        increment = solved.iterate.increment
+        system = increment.system
         theta, kin, scene = rule.value, solved.response.kinematics, system.body.scene
         before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
@@ -70,10 +71,24 @@ class Energies:
         motion = solved.rows.motion(solved.response.x)
         opened = motion[:, 0] - start.gap
         contacts = system.candidates
-        tools = float(np.vdot(contacts.resultant(r), contacts.travel(start.tau, end.tau)))
+        tools = float(np.vdot(contacts.resultant(r), increment.travel))
+        load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
+        loads = float(np.vdot(load, end.displacement) + _driven(start, solved, theta))
         return Energies(
-            self.work + tools + float(np.vdot(r[:, 0], opened)),
+            self.work + tools + loads + float(np.vdot(r[:, 0], opened)),
             self.elastic + float(np.vdot(S, elastic)),
             self.plastic + float(np.vdot(S, end.plastic_strain - flowed)),
             self.friction - float(np.vdot(r[:, 1:], motion[:, 1:])),
         )
+
+
+def _driven(start: State, solved: Solved, theta: float) -> float:
+    """Work of the supports on what they are driven by."""
+    increment = solved.iterate.increment
+    driven, system = increment.driven, increment.system
+    if not driven.any():
+        return 0.0
+    body = system.body
+    placed = gradients(start.nodes, body.scene.mesh.elements, body.space.reference, body.scene.geometry)
+    before = system.reactions(element_force(placed, start.stress), increment.load_before, start.forces)
+    return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

@@ -30,7 +30,7 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted
 from bipot.mesh import Mesh
-from bipot.scene import Scene
+from bipot.scene import Prescribed, Scene, Support
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
 from bipot.typing import Floats
 
@@ -237,7 +237,8 @@ def describe(scene: Scene) -> dict[str, Any]:
         "yield_stress": float(material.yield_stress(0.0)),
         "material": repr(material),
         "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
-        "supports": [{"boundary": s.boundary, "direction": s.direction} for s in scene.supports],
+        "supports": [{"boundary": s.boundary, "direction": s.direction, **_prescribed(s)} for s in scene.supports],
+        "loads": [repr(load) for load in scene.loads],
         "tools": [
             {
                 **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
@@ -246,6 +247,13 @@ def describe(scene: Scene) -> dict[str, Any]:
             for t in scene.tools
         ],
     }
+
+
+def _prescribed(support: Support) -> dict[str, Any]:
+    """Displacement and amplitude of a support that moves."""
+    if not isinstance(support, Prescribed):
+        return {}
+    return {"displacement": support.displacement, "amplitude": support.amplitude.points}
 
 
 def _write_grid(file: h5py.File, mesh: Mesh) -> None:

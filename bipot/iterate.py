@@ -50,9 +50,15 @@ class Increment:
         return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
 
     @cached_property
-    def load(self) -> Floats:
-        """What is applied to the unknowns (n,)."""
-        return np.zeros(self.system.body.space.size)
+    def driven(self) -> Floats:
+        """What is prescribed of the displacement (a, d), zero elsewhere."""
+        scene = self.system.body.scene
+        return scene.driven(self.tau) - scene.driven(self.start.tau)
+
+    @cached_property
+    def load_before(self) -> Floats:
+        """Nodal loads (a, d) at the start."""
+        return self.system.loading.forces(self.start.nodes, self.start.tau)
 
     @cached_property
     def travel(self) -> Floats:
@@ -73,13 +79,17 @@ class Increment:
     def units(self) -> Units:
         """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
 
-        Expected is the travel of tools; where there is none that of the last increment, what would release the stress,
-        or a small part of the body's size.
+        Expected is the travel of tools, or what is prescribed; where there is none the motion of the last increment,
+        what would release the stress, what the new loads do to their own nodes, or a small part of the body's size.
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
         moved = float(norm(state.displacement).max())
-        length = self.reach or moved or max(size * stress / young, LEAST_MOTION * size)
+        length = max(self.reach, float(norm(self.driven).max())) or moved
+        if not length:
+            new = norm(self.system.loading.forces(state.nodes, self.tau) - self.load_before)
+            yielding = float((new / self.system.rigidity.nodal).max())
+            length = max(size * stress / young, yielding, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
         return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
 
@@ -89,7 +99,7 @@ class Increment:
         Raises:
             InvertedElement: the trial configuration is not admissible.
         """
-        return Iterate(self, self.system.body.respond(self.start, x))
+        return Iterate(self, self.system.body.respond(self.start, x, self.driven))
 
 
 @dataclass(frozen=True)
@@ -115,21 +125,53 @@ class Iterate:
         return self.rows.motion(self.x)
 
     @cached_property
+    def balanced(self) -> Floats:
+        """The configuration (a, d) in which equilibrium is asked."""
+        measure = self.increment.system.body.scene.configuration.measure
+        return measure.balanced(self.increment.start.nodes, self.response.du)
+
+    @cached_property
+    def nodal_load(self) -> Floats:
+        """The loads at the nodes (a, d)."""
+        return self.increment.system.loading.forces(self.balanced, self.increment.tau)
+
+    @property
+    def load(self) -> Floats:
+        """The loads on the free unknowns (n,)."""
+        return self.nodal_load.ravel()[self.increment.system.body.space.free]
+
+    @cached_property
     def residual(self) -> Floats:
         """Internal forces less the load (n,): what the contacts have to balance."""
-        return self.response.internal - self.increment.load
+        return self.response.internal - self.load
 
     def stiffness(self, kind: TangentKind) -> sp.csc_matrix:
         """K of the convex model."""
         return self.increment.system.body.stiffness(self.response, kind)
 
     def tangent(self, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, 2k, 2k) of the exact derivative of :attr:`residual`."""
-        return self.increment.system.body.tangent(self.response, scratch)
+        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual`."""
+        increment = self.increment
+        K = increment.system.body.tangent(self.response, scratch)
+        if self.response.kinematics.moves:
+            increment.system.loading.add_stiffness(K, self.balanced, increment.tau)
+        return K
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
         return self.increment.system.candidates.resultant(r)
+
+    def reactions(self, r: Floats) -> Floats:
+        """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
+        system = self.increment.system
+        return system.reactions(self.response.element_forces, self.nodal_load, r)
+
+    def work(self, r: Floats) -> float:
+        """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
+        increment = self.increment
+        tools = np.vdot(self.tool_forces(r), increment.travel)
+        driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
+        return float(tools + np.vdot(self.nodal_load, self.response.du) + driven)
 
     def examined(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Examined:
         """The same with contact forces r (c, d), to be certified; ``largest`` is the largest of the run so far."""
@@ -167,8 +209,7 @@ class Examined:
     def certificate(self) -> Certificate:
         """Every measure."""
         size = self.increment.system.body.scene.mesh.size
-        work = float(np.vdot(self.iterate.tool_forces(self.r), self.increment.travel))
-        return certify(self._contact(), self._material(), self.balance, size, work)
+        return certify(self._contact(), self._material(), self.balance, size, self.iterate.work(self.r))
 
     def ratios(self) -> dict[str, float]:
         """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
@@ -179,19 +220,20 @@ class Examined:
     def balance(self) -> Balance:
         """Nodal residuals and what they are measured by."""
         space, bounds = self.increment.system.body.space, self.bounds
-        force = space.force_scale(self.response.element_forces)
+        loads = self.iterate.nodal_load
+        force = space.force_scale(self.response.element_forces, loads)
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
         return Balance(
             residual=norm(space.spread(self.iterate.residual - self.iterate.rows.forces(self.r))),
             force=force,
-            blur=_force_blur(self.increment.system, self.response, self._moved, FAINT * least * force),
+            blur=_force_blur(self.increment.system, self.response, self._moved, FAINT * least * force)
+            + EPS * float(np.abs(loads).max()),
         )
 
     @cached_property
     def _moved(self) -> float:
         """Lengths of the increment (module docstring)."""
-        moved = norm(self.increment.system.body.space.spread(self.response.x))
-        return float(moved.max()) + self.increment.reach
+        return float(norm(self.response.du).max()) + self.increment.reach
 
     def _material(self) -> MaterialFields:
         response, material = self.response, self.increment.system.body.scene.material

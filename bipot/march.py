@@ -191,7 +191,7 @@ def _increments(
                 said = f"{solved.almost} passes almost solved, certificate re-checked"
                 reasons.append(Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}))
             accepted = advance(state, solved)
-            energies = energies.after(system, state, accepted, solved)
+            energies = energies.after(state, accepted, solved)
             largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
             number += 1
             seconds = time.perf_counter() - began

@@ -38,12 +38,15 @@ FARTHEST = 1e6
 class Facets:
     """The different edges of elements: ``nodes`` (f, 3) as end, middle, end, ``shared`` (f,) by two elements.
 
+    They run anticlockwise around the element ``owner`` (f,), the first that has them.
+
     ``crowded`` are edges of more than two elements, or of two that lie on the same side.
     """
 
     nodes: Ints
     shared: Bools
     crowded: Ints
+    owner: Ints
 
     @staticmethod
     def of(elements: Ints) -> Facets:
@@ -54,7 +57,7 @@ class Facets:
         count = np.bincount(place.ravel())
         forward = np.bincount(place.ravel(), weights=np.where(every[:, 0] < every[:, 2], 1, -1))
         nodes = every[first]
-        return Facets(nodes, count > 1, nodes[(count > 2) | ((count == 2) & (forward != 0))])
+        return Facets(nodes, count > 1, nodes[(count > 2) | ((count == 2) & (forward != 0))], first // 4)
 
     def find(self, edges: Ints) -> Ints:
         """Which facet has the three nodes of each edge (f, 3), in whatever order; -1 if none."""
@@ -122,6 +125,11 @@ class Mesh:
         """Edges (f, 3) of the named boundaries that lie between two elements: nothing outside can touch them."""
         edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
+
+    def surface(self, name: str) -> tuple[Ints, Ints]:
+        """Edges (f, 3) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
+        found = self._facets.find(self.boundary(name))
+        return self._facets.nodes[found], self._facets.owner[found]
 
     def boundary(self, name: str) -> Ints:
         """Edges (f, 3) of the boundary ``name``; raises SceneError naming the known ones."""

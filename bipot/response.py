@@ -80,7 +80,7 @@ def body_space(scene: Scene) -> Space:
 
 @dataclass(frozen=True)
 class Response:
-    """What the body does under the trial displacement ``du`` (a, d) from ``state``.
+    """What the body does under the trial displacement ``du`` (a, d) from ``state``, of which x (n,) are the free ones.
 
     ``rotated`` is R sigma_n R', ``element_forces`` (e, 2k) and ``internal`` (n,) the internal forces of the returned
     stress.
@@ -88,6 +88,7 @@ class Response:
 
     state: State
     x: Floats
+    du: Floats
     kinematics: Kinematics
     rotated: Floats
     returned: Returned
@@ -111,19 +112,20 @@ class Body:
         plastic_strain = state.plastic_strain + flow.strain
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
 
-    def respond(self, state: State, x: Floats) -> Response:
-        """Response to the free displacements x (n,).
+    def respond(self, state: State, x: Floats, driven: Floats | float = 0.0) -> Response:
+        """Response to the free displacements x (n,), and to those of held nodes that are ``driven`` (a, d).
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
         """
         mesh, space_ = self.scene.mesh, self.space
         measure, geometry = self.scene.configuration.measure, self.scene.geometry
-        kin = measure.increment(state.nodes, space_.spread(x), mesh.elements, space_.reference, geometry)
+        du = space_.spread(x) + driven
+        kin = measure.increment(state.nodes, du, mesh.elements, space_.reference, geometry)
         rotated = kin.turned(state.stress)
         returned = self.scene.material.update(rotated, kin.strain, state.peeq)
         forces = element_force(kin, returned.stress)
-        return Response(state, x, kin, rotated, returned, forces, space_.vector(forces))
+        return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
         """Demand elements that are folded nowhere: where strain is taken or equilibrium asked, and at the end.
@@ -131,7 +133,7 @@ class Body:
         Raises:
             InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
         """
-        start, du = response.state.nodes, self.space.spread(response.x)
+        start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
         refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
 
@@ -202,7 +204,7 @@ class Body:
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
-        du = self.space.spread(response.x)
+        du = response.du
         return State(
             tau=tau,
             nodes=start.nodes + du,

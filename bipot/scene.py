@@ -34,6 +34,7 @@ from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import RAMP, Amplitude, Load
 from bipot.mesh import Mesh, cylinder
 from bipot.typing import Bools, Floats, Ints, read_only
 
@@ -51,6 +52,30 @@ class Support:
         require_type(self.boundary, str, "support.boundary")
         require_count(self.direction, "support.direction", 0)
         require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
+
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Prescribed(Support):
+    """A support that moves: the displacement along ``direction`` is ``displacement`` times the ``amplitude``."""
+
+    displacement: float = 0.0
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.displacement, "prescribed.displacement")
+        require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
+        require_magnitude(self.displacement, "prescribed.displacement", LARGEST_LENGTH)
+        require_type(self.amplitude, Amplitude, "prescribed.amplitude")
+        require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
+
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return self.displacement * self.amplitude.at(tau)
 
 
 @dataclass(frozen=True)
@@ -148,7 +173,8 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[FlatTool, ...]
+    tools: tuple[FlatTool, ...] = ()
+    loads: tuple[Load, ...] = ()
     quadrature: Quadrature = Quadrature.RADON7
     configuration: Configuration = Configuration.MIDPOINT
     copies: int = 1
@@ -166,7 +192,10 @@ class Scene:
         require(
             len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
         )
+        self._check_driven()
         self._check_axis()
+        for load in self.loads:
+            load.check(self.mesh)
         for k, tool in enumerate(self.tools):
             self._check_candidates(tool, f"tools[{k}]")
 
@@ -178,8 +207,26 @@ class Scene:
         require_type(self.configuration, Configuration, "scene.configuration")
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
-        for name, kind in (("supports", Support), ("tools", FlatTool)):
+        for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    def driven(self, tau: float) -> Floats:
+        """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
+        out = np.zeros(self.mesh.nodes.shape)
+        for support in self.supports:
+            out[self.mesh.boundary_nodes(support.boundary), support.direction] = support.at(tau)
+        return out
+
+    def _check_driven(self) -> None:
+        """No node is prescribed two displacements along one axis, and none on a ring's axis moves off it."""
+        said = dict[int, tuple[float, Amplitude]]()
+        for support in self.supports:
+            own = (0.0, RAMP)
+            if isinstance(support, Prescribed) and support.displacement != 0:
+                own = support.displacement, support.amplitude
+            for dof in (2 * self.mesh.boundary_nodes(support.boundary) + support.direction).tolist():
+                once = f"such that node {dof // 2} has one displacement along {dof % 2}"
+                require(said.setdefault(dof, own) == own, "scene.supports", self.supports, once)
 
     def _check_axis(self) -> None:
         """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
@@ -188,6 +235,9 @@ class Scene:
             loose = np.setdiff1d(2 * np.flatnonzero(r <= AXIS * r.max()), self.held)[:1] // 2
             what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
             require(not loose.size, "scene.supports", self.supports, what)
+            moving = [s for s in self.supports if isinstance(s, Prescribed) and s.displacement and s.direction == 0]
+            driven = [s.boundary for s in moving if (r[self.mesh.boundary_nodes(s.boundary)] <= AXIS * r.max()).any()]
+            require(not driven, "scene.supports", driven, "none that moves the axis along 0")
 
     def _check_candidates(self, tool: FlatTool, label: str) -> None:
         """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""

@@ -58,7 +58,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
         _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")
     require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
     _require_yielded(start, system)
-    moved = float(np.abs((start.nodes - scene.mesh.nodes).ravel()[scene.held]).max(initial=0.0))
+    placed = scene.mesh.nodes + scene.driven(start.tau)
+    moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
@@ -95,8 +96,9 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
-    off = float(norm(body.space.spread(body.space.vector(forces) - contacts.load(start.forces))).max())
-    scale = body.space.force_scale(forces)
+    loads = system.loading.forces(nodes, start.tau)
+    residual = body.space.vector(forces) - loads.ravel()[body.space.free] - contacts.load(start.forces)
+    off, scale = float(norm(body.space.spread(residual)).max()), body.space.force_scale(forces, loads)
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.displacement).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)

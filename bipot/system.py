@@ -11,6 +11,7 @@ from bipot.certificate import EPS
 from bipot.contact import Candidates, candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
+from bipot.loads import Loading, Place
 from bipot.response import Body, State, body_space, rest
 from bipot.scene import Scene
 from bipot.typing import Floats
@@ -18,10 +19,11 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Rigidity:
-    """The body at rest: elastic stiffness of the contacts' nodes (c,), the larger of the diagonal's two entries;
-    largest nodal sum of w |N,j| and largest point sum of |N,j|.
+    """The body at rest: elastic stiffness of the nodes (a,), the larger of the diagonal's two entries, and that of the
+    contacts' nodes (c,); largest nodal sum of w |N,j| and largest point sum of |N,j|.
     """
 
+    nodal: Floats
     contact: Floats
     lever: float
     gradient: float
@@ -33,6 +35,19 @@ class System:
 
     body: Body
     candidates: Candidates
+
+    @cached_property
+    def loading(self) -> Loading:
+        """The scene's loads."""
+        scene = self.body.scene
+        return Loading(Place(scene.mesh, scene.geometry, self.body.space.reference), scene.loads)
+
+    def reactions(self, element_forces: Floats, load: Floats, r: Floats) -> Floats:
+        """Forces (a, d) of the supports that balance element forces (e, dk), nodal loads (a, d), contacts r (c, d)."""
+        out = self.body.space.nodal(element_forces) - load
+        np.add.at(out, self.candidates.node, -self.candidates.vectors(r))
+        out.ravel()[self.body.space.free] = 0.0
+        return out
 
     @cached_property
     def rigid(self) -> Floats:
@@ -63,8 +78,10 @@ class System:
         diagonal = np.einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
         levers = np.einsum("eq,eqa->ea", placed.volume, slopes)
+        nodal = body.space.nodal(diagonal).max(axis=1)
         return Rigidity(
-            contact=body.space.nodal(diagonal)[self.candidates.node].max(axis=1),
+            nodal=nodal,
+            contact=nodal[self.candidates.node],
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
 from bipot.contact import Candidates, carries, force_threshold
-from bipot.fem.elements import line3
 from bipot.fem.reduction import Geometry
+from bipot.fem.surface import edge_mass
 from bipot.laws.coulomb import status
 from bipot.programs.data import ContactRows
 from bipot.scene import FlatTool
@@ -162,22 +162,6 @@ def contact_edges(candidates: Candidates, number: int, tool: FlatTool, closed: B
     edges = place[mesh.edges(*tool.candidates)]
     edges = edges[(edges >= 0).all(axis=1)]
     return edges[closed[edges].sum(axis=1) >= 2]
-
-
-def edge_mass(nodes: Floats, edges: Ints, geometry: Geometry) -> Floats:
-    """M_ij = int N_i N_j dA (f, 3, 3) over edges (f, 3) of node numbers; the full ring when axisymmetric.
-
-    >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    >>> edge_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()
-    np.float64(1.0)
-    """
-    line = line3()
-    x = nodes[edges]
-    length = np.linalg.norm(np.einsum("qk,fkd->fqd", line.gradients[..., 0], x), axis=-1)
-    weight = line.weights * length
-    if geometry is Geometry.AXISYMMETRIC:
-        weight = 2 * np.pi * weight * (x[..., 0] @ line.values.T)
-    return np.einsum("fq,qi,qj->fij", weight, line.values, line.values)
 
 
 def _assemble(mass: Floats, local: Ints, size: int) -> sp.csc_matrix:

@@ -25,7 +25,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.march import Accepted, Control, Schedule, march
 from bipot.scene import Scene, upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST
@@ -63,9 +63,9 @@ class Row:
 
 def balance(scene: Scene, accepted: list[Accepted], rule: Rule) -> float:
     """What is left of the work of a march by a rule, over the work."""
-    system, total = system_of(scene), Energies()
+    total = Energies()
     for a in accepted:
-        total = total.after(system, a.start, a.state, a.solved, rule)
+        total = total.after(a.start, a.state, a.solved, rule)
     return total.imbalance / total.work
 
 

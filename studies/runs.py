@@ -12,6 +12,7 @@ from bipot.conic.problem import Timing
 from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.export import increment_traction
+from bipot.fem.surface import edge_mass
 from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
@@ -19,7 +20,7 @@ from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene
-from bipot.traction import consistent_tractions, contact_edges, edge_mass
+from bipot.traction import consistent_tractions, contact_edges
 from bipot.typing import Floats
 
 

@@ -13,7 +13,7 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
-from bipot.march import Control, Schedule, march, system_of
+from bipot.march import Control, Schedule, march
 from bipot.scene import upsetting
 from studies import energy as study
 from studies.tables import read_csv
@@ -26,9 +26,9 @@ FORMS = {"form": Newton(), "fallbacks": (Tangent(), Dissipation())}
 
 def summed(scene, accepted, rule):
     """Energies of a march by one rule."""
-    system, total = system_of(scene), Energies()
+    total = Energies()
     for a in accepted:
-        total = total.after(system, a.start, a.state, a.solved, rule)
+        total = total.after(a.start, a.state, a.solved, rule)
     return total
 
 

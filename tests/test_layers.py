@@ -22,7 +22,7 @@ LAYERS = (
     ("errors", "frozen", "progress", "typing"),
     ("conic", "laws", "mesh"),
     ("certificate", "coulomb", "fem"),
-    ("programs", "scene", "schedule"),
+    ("loads", "programs", "scene", "schedule"),
     ("contact", "overlap", "response", "system", "traction"),
     ("determinacy", "diagnosis", "forms", "increment", "iterate", "reason", "starting"),
     ("carrying", "energy", "force_control", "landing", "march"),

@@ -55,7 +55,7 @@ def test_tensors_of_space_give_the_closed_forms_of_the_plane(geometry):
 def test_the_whole_rotation_is_that_of_hughes_and_winget():
     g = 0.8 * np.random.default_rng(2).uniform(-1, 1, (20, 9))
     half = solid.half_rotation(g, Geometry.SOLID.reduction)
-    H = g.reshape(-1, 3, 3)
+    H = (g @ Geometry.SOLID.reduction.embedding).reshape(-1, 3, 3)
     W = (H - H.swapaxes(-1, -2)) / 2
     np.testing.assert_allclose(half @ half, np.linalg.solve(np.eye(3) - W / 2, np.eye(3) + W / 2), atol=1e-14)
     np.testing.assert_allclose(half @ half.swapaxes(-1, -2), np.broadcast_to(np.eye(3), half.shape), atol=1e-14)

@@ -12,6 +12,7 @@ from bipot.contact import CARRIES, LEAST_MOTION
 from bipot.export import increment_traction
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.fem.surface import edge_mass
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import Status
@@ -21,7 +22,6 @@ from bipot.traction import (
     SLIP_TOLERANCE,
     consistent_tractions,
     contact_edges,
-    edge_mass,
     edge_tractions,
     nodal_tractions,
     recovered_tractions,

@@ -72,11 +72,12 @@ class Space:
         counts = np.concatenate([[0], np.cumsum(kept.sum(axis=2).ravel())])
         return sp.csr_matrix((blocks[kept], columns[kept], counts), shape=(points * width, self.size))
 
-    def force_scale(self, element: Floats) -> float:
-        """Largest over the nodes of the sum of |element forces| (e, dk): what residuals are measured by."""
+    def force_scale(self, element: Floats, applied: Floats) -> float:
+        """Largest over the nodes of the sum of |element forces| (e, dk) and |applied| (a, d): a residual's measure."""
         forces = element.reshape(*self.mesh.elements.shape, -1)
         size = np.sqrt(np.vecdot(forces, forces))
-        return float(np.bincount(self.mesh.elements.ravel(), size.ravel()).max())
+        whole = np.bincount(self.mesh.elements.ravel(), size.ravel())
+        return float((whole + np.sqrt(np.vecdot(applied, applied))).max())
 
 
 def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space:

@@ -62,6 +62,11 @@ class Kinematics(Gradients):
     middle: Floats
     half: Floats | None = None
 
+    @property
+    def moves(self) -> bool:
+        """Whether the configuration where equilibrium is asked moves with the increment."""
+        return self.half is not None
+
     def turned(self, tensor: Floats) -> Floats:
         """A tensor (e, q, s) of the increment's start turned with the body to its end."""
         if self.half is None:

@@ -136,7 +136,7 @@ class Dissipation:
         """The dimensionless program of a pass."""
         increment, state = iterate.increment, state.at(iterate)
         model = increment.system.body.plastic_model(iterate.response)
-        return DissipationProgram(model, increment.load, state.terms(iterate, r)).scaled(state.units)
+        return DissipationProgram(model, iterate.load, state.terms(iterate, r)).scaled(state.units)
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One program with the configuration and the line of the yield stress frozen."""

@@ -14,6 +14,7 @@ from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates, touches
 from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.fem.surface import edge_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
@@ -23,7 +24,7 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_smooth import gradient_only, trust_region
 from bipot.response import TangentKind
-from bipot.traction import contact_edges, edge_mass
+from bipot.traction import contact_edges
 from bipot.typing import Bools, Floats, Ints
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))

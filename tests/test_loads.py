@@ -1,0 +1,213 @@
+"""Loads and prescribed displacements against closed forms, in every exact form; their work; their refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.errors import SceneError
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
+from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.iterate import Increment
+from bipot.laws.hardening import Linear, Perfect
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import Amplitude, BodyForce, Load, PointForce, Pressure, Traction
+from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.mesh import Mesh, block, ring
+from bipot.scene import Prescribed, Scene, Support
+from tests.scenes import PLANES
+
+FORMS = [Newton(), Tangent(), Dissipation()]
+
+
+def named(form: Form) -> str:
+    return form.name.value
+
+
+def last(scene: Scene, schedule: Schedule, form: Form) -> Accepted:
+    return list(march(scene, schedule, Control(form, fallbacks=())))[-1]
+
+
+def bar(loads: tuple[Load, ...] = (), supports: tuple[Support, ...] = (), length: float = 4.0) -> Scene:
+    """A bar along the second axis, its base on rollers, elastic with nu = 0."""
+    mesh = block(1.0, length, 2, 8)
+    rollers = (Support("base", 1), Support("left", 0))
+    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e6, 0.0)), (*rollers, *supports), loads=loads)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=named)
+def test_a_bar_under_its_own_weight_lengthens_by_half_of_what_its_end_would(form):
+    """rho g L^2 / (2 E) in small strain; the midpoint rule's strain differs by its square."""
+    scene = bar((BodyForce((0.0, 1e-6)),))
+    end = last(replace(scene, configuration=Configuration.PAPER), Schedule(1), form)
+    top = scene.mesh.boundary_nodes("top")
+    np.testing.assert_allclose(end.state.displacement[top, 1], 1e-6 * 16 / 2e6, rtol=1e-10)
+    stress = end.state.stress[..., 1]
+    points = np.einsum(
+        "qk,ekd->eqd", system_of(scene).body.space.reference.values, scene.mesh.nodes[scene.mesh.elements]
+    )
+    np.testing.assert_allclose(stress, 1e-6 * (4.0 - points[..., 1]), atol=1e-15)
+
+
+@pytest.mark.parametrize("form", FORMS, ids=named)
+@pytest.mark.parametrize("load", [Traction("top", (0.0, 300.0)), Pressure("top", -300.0)], ids=["traction", "pressure"])
+def test_a_pulled_bar_has_the_stress_of_its_load(form, load):
+    end = last(bar((load,)), Schedule(1), form)
+    np.testing.assert_allclose(end.state.stress[..., 1], 300.0, rtol=1e-6)
+    assert end.solved.certificate.equilibrium < 1e-7
+
+
+def test_a_point_force_and_the_reaction_balance():
+    scene = bar((PointForce(int(np.argmax(block(1.0, 4.0, 2, 8).nodes.sum(axis=1))), (0.0, -7.0)),))
+    end = last(scene, Schedule(1), Newton())
+    reactions = end.solved.iterate.reactions(end.solved.r)
+    np.testing.assert_allclose(reactions.sum(axis=0), [0.0, 7.0], atol=1e-7)
+    held = np.zeros(reactions.size, dtype=bool)
+    held[scene.held] = True
+    assert not reactions.ravel()[~held].any()
+
+
+@pytest.mark.parametrize("geometry", PLANES)
+def test_follower_stiffness_is_the_derivative_of_its_force(geometry):
+    """Against Richardson's rule on central differences, on distorted edges."""
+    mesh = ring(1.0, 2.0, 1.0, 2, 2)
+    mesh = Mesh(
+        mesh.nodes + 0.03 * np.random.default_rng(0).uniform(-1, 1, mesh.nodes.shape), mesh.elements, mesh.boundaries
+    )
+    loads = (Pressure("bore", 3e4), Pressure("top", -2e4, Amplitude(((0.0, 1.0), (1.0, 0.0)))))
+    material = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 100.0))
+    scene = Scene(mesh, geometry, material, (Support("base", 1),), loads=loads)
+    system = system_of(scene)
+    increment, rng = Increment(system, system.rest(), 0.5), np.random.default_rng(1)
+    x = 0.01 * rng.uniform(-1, 1, system.body.space.size)
+    K = system.body.space.matrix(increment.at(x).tangent())
+    for _ in range(3):
+        v, h = rng.uniform(-1, 1, len(x)), 1e-6
+        d1, d2 = (
+            (increment.at(x + k * h * v).residual - increment.at(x - k * h * v).residual) / (2 * k * h) for k in (1, 2)
+        )
+        expected = (4 * d1 - d2) / 3
+        np.testing.assert_allclose(K @ v, expected, atol=1e-7 * np.abs(expected).max())
+
+
+def test_a_pressure_all_around_is_in_balance_and_its_resultant_follows_gauss():
+    """int n dA of a closed surface is zero; on a ring the radial part is that of the hoop, 2 pi A."""
+    scene = Scene(
+        ring(1.0, 3.0, 2.0, 2, 2), Geometry.AXISYMMETRIC, Elastic(Elasticity(1.0, 0.3)), (Support("base", 1),)
+    )
+    loads = tuple(Pressure(name, 2.0) for name in ("bore", "side", "base", "top"))
+    for geometry, radial in ((Geometry.PLANE_STRAIN, 0.0), (Geometry.AXISYMMETRIC, -2.0 * 2 * np.pi * 4.0)):
+        system = system_of(replace(scene, geometry=geometry, loads=loads))
+        total = system.loading.forces(scene.mesh.nodes, 1.0).sum(axis=0)
+        np.testing.assert_allclose(total, [radial, 0.0], atol=1e-12)
+
+
+def tube(material, loads=(), bore: float | None = None, configuration=Configuration.MIDPOINT) -> Scene:
+    driven = () if bore is None else (Prescribed("bore", 0, bore),)
+    supports = (Support("base", 1), Support("top", 1), *driven)
+    mesh = ring(100.0, 200.0, 10.0, 10, 1)
+    return Scene(mesh, Geometry.AXISYMMETRIC, material, supports, loads=loads, configuration=configuration)
+
+
+STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(240.0))
+
+
+@pytest.mark.parametrize("form", FORMS, ids=named)
+def test_a_thick_tube_under_pressure_is_lame_before_it_yields(form):
+    end = last(tube(STEEL, (Pressure("bore", 100.0),), configuration=Configuration.PAPER), Schedule(2), form)
+    side = end.state.nodes[tube(STEEL).mesh.boundary_nodes("side"), 0] - 200.0
+    # Plane strain: u = p a^2 / (E (b^2 - a^2)) ((1 + nu)(1 - 2 nu) r + (1 + nu) b^2 / r).
+    exact = 100.0 * 1e4 / (210_000.0 * 3e4) * (1.3 * 0.4 * 200.0 + 1.3 * 4e4 / 200.0)
+    np.testing.assert_allclose(side, exact, rtol=2e-3)
+
+
+def test_a_bar_whose_end_is_prescribed_carries_what_it_strains():
+    scene = bar(supports=(Prescribed("top", 1, 0.004),))
+    for form in FORMS:
+        end = last(replace(scene, configuration=Configuration.PAPER), Schedule(1), form)
+        np.testing.assert_allclose(end.state.stress[..., 1], 1000.0, rtol=1e-9)
+        top = scene.mesh.boundary_nodes("top")
+        pull = end.solved.iterate.reactions(end.solved.r)[top].sum(axis=0)
+        np.testing.assert_allclose(pull, [0.0, 1000.0], atol=1e-6)
+
+
+def plastic_bar(loads: tuple[Load, ...], supports: tuple[Support, ...]) -> Scene:
+    scene = bar(loads, supports)
+    return replace(scene, material=VonMises(Elasticity(1000.0, 0.3), Linear(1.0, 50.0)))
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        plastic_bar((), (Prescribed("top", 1, 0.2),)),
+        plastic_bar((Traction("top", (0.3, 1.4)),), (Support("base", 0),)),
+        plastic_bar((Pressure("right", 0.4), Traction("top", (0.0, 1.2))), ()),
+    ],
+    ids=["prescribed", "traction", "pressure"],
+)
+def test_external_work_is_in_the_energy_balance_with_order_two(scene):
+    errors = []
+    for count in (8, 16, 32):
+        end = last(scene, Schedule(count), Newton())
+        assert end.energies.work > 0
+        errors.append(abs(end.energies.imbalance) / end.energies.work)
+    assert errors[-1] < 2e-3
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert orders.min() > 1.7
+
+
+def test_a_load_that_goes_back_leaves_an_elastic_body_as_it_was():
+    there_and_back = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 0.0)))
+    end = last(bar((Traction("top", (0.0, 500.0), there_and_back),)), Schedule(4), Newton())
+    np.testing.assert_allclose(end.state.nodes, bar().mesh.nodes, atol=1e-9)
+    assert abs(end.energies.work) < 1e-6
+
+
+def test_units_do_not_matter():
+    """Lengths times a scale, stresses as they are: displacements follow."""
+    found = []
+    for scale in (1e-3, 1.0, 1e3):
+        mesh = ring(1.0 * scale, 2.0 * scale, 1.0 * scale, 3, 2)
+        material = VonMises(Elasticity(1000.0, 0.3), Linear(1.0, 50.0))
+        loads = (Pressure("bore", 0.9), BodyForce((0.0, -0.1 / scale)))
+        scene = Scene(mesh, Geometry.AXISYMMETRIC, material, (Support("base", 1),), loads=loads)
+        found.append((last(scene, Schedule(4), Newton()).state.nodes - mesh.nodes) / scale)
+    assert np.abs(found[1]).max() > 5e-3
+    for other in (found[0], found[2]):
+        np.testing.assert_allclose(other, found[1], rtol=1e-6, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("make", "field"),
+    [
+        (lambda: Traction("nowhere", (0.0, 1.0)), "boundary"),
+        (lambda: Pressure("nowhere", 1.0), "boundary"),
+        (lambda: PointForce(10_000, (0.0, 1.0)), "point force.node"),
+        (lambda: BodyForce((0.0, np.nan)), "body force.vector"),
+        (lambda: BodyForce((0.0, 1.0, 2.0)), "body force.vector"),
+        (lambda: Traction("top", "up"), "traction.vector"),
+        (lambda: Pressure("top", "high"), "pressure.pressure"),
+        (lambda: Pressure("top", 1.0, 2.0), "pressure.amplitude"),
+        (lambda: Amplitude(((0.0, 0.0), (0.5, 1.0))), "amplitude.points"),
+        (lambda: Amplitude(((0.0, 0.0), (1.0, np.inf))), "amplitude.points"),
+        (lambda: Amplitude("ramp"), "amplitude.points"),
+    ],
+)
+def test_bad_loads_are_refused_by_name(make, field):
+    with pytest.raises(SceneError, match=field):
+        bar((make(),))
+
+
+def test_bad_prescriptions_are_refused_by_name():
+    with pytest.raises(SceneError, match=r"prescribed\.displacement"):
+        Prescribed("top", 1, np.nan)
+    with pytest.raises(SceneError, match=r"prescribed\.amplitude"):
+        Prescribed("top", 1, 1.0, Amplitude(((0.0, 1.0), (1.0, 1.0))))
+    with pytest.raises(SceneError, match=r"one displacement along 1"):
+        bar(supports=(Prescribed("base", 1, 1.0),))
+    with pytest.raises(SceneError, match=r"scene\.loads"):
+        bar(loads=("weight",))
