@@ -17,8 +17,8 @@ from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
-from bipot.programs.penalty_cvxpy import fictitious
 from bipot.programs.penalty_newton import newton
+from bipot.programs.penalty_optimisers import fictitious
 from bipot.scene import upsetting
 from studies.optimisers import ALLOWED, compare
 from tests.scenes import path, posed

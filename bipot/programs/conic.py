@@ -56,10 +56,8 @@ class TangentProgram:
         """The same program as one writes it."""
         import cvxpy as cp
 
-        from bipot.programs.statement import ContactStatement
-
         dU = cp.Variable(len(self.f))
-        contact = ContactStatement.of(dU, self.contact)
+        contact = self.contact.statement(dU)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
         problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))
         return Stated(problem, contact.blocks, contact.constraints)

@@ -5,7 +5,7 @@ r"""The increment as a quadratic energy with penalised contact: smooth, convex, 
 (25) with the contact bipotential replaced by its envelopes (26)-(29) at a frozen threshold s. K and f are those of
 the ``tangent`` program, so that the two differ in the contact term alone. Tractions are nodal forces and
 penalties forces per length. How it is minimised is a choice: :mod:`bipot.programs.penalty_newton`,
-:mod:`bipot.programs.penalty_smooth`, :mod:`bipot.programs.penalty_cvxpy`.
+:mod:`bipot.programs.penalty_optimisers`.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
-r"""The condensed penalised program given to a general smooth optimiser, where the paper used MINOS.
+r"""The condensed penalised program given to optimisers of others, where the paper used MINOS.
 
 SciPy's trust-region method takes value, gradient and generalised Hessian; L-BFGS the first two only. Both work in
 y = L' x with L L' the condensed stiffness plus the penalties, a change of variables that leaves the contact's kinks
-as the only difficulty.
+as the only difficulty. Clarabel, through cvxpy, takes (29) as stated, with the fictitious increments as variables.
 """
 
 from __future__ import annotations
@@ -14,7 +14,10 @@ import numpy as np
 import scipy.linalg as la
 
 from bipot.conic.problem import Outcome, Timing
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import ProgramError
+from bipot.programs.data import Block
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.typing import Floats
 
@@ -98,3 +101,31 @@ def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: fl
         raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
     outcome = Outcome.SOLVED if error <= SOLVED else Outcome.ALMOST
     return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
+
+
+def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:
+    """Minimise through cvxpy and Clarabel to the first of ``accuracies`` that is claimed met.
+
+    When none is, the answer of least residual stands, as almost solved. Iterations and seconds are those of all
+    attempts. Raises ProgramError and its kin when no attempt gave an answer.
+    """
+    began = time.perf_counter()
+    small, condensed = program.condensed()
+    stated = small.statement()
+    iterations, timing = 0, Timing(build=time.perf_counter() - began)
+    answers: list[Floats] = []
+    failure = ProgramError("no accuracy was asked for")
+    for accuracy in accuracies:
+        try:
+            outcome, count, spent = solve_stated(stated, accuracy)
+        except ProgramError as failed:
+            failure = failed
+            continue
+        iterations, timing = iterations + count, timing + spent
+        answers.append(np.asarray(stated.blocks[Block.DISPLACEMENT].value))
+        if outcome is Outcome.SOLVED:
+            return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
+    if not answers:
+        raise failure
+    best = min(answers, key=lambda u: float(np.abs(small.gradient(u)).max()))
+    return Minimum(condensed.recover(best), Outcome.ALMOST, iterations, timing)
