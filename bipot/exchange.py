@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
-from bipot.forms import Cache, Dissipation, Tangent
+from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
 from bipot.forms.conic import condensed_tangent
 from bipot.increment import System
 from bipot.march import Accepted
@@ -20,6 +20,7 @@ from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import reduce
 from bipot.programs.dissipation import DissipationProgram
+from bipot.programs.penalty import PenaltyProgram
 from bipot.response import TangentKind
 
 
@@ -45,21 +46,15 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     Raises:
         ProgramError: a welded point, or a singular stiffness.
     """
-    iterate, rows = accepted.solved.iterate, accepted.solved.rows
-    near = _near(system, accepted)
+    iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
+    length = system.candidates.length(rows, iterate.x, accepted.start.tau, accepted.state.tau)
+    near = near_tools(rows, iterate.x, length) | (r != 0).any(axis=1)
     taken = rows.take(near)
     K = iterate.stiffness(TangentKind.CONSISTENT)
     f = K @ iterate.x - iterate.residual
     program = TangentProgram.of(K, f, taken, np.zeros(len(taken.frictional)))
     problem = reduce(condense(program).program).problem
-    return ContactProblem(problem, accepted.solved.r[near].ravel(), np.flatnonzero(near))
-
-
-def _near(system: System, accepted: Accepted) -> NDArray[np.bool_]:
-    """The candidates (c,) of the increment's contact problem."""
-    rows, x, r = accepted.solved.rows, accepted.solved.iterate.x, accepted.solved.r
-    length = system.candidates.length(rows, x, accepted.start.tau, accepted.state.tau)
-    return near_tools(rows, x, length) | (r != 0).any(axis=1)
+    return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
 
 
 def export_fclib(path: Path, system: System, accepted: Accepted) -> None:
@@ -74,20 +69,25 @@ def export_fclib(path: Path, system: System, accepted: Accepted) -> None:
     )
 
 
-def conic_program(accepted: Accepted, form: Tangent | Dissipation) -> TangentProgram | DissipationProgram:
+def conic_program(
+    accepted: Accepted, form: Tangent | Dissipation | Penalty | Uzawa
+) -> TangentProgram | DissipationProgram | PenaltyProgram:
     """The convex program of the pass by ``form`` that would follow an accepted increment's last.
 
     Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
-    exactly as that was solved: of all free unknowns (:class:`Dissipation`), or of those that contact rows touch
+    exactly as that was solved by the form: of all free unknowns, or of those that contact rows touch
     (:class:`Tangent`). It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
     ``.force`` there, energies in their product. ``conic()`` is the standard form, ``statement()`` the same in cvxpy.
 
     Raises:
         SceneError: a form that poses no conic program.
     """
-    require(isinstance(form, Tangent | Dissipation), "form", form, "Tangent(...) or Dissipation(...)")
+    poses = isinstance(form, Tangent | Dissipation | Penalty | Uzawa)
+    require(poses, "form", form, "one that poses a conic program: Tangent, Dissipation, Penalty or Uzawa")
     iterate, r = accepted.solved.iterate, accepted.solved.r
     state = form.init(iterate, r, Cache())
     if isinstance(form, Dissipation):
         return form.program(iterate, r, state)
+    if isinstance(form, Penalty | Uzawa):
+        return form.program(iterate, r, state).scaled(state.units)
     return condensed_tangent(iterate, r, state, form.kind, Stopwatch()).program

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bipot.mesh import Facets
 from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -16,13 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection
     from matplotlib.lines import Line2D
     from matplotlib.quiver import Quiver
-
-
-def element_edges(elements: Ints) -> Ints:
-    """Each edge of the elements (e, 8) once, as end, middle, end (f, 3)."""
-    corner, middle = elements[:, :4], elements[:, 4:]
-    edges = np.stack([corner, middle, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 3)
-    return edges[np.unique(edges[:, 1], return_index=True)[1]]
 
 
 def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
@@ -36,7 +30,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
     """The edges of eight-node quadrilaterals, curved as they are; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
-    lines = LineCollection(list(curved(nodes, element_edges(elements))), **{"color": "0.6", "lw": 0.5, **style})
+    lines = LineCollection(list(curved(nodes, Facets.of(elements).nodes)), **{"color": "0.6", "lw": 0.5, **style})
     axes = _axes(ax)
     axes.add_collection(lines)
     axes.autoscale_view()

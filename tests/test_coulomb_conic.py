@@ -12,7 +12,6 @@ from bipot.coulomb.acceleration import Memory
 from bipot.coulomb.conic import force_program, polish
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
 from bipot.coulomb.scaling import scale
-from bipot.coulomb.statements import de_saxce_statement, tresca_statement
 from bipot.errors import InfeasibleProgram, ProgramError, SceneError
 
 
@@ -24,7 +23,17 @@ def problem_of(seed, dim, contacts=4):
 
 
 def energy(problem, r, load):
-    return 0.5 * r @ problem.symmetric_part() @ r + load @ r
+    return 0.5 * r @ problem.W @ r + load @ r
+
+
+def stated(problem, load, constraints):
+    """min ½ r·W r + load·r under constraints on the forces r (c, d), as one writes it: its value and its forces."""
+    r = cp.Variable((problem.contacts, problem.dim))
+    flat, W = cp.reshape(r, (problem.size,), order="C"), problem.W.toarray()
+    cost = 0.5 * cp.quad_form(flat, cp.psd_wrap((W + W.T) / 2)) + load @ flat
+    program = cp.Problem(cp.Minimize(cost), constraints(r))
+    program.solve(cp.CLARABEL)
+    return program.value, r.value
 
 
 @settings(max_examples=8)
@@ -34,21 +43,23 @@ def test_cvxpy_and_clarabel_solve_the_same_programs(seed, dim):
     scaled, given_values = scale(problem), np.random.default_rng(seed).uniform(0.0, 0.5, 4)
     none = np.zeros(4)
 
-    statement = tresca_statement(problem, given_values)
-    statement.program.solve(cp.CLARABEL)
+    value, forces = stated(problem, problem.q, lambda r: [cp.norm(r[:, 1:], axis=1) <= given_values, r[:, 0] >= 0])
     discs = force_program(scaled, none, coulomb.ConicSettings())
     r = scaled.unscale(discs.solve(scaled.q, given_values / scaled.force[::dim]))
-    np.testing.assert_allclose(problem.by_contact(r), statement.forces.value, atol=1e-4)
-    assert energy(problem, r, problem.q) == pytest.approx(statement.program.value, abs=1e-6)
+    np.testing.assert_allclose(problem.by_contact(r), forces, atol=1e-4)
+    assert energy(problem, r, problem.q) == pytest.approx(value, abs=1e-6)
 
-    statement = de_saxce_statement(problem, given_values)
-    statement.program.solve(cp.CLARABEL)
-    cones = force_program(scaled, scaled.mu, coulomb.ConicSettings())
     load = problem.by_contact(problem.q).copy()
     load[:, 0] += given_values
+    value, forces = stated(
+        problem,
+        load.ravel(),
+        lambda r: [cp.norm(r[:, 1:], axis=1) <= cp.multiply(problem.mu, r[:, 0]), r[:, 0] >= 0],
+    )
+    cones = force_program(scaled, scaled.mu, coulomb.ConicSettings())
     r = scaled.unscale(cones.solve(load.ravel() / scaled.length, none))
-    np.testing.assert_allclose(problem.by_contact(r), statement.forces.value, atol=1e-4)
-    assert energy(problem, r, load.ravel()) == pytest.approx(statement.program.value, abs=1e-6)
+    np.testing.assert_allclose(problem.by_contact(r), forces, atol=1e-4)
+    assert energy(problem, r, load.ravel()) == pytest.approx(value, abs=1e-6)
 
 
 def test_a_program_is_updated_not_rebuilt():

@@ -40,7 +40,7 @@ IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"
 OPTIONAL = {"matplotlib": {"plot"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
 """Packages that the library can live without, and the rooms that import them."""
 
-HIDDEN = {"bipot": {"march"}, "bipot.coulomb": {"existence", "multiplicity", "solve"}}
+HIDDEN = {"bipot": {"march"}, "bipot.coulomb": {"existence", "solve"}}
 """Public names that are also a module's, package by package: to be mended; none may be added, none kept that is."""
 
 LONGEST = 12

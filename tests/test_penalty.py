@@ -17,8 +17,8 @@ from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
 from bipot.march import Control, Schedule, march, system_of
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
-from bipot.programs.penalty_cvxpy import fictitious, statement
 from bipot.programs.penalty_newton import newton
+from bipot.programs.penalty_optimisers import fictitious
 from bipot.scene import upsetting
 from studies.optimisers import ALLOWED, compare
 from tests.scenes import path, posed
@@ -93,7 +93,7 @@ def test_newton_finds_the_minimum_from_anywhere(d, seed):
 def test_the_fictitious_increments_of_29_give_the_envelopes(d, seed):
     """Stated with v as variables: same minimum value, same point, and the dual of v_n >= -max(g0, 0) is t_n."""
     psi = program(seed, d)
-    stated = statement(psi)
+    stated = psi.statement()
     solve_stated(stated, Accuracy(1e-12))
     x = newton(psi, np.zeros(len(psi.f))).x
     assert stated.problem.value == pytest.approx(psi.value(x), abs=1e-7)

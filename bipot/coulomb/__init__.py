@@ -13,7 +13,7 @@ from bipot.coulomb.fclib import FclibError, read_fclib, read_solution, reduced, 
 from bipot.coulomb.fixed_point import DeSaxceFixedPoint, TrescaFixedPoint
 from bipot.coulomb.functions import AlartCurnier, NaturalMap
 from bipot.coulomb.gauss_seidel import GaussSeidel
-from bipot.coulomb.multiplicity import MultiplicityReport, enumerate_modes, multiplicity
+from bipot.coulomb.modes import MultiplicityReport, enumerate_modes, multiplicity
 from bipot.coulomb.newton import LineSearch, Newton
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem
 from bipot.coulomb.proximal import ProximalPoint

@@ -142,8 +142,7 @@ def _refined(
 
 def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettings) -> ForceProgram:
     """Set the program up: P and the cones. r_n >= 0 is a row of its own wherever the cone does not imply it."""
-    W = sparse.csr_array(problem.W)
-    P = sparse.csc_matrix((W + W.T) * 0.5 + settings.regularisation * sparse.eye_array(problem.size))
+    P = sparse.csc_matrix(problem.symmetric_part() + settings.regularisation * sparse.eye_array(problem.size))
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     rows = (

@@ -51,16 +51,12 @@ class ExistenceReport:
     forces: FloatArray | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class _Margin:
-    value: float
-    multiplier: FloatArray
-    solved: bool
-
-
-def _largest_margin(A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int) -> _Margin:
-    """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu =
-    ``cone``."""
+def _largest_margin(
+    A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int
+) -> tuple[float, FloatArray]:
+    """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
+    multipliers. What is not solved is nan.
+    """
     n, on_t = columns(A), np.ones(b.size)
     if cone is not None:
         weight = np.repeat(cone, dim)
@@ -76,8 +72,9 @@ def _largest_margin(A: sparse.csr_array, b: FloatArray, cone: FloatArray | None,
     try:
         answer, _ = Clarabel(seconds=seconds).solve(program, _ACCURACY)
     except ProgramError:
-        return _Margin(np.nan, np.zeros(b.size), False)
-    return _Margin(float(answer.x[-1]), answer.dual["margin"].ravel(), answer.outcome is Outcome.SOLVED)
+        return np.nan, np.zeros(b.size)
+    margin = float(answer.x[-1]) if answer.outcome is Outcome.SOLVED else np.nan
+    return margin, answer.dual["margin"].ravel()
 
 
 def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.csr_array, FloatArray, FloatArray]:
@@ -106,22 +103,21 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = 1
     if local is not None and np.all(local.q[::dim] >= 0):
         return ExistenceReport(Existence.EXISTS, "no contact closes without forces: r = 0 is a solution", np.nan)
     A, b, unit = _operator(problem)
-    opening = _largest_margin(sparse.csr_array(A[::dim]), b[::dim], None, seconds, dim)
-    if opening.solved and opening.value < -_CERTAIN and _is_farkas(A[::dim], b[::dim], opening.multiplier):
+    opening, multiplier = _largest_margin(sparse.csr_array(A[::dim]), b[::dim], None, seconds, dim)
+    if opening < -_CERTAIN and _is_farkas(A[::dim], b[::dim], multiplier):
         reason = (
             "no velocity keeps every contact from closing: H_n v + w_n >= 0 is infeasible, by self-balanced "
-            f"normal forces of work {opening.value:.1e} < 0; open the clearances or drop a contact"
+            f"normal forces of work {opening:.1e} < 0; open the clearances or drop a contact"
         )
-        forces = np.maximum(opening.multiplier, 0.0) / unit[::dim]
-        return ExistenceReport(Existence.NONE, reason, opening.value, forces / forces.sum())
+        forces = np.maximum(multiplier, 0.0) / unit[::dim]
+        return ExistenceReport(Existence.NONE, reason, opening, forces / forces.sum())
     if local is not None and local.asymmetry > _SYMMETRIC:
         return ExistenceReport(Existence.UNKNOWN, "W is not symmetric, the sufficient condition supposes it", np.nan)
-    inside = _largest_margin(A, b, mu, seconds, dim)
-    if inside.solved and inside.value > _CERTAIN:
-        return ExistenceReport(
-            Existence.EXISTS, "some velocity lies inside the dual cone (W taken as positive semidefinite)", inside.value
-        )
-    return ExistenceReport(Existence.UNKNOWN, "neither condition decides", inside.value)
+    inside, _ = _largest_margin(A, b, mu, seconds, dim)
+    if inside > _CERTAIN:
+        reason = "some velocity lies inside the dual cone (W taken as positive semidefinite)"
+        return ExistenceReport(Existence.EXISTS, reason, inside)
+    return ExistenceReport(Existence.UNKNOWN, "neither condition decides", inside)
 
 
 def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy import sparse
@@ -27,30 +27,26 @@ class FixedPointState:
 
 
 def _start(problem: ScaledProblem, r: FloatArray, top: FloatArray, settings: ConicSettings) -> FixedPointState:
-    W = sparse.csr_array(problem.W)
     program = force_program(problem, top, settings)
-    return FixedPointState(r, r, Memory(), program, sparse.csr_array((W - W.T) * 0.5))
+    return FixedPointState(r, r, Memory(), program, problem.antisymmetric_part())
 
 
-def _solve(
+def _passed(
+    rule: TrescaFixedPoint | DeSaxceFixedPoint,
     problem: ScaledProblem,
     state: FixedPointState,
     law: ContactFunction,
     shift: FloatArray,
     radius: FloatArray,
-    settings: ConicSettings,
-) -> FloatArray:
-    """Program and polish at the point x; what the program leaves out is its load (W - Wᵀ)/2 x - ε x +
-    shift."""
+) -> FixedPointState:
+    """Program and polish at the point x, then the acceleration; what the program leaves out is its load
+    (W - Wᵀ)/2 x - ε x + shift."""
     carried = state.antisymmetric @ state.point
     r = state.program.solve(problem.q + carried + shift, radius, state.point)
     # the polish takes the whole W: at the fixed point nothing is left to carry
-    return polish(problem, law, r, problem.q + shift, settings.polish)
-
-
-def _advance(state: FixedPointState, r: FloatArray, acceleration: Acceleration) -> FixedPointState:
-    memory, point = acceleration.advance(state.memory, state.point, r)
-    return FixedPointState(r, point, memory, state.program, state.antisymmetric)
+    r = polish(problem, law, r, problem.q + shift, rule.settings.polish)
+    memory, point = rule.acceleration.advance(state.memory, state.point, r)
+    return replace(state, r=r, point=point, memory=memory)
 
 
 @dataclass(frozen=True)
@@ -75,9 +71,7 @@ class TrescaFixedPoint:
     def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
         """One program and one acceleration step."""
         threshold = problem.mu * np.maximum(problem.by_contact(state.point)[:, 0], 0.0)
-        law, none = TrescaMap(threshold), np.zeros(problem.size)
-        r = _solve(problem, state, law, none, threshold, self.settings)
-        return _advance(state, r, self.acceleration)
+        return _passed(self, problem, state, TrescaMap(threshold), np.zeros(problem.size), threshold)
 
 
 @dataclass(frozen=True)
@@ -105,5 +99,4 @@ class DeSaxceFixedPoint:
         u = problem.by_contact(problem.velocity(state.point))
         shift = np.zeros(u.shape)
         shift[:, 0] = problem.mu * norm(u[:, 1:])
-        r = _solve(problem, state, ConeMap(), shift.ravel(), np.zeros_like(problem.mu), self.settings)
-        return _advance(state, r, self.acceleration)
+        return _passed(self, problem, state, ConeMap(), shift.ravel(), np.zeros_like(problem.mu))

@@ -1,8 +1,9 @@
-"""Every mode of a small plane problem: open, stick or slip either way at each contact, 4^c systems in all.
+"""Whether a problem has more than one solution: two starts, two answers; or every mode of a small plane problem.
 
-In a mode the law is linear, E r = e and G r <= g, a polyhedron of forces. Where E is regular it is one point or empty;
-where E is singular a linear program says whether it is empty, and two more for each velocity that E leaves free say
-how far that velocity ranges. All in the numbers of the scaled problem; a point counts once it passes the residual.
+A mode is open, stick or slip either way at each contact, 4^c systems in all. In it the law is linear, E r = e and
+G r <= g, a polyhedron of forces. Where E is regular it is one point or empty; where E is singular a linear program says
+whether it is empty, and two more for each velocity that E leaves free say how far that velocity ranges. All in the
+numbers of the scaled problem; a point counts once it passes the residual.
 """
 
 from __future__ import annotations
@@ -17,10 +18,13 @@ import numpy as np
 from scipy import linalg, sparse
 
 from bipot.coulomb.problem import CoulombProblem
-from bipot.coulomb.scaling import ScaledProblem, scale
+from bipot.coulomb.proximal import ProximalPoint
+from bipot.coulomb.scaling import scale
 from bipot.coulomb.solution import CoulombSolution, Outcome, residual
+from bipot.coulomb.solver import Limits, run
 from bipot.errors import require
 from bipot.laws.coulomb import Status
+from bipot.laws.projections import project_cone
 from bipot.laws.tensors import FloatArray
 
 MOST_CONTACTS = 6
@@ -42,12 +46,32 @@ class Polyhedron(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Enumeration:
-    """Solutions with different velocities; ``continuum`` says that some mode holds a whole range of them, of which
-    its ends are listed."""
+class MultiplicityReport:
+    """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried, ``continuum``
+    whether some mode holds a whole range of velocities; the ends of the range are then among the solutions.
+
+    Forces may differ at the same u where W is singular: that is hyperstatic, not multiple, and not counted.
+    """
 
     solutions: tuple[CoulombSolution, ...]
-    continuum: bool
+    exhaustive: bool
+    continuum: bool = False
+
+    @property
+    def multiple(self) -> bool:
+        """Whether two different answers to the same problem were found."""
+        return len(self.solutions) > 1
+
+    @property
+    def reason(self) -> str:
+        """One sentence."""
+        how = "all modes enumerated" if self.exhaustive else "from several starts"
+        found = len(self.solutions)
+        if not found:
+            return f"No solution found ({how})."
+        word = "solution" if found == 1 else "solutions with different velocities"
+        between = ", with others all the way between some of them" if self.continuum else ""
+        return f"{found} {word} found ({how}){between}; a solver returns one of them, by its start."
 
 
 def polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Polyhedron:
@@ -120,7 +144,7 @@ def distinct(answers: list[CoulombSolution], apart: float) -> tuple[CoulombSolut
     return tuple(kept)
 
 
-def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6) -> Enumeration:
+def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6) -> MultiplicityReport:
     """Solutions of a plane problem in all its modes; c <= 6 and dim = 2, else SceneError.
 
     Different means velocities ``apart`` relative to |q|; forces may differ at the same velocity where W is singular.
@@ -128,7 +152,7 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
-    W = _dense(scaled)
+    W = sparse.csr_array(scaled.W).toarray()
     answers: list[CoulombSolution] = []
     continuum = False
     for mode in product(_CHOICES, repeat=problem.contacts):
@@ -141,8 +165,34 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
                 own.append(CoulombSolution(problem, r, Outcome.CONVERGED, "modes", f"Mode {name}.", 0, spent))
         continuum = continuum or len(distinct(own, apart)) > 1
         answers += own
-    return Enumeration(distinct(answers, apart), continuum)
+    return MultiplicityReport(distinct(answers, apart), exhaustive=True, continuum=continuum)
 
 
-def _dense(scaled: ScaledProblem) -> FloatArray:
-    return scaled.W.toarray() if isinstance(scaled.W, sparse.csr_array) else scaled.W
+def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
+    """No force, full stick, and ``count`` random forces in the cone, of the size that stops u = q."""
+    stick = np.linalg.lstsq(problem.W.toarray(), -problem.q, rcond=1e-10)[0]
+    size = float(np.abs(stick).max(initial=0.0)) or problem.force_scale
+    rng = np.random.default_rng(0)
+    random = [rng.normal(size=(problem.contacts, problem.dim)) * size for _ in range(count)]
+    guesses = [problem.by_contact(stick), *random]
+    return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
+
+
+def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
+    """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
+
+    4^c modes, so c <= 6 and dim = 2, else SceneError. Where a mode holds a range of velocities its ends are listed:
+    see :attr:`MultiplicityReport.continuum`.
+    """
+    return every_mode(problem, tol).solutions
+
+
+def multiplicity(
+    problem: CoulombProblem, starts: int = 8, limits: Limits | None = None, apart: float = 1e-6
+) -> MultiplicityReport:
+    """Solve from no force, from full stick and from ``starts`` random forces; plane problems of c <= 6 by
+    all modes."""
+    if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
+        return every_mode(problem, apart=apart)
+    answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]
+    return MultiplicityReport(distinct([a for a in answers if a.converged], apart), exhaustive=False)

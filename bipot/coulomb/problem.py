@@ -67,8 +67,39 @@ def _require_contacts(rows: int, dim: int) -> None:
     require(rows > 0 and rows % dim == 0, "contact rows", rows, f"a positive multiple of dim = {dim}")
 
 
+class Affine:
+    """u = W r + q in d = ``dim`` rows a contact: what a problem and its scaled form share."""
+
+    W: Any
+    q: FloatArray
+    dim: int
+
+    @property
+    def size(self) -> int:
+        """Number of contact rows, d c."""
+        return self.q.size
+
+    def velocity(self, r: FloatArray) -> FloatArray:
+        """U = W r + q, (dc,)."""
+        return self.W @ r + self.q
+
+    def by_contact(self, vector: FloatArray) -> FloatArray:
+        """The rows of each contact, (dc,) -> (c, d)."""
+        return vector.reshape(-1, self.dim)
+
+    def symmetric_part(self) -> sparse.csr_array:
+        """(W + Wᵀ)/2, what a convex subproblem can hold."""
+        W = sparse.csr_array(self.W)
+        return sparse.csr_array((W + W.T) * 0.5)
+
+    def antisymmetric_part(self) -> sparse.csr_array:
+        """(W - Wᵀ)/2, what a convex subproblem must carry as a load."""
+        W = sparse.csr_array(self.W)
+        return sparse.csr_array((W - W.T) * 0.5)
+
+
 @dataclass(frozen=True, eq=False)
-class CoulombProblem:
+class CoulombProblem(Affine):
     """u = W r + q with Coulomb's law at every contact; W (dc, dc), q (dc,), mu (c,) or a number, dim = d.
 
     W may be dense or sparse, unsymmetric and rank deficient. Raises SceneError for sizes that do not fit,
@@ -92,11 +123,6 @@ class CoulombProblem:
         object.__setattr__(self, "W", matrix)
         object.__setattr__(self, "q", _vector(self.q, "q", rows))
         object.__setattr__(self, "mu", _friction(self.mu, rows // self.dim))
-
-    @property
-    def size(self) -> int:
-        """Number of contact rows, d c."""
-        return self.q.size
 
     @property
     def contacts(self) -> int:
@@ -139,22 +165,6 @@ class CoulombProblem:
     def magnitudes(self) -> sparse.csr_array:
         """|W|, entry by entry."""
         return sparse.csr_array(abs(self.W))
-
-    def velocity(self, r: FloatArray) -> FloatArray:
-        """U = W r + q, (dc,)."""
-        return self.W @ r + self.q
-
-    def by_contact(self, vector: FloatArray) -> FloatArray:
-        """The rows of each contact, (dc,) -> (c, d)."""
-        return vector.reshape(-1, self.dim)
-
-    def symmetric_part(self) -> sparse.csr_array:
-        """(W + Wᵀ)/2, what a convex subproblem can hold."""
-        return sparse.csr_array((self.W + self.W.T) * 0.5)
-
-    def antisymmetric_part(self) -> sparse.csr_array:
-        """(W - Wᵀ)/2, what a convex subproblem must carry as a load."""
-        return sparse.csr_array((self.W - self.W.T) * 0.5)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import CoulombProblem, columns
+from bipot.coulomb.problem import Affine, CoulombProblem, columns
 from bipot.laws.tensors import FloatArray
 
 # Above this many rows and below this filling a sparse factorisation beats a dense one.
@@ -44,7 +44,7 @@ def blocks(W: sparse.csr_array, dim: int) -> Blocks:
 
 
 @dataclass(frozen=True, eq=False)
-class ScaledProblem:
+class ScaledProblem(Affine):
     """Scaled problem u' = W' r' + q' with r = force r', u = length u' row by row: |q'| = 1, each contact's mean
     diagonal of W' is 1.
 
@@ -60,19 +60,6 @@ class ScaledProblem:
     force: FloatArray
     length: FloatArray
     blocks: Blocks | None
-
-    @property
-    def size(self) -> int:
-        """Number of contact rows, d c."""
-        return self.q.size
-
-    def by_contact(self, vector: FloatArray) -> FloatArray:
-        """(dc,) -> (c, d)."""
-        return vector.reshape(-1, self.dim)
-
-    def velocity(self, r: FloatArray) -> FloatArray:
-        """Scaled W' r' + q', (dc,)."""
-        return self.W @ r + self.q
 
     def unscale(self, r: FloatArray) -> FloatArray:
         """Force in the units of the problem it came from."""

@@ -22,7 +22,7 @@ from bipot.laws.penalised import default_penalty
 from bipot.programs.data import Stopwatch
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
-from bipot.programs.penalty_smooth import gradient_only, trust_region
+from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
 from bipot.traction import contact_edges
 from bipot.typing import Bools, Floats, Ints
@@ -45,18 +45,11 @@ class Optimiser(Enum):
         return (_OPTIMISERS[self] if program.contact.rows.count else newton)(program, start)
 
 
-def _stated(program: PenaltyProgram, start: Floats) -> Minimum:
-    """(29) through cvxpy, which is imported by those who ask for it."""
-    from bipot.programs.penalty_cvxpy import fictitious
-
-    return fictitious(program, TIGHT)
-
-
 _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
     Optimiser.NEWTON: newton,
     Optimiser.TRUST_REGION: trust_region,
     Optimiser.GRADIENT_ONLY: gradient_only,
-    Optimiser.CVXPY: _stated,
+    Optimiser.CVXPY: lambda program, start: fictitious(program, TIGHT),
 }
 
 

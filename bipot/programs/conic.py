@@ -49,23 +49,21 @@ class TangentProgram:
         layout.add(Block.DISPLACEMENT, len(self.f))
         bounds = layout.add(Block.SLIP_BOUND, len(cost))
         rows = self.contact.cone_rows(layout.size, bounds)
-        P, q = _padded(self.K, layout.size), np.concatenate([-self.f, cost])
+        P, q = padded(self.K, layout.size), np.concatenate([-self.f, cost])
         return ConicProgram(P, q, rows, layout.blocks, self.statement)
 
     def statement(self) -> Stated:
         """The same program as one writes it."""
         import cvxpy as cp
 
-        from bipot.programs.statement import ContactStatement
-
         dU = cp.Variable(len(self.f))
-        contact = ContactStatement.of(dU, self.contact)
+        contact = self.contact.statement(dU)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
         problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))
         return Stated(problem, contact.blocks, contact.constraints)
 
 
-def _padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
+def padded(K: sp.csc_matrix | Floats, size: int) -> sp.csc_matrix:
     """diag(K, 0) (size, size); a dense K keeps its zeros, so that its pattern does not depend on its values."""
     if not isinstance(K, np.ndarray):
         P = sp.csc_matrix(K)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -31,6 +31,8 @@ class Block(StrEnum):
     ELASTIC_DEVIATOR = "elastic_deviator"
     PLASTIC_NORM = "plastic_norm"
     SLIP_BOUND = "slip_bound"
+    FICTITIOUS_GAP = "fictitious_gap"
+    FICTITIOUS_SLIP = "fictitious_slip"
 
 
 @dataclass
@@ -129,13 +131,11 @@ class ContactRows:
             sp.csr_matrix((G.data, number[G.indices], G.indptr), shape=(len(G.indptr) - 1, len(dofs)))
             for G in (self.G_n, self.G_t)
         )
-        return ContactRows(G_n, self.gap, G_t, self.slip, self.frictional, self.mu, self.tied)
+        return replace(self, G_n=G_n, G_t=G_t)
 
     def scaled(self, length: float) -> ContactRows:
         """Gap and slip measured in ``length``."""
-        return ContactRows(
-            self.G_n, self.gap / length, self.G_t, self.slip / length, self.frictional, self.mu, self.tied
-        )
+        return replace(self, gap=self.gap / length, slip=self.slip / length)
 
     def motion(self, x: Floats) -> Floats:
         """(g + du_n, du_t) (c, d), zero tangential part where there is no friction row."""

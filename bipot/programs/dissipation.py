@@ -128,11 +128,9 @@ class DissipationProgram:
         """The same program as one writes it."""
         import cvxpy as cp
 
-        from bipot.programs.statement import ContactStatement
-
         m = self.model
         dU = cp.Variable(len(self.force))
-        contact = ContactStatement.of(dU, self.contact)
+        contact = self.contact.statement(dU)
         volume_change = m.volumetric @ dU + m.trace_0
         deviator = cp.reshape(m.deviatoric @ dU, m.stress.shape, order="C") + m.deviator_0
         d = cp.Variable(m.stress.shape) if m.flows else deviator

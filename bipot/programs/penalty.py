@@ -5,7 +5,7 @@ r"""The increment as a quadratic energy with penalised contact: smooth, convex, 
 (25) with the contact bipotential replaced by its envelopes (26)-(29) at a frozen threshold s. K and f are those of
 the ``tangent`` program, so that the two differ in the contact term alone. Tractions are nodal forces and
 penalties forces per length. How it is minimised is a choice: :mod:`bipot.programs.penalty_newton`,
-:mod:`bipot.programs.penalty_smooth`, :mod:`bipot.programs.penalty_cvxpy`.
+:mod:`bipot.programs.penalty_optimisers`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,13 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Cone, ConicProgram, Layout, Outcome, Rows, Timing
+from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
 from bipot.laws.projections import project_disc
 from bipot.programs.condensation import Condensed, condense, factorise
-from bipot.programs.conic import TangentProgram
-from bipot.programs.data import ContactRows, Units
+from bipot.programs.conic import TangentProgram, padded
+from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.typing import Floats, Ints
 
 
@@ -148,11 +149,81 @@ class PenaltyProgram:
         inverse = operator((n, n), matvec=lu.solve, rmatvec=lu.solve, dtype=float)
         return float(sla.norm(H, 1)) * float(np.asarray(sla.onenormest(inverse)))
 
+    def conic(self) -> ConicProgram:
+        """(29) in standard form, of the variables y = (dU, v_n, v_t) and bounds on |v_t|.
+
+        With du - v = B y + w the cost is 1/2 dU' K dU - f' dU + sum_c [k/2 |du - v|^2 - t_0 . (du - v) + s |v_t|].
+        """
+        terms, contact = self.contact, self.contact.rows
+        (count, width), layout = contact.slip.shape, Layout()
+        layout.add(Block.DISPLACEMENT, len(self.f))
+        gaps = layout.add(Block.FICTITIOUS_GAP, contact.count)
+        slips = layout.add(Block.FICTITIOUS_SLIP, contact.slip.size)
+        bounds = layout.add(Block.SLIP_BOUND, count)
+        B = sp.vstack([contact.G_n, contact.G_t], format="csr")
+        B = sp.hstack([B, -sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))], format="csr")
+        w = np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])
+        k = np.repeat([terms.k_n, terms.k_t], [contact.count, contact.slip.size])
+        t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
+        P = sp.csc_matrix(padded(self.K, layout.size) + B.T @ (sp.diags_array(k) @ B))
+        q = B.T @ (k * w - t_0)
+        q[:gaps] -= self.f
+        q[bounds:] = terms.threshold
+        closed = _unit_rows(np.arange(gaps, slips), layout.size)
+        order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
+        cones = _unit_rows(order.ravel(), layout.size)
+        room = np.maximum(terms.start_gap, 0.0)
+        rows = (
+            Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, closed, room),
+            Rows(Term.FRICTION, Cone.SECOND_ORDER, cones, np.zeros(order.size), width + 1),
+        )
+        return ConicProgram(P, q, rows, layout.blocks)
+
+    def statement(self) -> Stated:
+        """The same program as (29) states it; the dual of its constraint is t_n.
+
+        Squares stand as sums of squares of what is scaled by L, L' L = K, and by sqrt(k): interior points take those
+        three digits further than the same as quadratic forms. In the plane |v_t| is an absolute value, two linear
+        rows: as cones of two rows, points that stick (apex against interior) made interior points break down at a
+        tolerance of 1e-12, where the linear rows still answer at 1e-14. The terms in -t_0 . du are those of (17), see
+        :mod:`bipot.laws.penalised`.
+        """
+        import cvxpy as cp
+
+        terms, rows, f = self.contact, self.contact.rows, self.contact.rows.frictional
+        dU, v_n, v_t = cp.Variable(len(self.f)), cp.Variable(rows.count), cp.Variable(rows.slip.shape)
+        lag_n = rows.G_n @ dU + (rows.gap - terms.start_gap) - v_n
+        lag_t = cp.reshape(rows.G_t @ dU, rows.slip.shape, order="C") + rows.slip - v_t
+        length = cp.abs(v_t[:, 0]) if rows.tangents == 1 else cp.norm(v_t, 2, axis=1)
+        cost = (
+            -terms.t_0[:, 0] @ lag_n
+            + cp.sum_squares(np.sqrt(terms.k_n / 2) * lag_n)
+            - cp.sum(cp.multiply(terms.t_0[f, 1:], lag_t))
+            + terms.threshold @ length
+            + cp.sum_squares(np.sqrt(terms.k_t / 2) * lag_t)
+        )
+        closed = v_n >= -np.maximum(terms.start_gap, 0.0)
+        energy = cp.sum_squares(_square_root(self.K) @ dU) / 2 - self.f @ dU
+        problem = cp.Problem(cp.Minimize(energy + cost), [closed])
+        return Stated(problem, {Block.DISPLACEMENT: dU}, {Term.FICTITIOUS: closed})
+
     def condensed(self) -> tuple[PenaltyProgram, Condensed]:
         """The same program on the unknowns its contact rows touch, and the way back."""
         small = condense(TangentProgram.of(self.K, self.f, self.contact.rows, self.contact.threshold))
         terms = self.contact.columns(small.kept)
         return PenaltyProgram(small.program.K, small.program.f, terms), small
+
+
+def _square_root(K: sp.csc_matrix | Floats) -> Floats:
+    """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
+    values, vectors = np.linalg.eigh(K if isinstance(K, np.ndarray) else K.toarray())
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+
+
+def _unit_rows(variables: Ints, size: int) -> sp.csr_matrix:
+    """The rows (m, size) that pick ``variables`` (m,)."""
+    count = len(variables)
+    return sp.csr_matrix((np.ones(count), variables, np.arange(count + 1)), shape=(count, size))
 
 
 def _weighted(G: sp.csr_matrix, D: Floats) -> sp.csr_matrix:

@@ -17,13 +17,25 @@ sliding opens the contact.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.problem import Cone, ConicSolution, Rows
-from bipot.programs.data import ContactRows, Term, Units, rows_of
+from bipot.programs.data import Block, ContactRows, Term, Units, rows_of
 from bipot.typing import Bools, Floats, Ints
+
+if TYPE_CHECKING:
+    import cvxpy as cp
+
+
+class ContactStatement(NamedTuple):
+    """The contact part of a stated program: its cost, its variables and its constraints, by the conic form's names."""
+
+    cost: Any
+    blocks: dict[str, cp.Expression]
+    constraints: dict[str, cp.Constraint]
 
 
 @dataclass(frozen=True)
@@ -107,26 +119,48 @@ class ContactTerms:
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
-        return self.assemble(
-            solution.dual[Term.GAP].ravel(),
-            solution.dual[Term.FRICTION][:, 1:],
-            solution.dual[Term.TIE].ravel(),
-            solution.dual.get(Term.COULOMB, np.zeros((0, 1 + self.rows.tangents))),
-        )
-
-    def assemble(self, normal: Floats, tangential: Floats, tie: Floats, cone: Floats) -> Floats:
-        """r (c, d) from r_n of the unilateral, r_t of the sliding, (r_n, r_t) of the tied and the cones' duals."""
-        rows = self.rows
+        rows, dual = self.rows, solution.dual
         r = np.zeros((rows.count, 1 + rows.tangents))
-        tied = int(rows.tied.sum())
-        r[self.unilateral, 0] = normal
+        tie, tied = dual[Term.TIE].ravel(), int(rows.tied.sum())
+        cone = dual.get(Term.COULOMB, np.zeros((0, 1 + rows.tangents)))
+        r[self.unilateral, 0] = dual[Term.GAP].ravel()
         r[rows.tied, 0] = tie[:tied]
-        r[rows.frictional[self.sliding], 1:] = tangential
+        r[rows.frictional[self.sliding], 1:] = dual[Term.FRICTION][:, 1:]
         r[rows.frictional[self.stuck], 1:] = tie[tied:].reshape(-1, rows.tangents)
         contact = rows.frictional[self.coned]
         r[contact, 0] = cone[:, 0]
         r[contact, 1:] = rows.mu[contact, None] * cone[:, 1:]
         return r
+
+    def statement(self, dU: cp.Variable) -> ContactStatement:
+        """The same as one states it in cvxpy on the displacement variable ``dU``.
+
+        Cost s' t, G_n dU + g >= 0, (t_c, G_t,c dU + w_c) in the second-order cone, ties as equalities; or, with the
+        shift frozen, (G_n,c dU + g_c + shift_c, mu G_t,c dU + mu w_c) in it and no cost.
+        """
+        import cvxpy as cp
+
+        rows = self.rows
+        normal, tied = rows.G_n[self.unilateral], rows.G_n[rows.tied]
+        sliding, slip = self.tangent_rows(self.sliding)
+        cost: Any = cp.Constant(0.0)
+        blocks: dict[str, cp.Expression] = {Block.DISPLACEMENT: dU}
+        constraints: dict[str, cp.Constraint] = {}
+        if normal.shape[0]:
+            constraints[Term.GAP] = normal @ dU + rows.gap[self.unilateral] >= 0
+        if slip.size:
+            t = blocks[Block.SLIP_BOUND] = cp.Variable(len(slip))
+            constraints[Term.FRICTION] = cp.SOC(t, cp.reshape(sliding @ dU, slip.shape, order="C") + slip, axis=1)
+            cost = self.threshold[self.sliding] @ t
+        if tied.shape[0]:
+            stuck, offset = self.tangent_rows(self.stuck)
+            shut = np.concatenate([rows.gap[rows.tied], offset.ravel()])
+            constraints[Term.TIE] = sp.vstack([tied, stuck]) @ dU + shut == 0
+        normal, gap, tangent, slip = self.shifted_rows()
+        if gap.size:
+            motion = cp.reshape(tangent @ dU, slip.shape, order="C") + slip
+            constraints[Term.COULOMB] = cp.SOC(normal @ dU + gap, motion, axis=1)
+        return ContactStatement(cost, blocks, constraints)
 
 
 def norm_rows(

@@ -1,25 +1,25 @@
-r"""The condensed penalised program given to a general smooth optimiser, where the paper used MINOS.
+r"""The condensed penalised program given to optimisers of others, where the paper used MINOS.
 
 SciPy's trust-region method takes value, gradient and generalised Hessian; L-BFGS the first two only. Both work in
 y = L' x with L L' the condensed stiffness plus the penalties, a change of variables that leaves the contact's kinks
-as the only difficulty.
+as the only difficulty. Clarabel, through cvxpy, takes (29) as stated, with the fictitious increments as variables.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import scipy.linalg as la
 
 from bipot.conic.problem import Outcome, Timing
+from bipot.conic.solver import Accuracy
+from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import ProgramError
+from bipot.programs.data import Block
 from bipot.programs.penalty import Minimum, PenaltyProgram
 from bipot.typing import Floats
-
-Solve = Callable[["Whitened", Floats], Any]
 
 LOST = 1e-3
 SOLVED = 1e-7
@@ -60,27 +60,6 @@ class Whitened:
         return la.solve_triangular(self.L, half.T, lower=True)
 
 
-def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
-    """Minimise with gradient and generalised Hessian. Raises ProgramError."""
-    return _optimise(program, start, _trust)
-
-
-def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
-    """Minimise with gradients only (L-BFGS). Raises ProgramError."""
-    return _optimise(program, start, _lbfgs)
-
-
-def _trust(psi: Whitened, y: Floats) -> Any:
-    # scipy.optimize takes long to import; no other form asks for it.
-    from scipy.optimize import minimize
-
-    options = {"gtol": TOLERANCE, "maxiter": 500}
-    stop = _Stalled(y)
-    return minimize(
-        psi.value, y, jac=psi.gradient, hess=psi.hessian, method="trust-exact", options=options, callback=stop
-    )
-
-
 class _Stalled:
     """Ends a trust-region run whose steps are refused: at round-off of Psi its radius would shrink for ever."""
 
@@ -94,23 +73,59 @@ class _Stalled:
             raise StopIteration
 
 
-def _lbfgs(psi: Whitened, y: Floats) -> Any:
+def trust_region(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradient and generalised Hessian. Raises ProgramError."""
+    return _optimise(program, start, "trust-exact", gtol=TOLERANCE, maxiter=500)
+
+
+def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
+    """Minimise with gradients only (L-BFGS). Raises ProgramError."""
+    return _optimise(program, start, "L-BFGS-B", gtol=TOLERANCE, ftol=0.0, maxiter=5000, maxfun=20000, maxcor=40)
+
+
+def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: float) -> Minimum:
+    # scipy.optimize takes long to import, and no other optimiser asks for it.
     from scipy.optimize import minimize
 
-    options = {"gtol": TOLERANCE, "ftol": 0.0, "maxiter": 5000, "maxfun": 20000, "maxcor": 40}
-    return minimize(psi.value, y, jac=psi.gradient, method="L-BFGS-B", options=options)
-
-
-def _optimise(program: PenaltyProgram, start: Floats, solve: Solve) -> Minimum:
     began = time.perf_counter()
     small, condensed = program.condensed()
     u = start[condensed.kept]
     psi = Whitened(small, u)
     built = time.perf_counter()
-    answer = solve(psi, psi.y(u))
+    y = psi.y(u)
+    second: dict[str, Any] = {"hess": psi.hessian, "callback": _Stalled(y)} if method == "trust-exact" else {}
+    answer: Any = minimize(psi.value, y, jac=psi.gradient, method=method, options=options, **second)
     x = condensed.recover(psi.x(answer.x))
     error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
     if not error <= LOST:
         raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
     outcome = Outcome.SOLVED if error <= SOLVED else Outcome.ALMOST
     return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
+
+
+def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:
+    """Minimise through cvxpy and Clarabel to the first of ``accuracies`` that is claimed met.
+
+    When none is, the answer of least residual stands, as almost solved. Iterations and seconds are those of all
+    attempts. Raises ProgramError and its kin when no attempt gave an answer.
+    """
+    began = time.perf_counter()
+    small, condensed = program.condensed()
+    stated = small.statement()
+    iterations, timing = 0, Timing(build=time.perf_counter() - began)
+    answers: list[Floats] = []
+    failure = ProgramError("no accuracy was asked for")
+    for accuracy in accuracies:
+        try:
+            outcome, count, spent = solve_stated(stated, accuracy)
+        except ProgramError as failed:
+            failure = failed
+            continue
+        iterations, timing = iterations + count, timing + spent
+        answers.append(np.asarray(stated.blocks[Block.DISPLACEMENT].value))
+        if outcome is Outcome.SOLVED:
+            return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
+    if not answers:
+        raise failure
+    best = min(answers, key=lambda u: float(np.abs(small.gradient(u)).max()))
+    return Minimum(condensed.recover(best), Outcome.ALMOST, iterations, timing)
