@@ -14,7 +14,6 @@ from bipot.fem.kinematics import Configuration, Geometry, gradients
 from bipot.fem.orientation import (
     PRODUCTS,
     determinant_coefficients,
-    min_scaled_jacobian,
     refuse_folded,
     scaled_jacobians,
     shapes,
@@ -130,9 +129,7 @@ def test_the_scaled_jacobian_is_a_lower_bound_within_its_tolerance():
     assert (bound <= sampled + 1e-10 * (1 + np.abs(sampled))).all()
     assert (bound >= sampled - 1.01e-3 * np.abs(sampled) - 1e-6).all()
     valid = np.flatnonzero(sampled > 0.05)
-    least = min_scaled_jacobian(nodes, elements[valid])
-    assert least == pytest.approx(bound[valid].min(), rel=1e-3)
-    assert least <= sampled[valid].min()
+    assert bound[valid].min() <= sampled[valid].min()
 
 
 def test_the_mean_is_the_area():
@@ -155,7 +152,7 @@ def test_a_valley_is_decided_on_both_sides_of_zero(left):
     assert not refusal(bent(1 - left))
     assert "is not positive" in refusal(bent(1 + left))
     mean = 1 - 2 / 3 * (1 - left)
-    lower = min_scaled_jacobian(bent(1 - left), ELEMENT)
+    lower = scaled_jacobians(bent(1 - left), ELEMENT).item()
     assert lower == pytest.approx(left / mean, rel=1e-3, abs=1e-6)
 
 
@@ -190,7 +187,7 @@ def test_a_fold_is_named_with_element_place_and_value():
 
 
 def test_a_reversed_element_has_no_scaled_jacobian():
-    assert min_scaled_jacobian(SQUARE, ELEMENT[:, [0, 3, 2, 1, 7, 6, 5, 4]]) == -np.inf
+    assert scaled_jacobians(SQUARE, ELEMENT[:, [0, 3, 2, 1, 7, 6, 5, 4]]).item() == -np.inf
     assert scaled_jacobians(SQUARE, ELEMENT[:, [0, 3, 2, 1, 7, 6, 5, 4]]).tolist() == [-np.inf]
 
 

@@ -91,43 +91,41 @@ def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
 
 @dataclass(frozen=True)
 class Least:
-    """Bounds of the least value (g,) of groups of patches; ``upper`` is taken in patch ``where`` at ``at`` (g, 2)."""
+    """Bounds of the least value (e,) of each element; ``upper`` is taken at ``at`` (e, 2)."""
 
     lower: Floats
     upper: Floats
-    where: Ints
     at: Floats
 
 
-def least(D: Floats, group: Ints, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
-    """Bounds of the least value of the polynomials with coefficients D (e, 4, 4) in each ``group`` (e,) of them.
+def least(D: Floats, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
+    """Bounds of the least value of each polynomial with coefficients D (e, 4, 4).
 
-    A patch is halved until ``settled(lower, upper, group)`` (p,), told its own lower and its group's upper bounds.
+    A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
     """
-    count = int(group.max()) + 1
-    lower, upper = np.full(count, np.inf), np.full(count, np.inf)
-    where, at = np.zeros(count, dtype=np.intp), np.zeros((count, 2))
-    patch, origin, size = np.arange(len(D)), np.zeros((len(D), 2)), 1.0
+    count = len(D)
+    lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, 2))
+    element, origin, size = np.arange(count), np.zeros((count, 2)), 1.0
     for level in range(LEVELS + 1):
         corners = D[:, ::3, ::3].reshape(-1, 4)
         high = corners.min(axis=1)
-        # From the highest down: what is written last, and stays, is the least of its group.
+        # From the highest down: what is written last, and stays, is the least of its element.
         order = np.argsort(-high)
-        order = order[high[order] < upper[group[order]]]
+        order = order[high[order] < upper[element[order]]]
         corner = corners[order].argmin(axis=1)
-        upper[group[order]], where[group[order]] = high[order], patch[order]
-        at[group[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
+        upper[element[order]] = high[order]
+        at[element[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
         low = D.min(axis=(1, 2))
-        done = settled(low, upper[group], group) | (level == LEVELS)
-        np.minimum.at(lower, group[done], low[done])
+        done = settled(low, upper[element], element) | (level == LEVELS)
+        np.minimum.at(lower, element[done], low[done])
         if done.all():
             break
         left, size = ~done, size / 2
         halves = HALVES[:, None] @ D[left][:, None, None] @ HALVES.swapaxes(1, 2)
-        D, group, patch = halves.reshape(-1, 4, 4), np.repeat(group[left], 4), np.repeat(patch[left], 4)
+        D, element = halves.reshape(-1, 4, 4), np.repeat(element[left], 4)
         shift = size * np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
         origin = (origin[left][:, None] + shift).reshape(-1, 2)
-    return Least(lower, upper, where, at)
+    return Least(lower, upper, at)
 
 
 def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
@@ -139,31 +137,12 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
     >>> scaled_jacobians(x, np.arange(8)[None]).round(12)
     array([0.2])
     """
-    D, mean = _scaled(nodes, elements)
-    out = np.full(len(D), -np.inf)
-    turned = np.flatnonzero(mean > 0)
-    if turned.size:
-        out[turned] = least(D[turned], np.arange(len(turned)), _within(tolerance)).lower
-    return out
-
-
-def min_scaled_jacobian(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> float:
-    """The smallest of :func:`scaled_jacobians`, for less than all of them."""
-    D, mean = _scaled(nodes, elements)
-    if mean.min() <= 0:
-        return -np.inf
-    return float(least(D, np.zeros(len(D), dtype=np.intp), _within(tolerance)).lower[0])
-
-
-def _scaled(nodes: Floats, elements: Ints) -> tuple[Floats, Floats]:
-    """Coefficients over their mean (e, 4, 4), where that is positive, and the mean (e,)."""
     D, _ = determinant_coefficients(nodes[elements])
     mean = D.mean(axis=(1, 2))
-    return np.divide(D, mean[:, None, None], out=D, where=mean[:, None, None] > 0), mean
-
-
-def _within(tolerance: float) -> Callable[[Floats, Floats, Ints], Bools]:
-    return lambda low, upper, _: low >= upper - tolerance * np.abs(upper)
+    out, turned = np.full(len(D), -np.inf), mean > 0
+    scaled = D[turned] / mean[turned, None, None]
+    out[turned] = least(scaled, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
+    return out
 
 
 def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Geometry) -> None:
@@ -208,10 +187,8 @@ def _folded(x: Floats) -> Fault | None:
     """The worst of the elements whose least det J is not above round-off, or not known to be."""
     D, noise = determinant_coefficients(x)
     suspect = np.flatnonzero(~(D.min(axis=(1, 2)) > noise))
-    if not suspect.size:
-        return None
     D, noise = D[suspect], noise[suspect]
-    found = least(D, np.arange(len(D)), lambda low, upper, group: (low > noise[group]) | ~(upper > noise[group]))
+    found = least(D, lambda low, upper, element: (low > noise[element]) | ~(upper > noise[element]))
     bad = np.flatnonzero(~(found.lower > noise))
     if not bad.size:
         return None
