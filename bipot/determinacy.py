@@ -80,7 +80,7 @@ def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) 
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions.
     suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
-    return tuple(int(a) for a in suspects if unknowns[a] > _rank(_directions(rows, motion, active, node == a)))
+    return tuple(int(a) for a in suspects if unknowns[a] > _independent(rows, motion, active, node == a))
 
 
 def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats) -> Floats:
@@ -149,8 +149,8 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
     return np.repeat(chosen[rows.frictional], rows.tangents)
 
 
-def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> Floats:
-    """Directions (m, n) in which the closed contacts ``here`` may push, one an unknown force."""
+def _independent(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> int:
+    """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force."""
     out: list[Floats] = []
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
@@ -160,11 +160,8 @@ def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) 
         else:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
             out.append(normal - rows.mu[c] * slip @ tangents if len(tangents) else normal)
-    return np.vstack(out)
-
-
-def _rank(A: Floats) -> int:
-    return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
+    directions = np.vstack(out)
+    return int(np.linalg.matrix_rank(directions, tol=RANK * np.abs(directions).max(initial=1.0)))
 
 
 def cleaned(motion: Floats) -> Floats:

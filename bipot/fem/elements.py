@@ -58,7 +58,13 @@ def radon7() -> tuple[Floats, Floats]:
 @cache
 def quad8(rule: Quadrature) -> Reference:
     """Eight-node serendipity quadrilateral at the points of ``rule``."""
-    return Reference.of(skfem.ElementQuadS2(), *_rule(rule))
+    if rule is Quadrature.RADON7:
+        points, weights = radon7()
+    else:
+        line, weight = np.polynomial.legendre.leggauss({Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}[rule])
+        points = np.array([(x, y) for x in line for y in line])
+        weights = np.outer(weight, weight).ravel()
+    return Reference.of(skfem.ElementQuadS2(), (points + 1) / 2, weights / 4)
 
 
 @cache
@@ -66,14 +72,3 @@ def line3() -> Reference:
     """Three-node line (end, middle, end) with three Gauss points, for traction on edges."""
     points, weights = np.polynomial.legendre.leggauss(3)
     return Reference.of(skfem.ElementLineP2(), (points[:, None] + 1) / 2, weights / 2, (0, 2, 1))
-
-
-def _rule(rule: Quadrature) -> tuple[Floats, Floats]:
-    """Points (q, 2) and weights (q,) on [0, 1]^2."""
-    if rule is Quadrature.RADON7:
-        points, weights = radon7()
-    else:
-        line, weight = np.polynomial.legendre.leggauss({Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}[rule])
-        points = np.array([(x, y) for x in line for y in line])
-        weights = np.outer(weight, weight).ravel()
-    return (points + 1) / 2, weights / 4

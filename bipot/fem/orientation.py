@@ -155,10 +155,9 @@ def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Ge
     """
     x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
     D, local, both = _coefficients(x)
-    fault = None
     # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
-    if not D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max():
-        fault = _folded(x)
+    clear = D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max()
+    fault = None if clear else _folded(x)
     if fault is None and geometry is Geometry.AXISYMMETRIC:
         fault = _off_axis(x)
     if fault is not None:
