@@ -6,17 +6,15 @@ from itertools import combinations, product
 
 import numpy as np
 import pytest
-import skfem
 
 from bipot.errors import InvertedElement
-from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.elements import Quadrature, quad8, quad8_at
 from bipot.fem.kinematics import Configuration, Geometry, gradients
 from bipot.fem.orientation import (
-    PRODUCTS,
+    FROM_VALUES,
     determinant_coefficients,
     refuse_folded,
     scaled_jacobians,
-    shapes,
 )
 from bipot.mesh import Mesh, block, cylinder
 from bipot.response import Body, body_space, rest
@@ -60,17 +58,11 @@ def test_the_coefficients_are_det_J_identically():
             assert value == G[k][0] * G[m][1] - G[k][1] * G[m][0]
 
 
-def test_the_product_table_keeps_constants():
-    """One times one is one: the weights of every coefficient, all positive, sum to one."""
-    np.testing.assert_allclose(PRODUCTS.sum(axis=0), 1, rtol=1e-14)
-    assert PRODUCTS.min() == 0
-
-
-def test_shape_functions_are_those_of_the_element():
-    for rule in Quadrature:
-        reference = quad8(rule)
-        np.testing.assert_allclose([shapes(at) for at in reference.points], reference.values, atol=1e-14)
-    np.testing.assert_allclose([shapes(at) for at in skfem.ElementQuadS2().doflocs], np.eye(8), atol=1e-15)
+def test_the_coefficients_keep_constants_and_take_the_corners_values():
+    """The weights of every coefficient sum to one; at a corner the coefficient is the value."""
+    np.testing.assert_allclose(FROM_VALUES.sum(axis=0), 1, rtol=1e-14)
+    corners = [0, 3, 12, 15]
+    np.testing.assert_allclose(FROM_VALUES[:, corners], np.eye(16)[:, corners], atol=1e-15)
 
 
 def least_by_search(x):
@@ -236,7 +228,7 @@ def test_between_the_edges_the_radius_is_never_least():
     """Valid elements with positive radius on their edges have it inside: the sampled least is on the edge."""
     x = random_elements(300, 3)
     points, inside = grid(21), ((grid(21) > 0) & (grid(21) < 1)).all(axis=1)
-    values = np.array([shapes(at) for at in points])
+    values = quad8_at(points).values
     checked = 0
     for element in x:
         if not refusal(element):

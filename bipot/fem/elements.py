@@ -6,7 +6,7 @@ The reference square is scikit-fem's [0, 1]^2. Weights sum to its area, one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
 from typing import Any
@@ -64,7 +64,12 @@ def quad8(rule: Quadrature) -> Reference:
         line, weight = np.polynomial.legendre.leggauss({Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}[rule])
         points = np.array([(x, y) for x in line for y in line])
         weights = np.outer(weight, weight).ravel()
-    return Reference.of(skfem.ElementQuadS2(), (points + 1) / 2, weights / 4)
+    return replace(quad8_at((points + 1) / 2), weights=weights / 4)
+
+
+def quad8_at(points: Floats) -> Reference:
+    """Eight-node serendipity quadrilateral at points (q, 2), all of the same weight."""
+    return Reference.of(skfem.ElementQuadS2(), points, np.full(len(points), 1 / len(points)))
 
 
 @cache

@@ -2,7 +2,7 @@ r"""Whether elements are folded anywhere, not only where they are integrated.
 
 An eight-node quadrilateral is a quadratic Bezier patch x = sum B_i B_j P_ij whose middle point P_11 is given by the
 others, because the square of both coordinates is not among its shapes. Its derivatives have degrees (1, 2) and (2, 1),
-so that det J has degree (3, 3) and is its sixteen Bernstein coefficients D_mn over the whole element:
+so that det J has degree (3, 3) and is, from sixteen values, its Bernstein coefficients D_mn over the whole element:
 
     det J = x,1 x y,2 - y,1 x,2,    min D_mn <= det J <= max D_mn,    mean det J = mean D_mn,
 
@@ -22,6 +22,7 @@ from math import comb
 import numpy as np
 
 from bipot.errors import InvertedElement
+from bipot.fem.elements import quad8_at
 from bipot.fem.kinematics import Geometry
 from bipot.typing import Bools, Floats, Ints
 
@@ -35,35 +36,13 @@ AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
 
 
-def _control() -> Floats:
-    """Control points P (9, 8) from nodal values: corners, edges (4 m - a - b) / 2, middle without (2, 2) term."""
-    points = np.zeros((3, 3, 8))
-    corners = ((0, 0), (2, 0), (2, 2), (0, 2))
-    for k, (i, j) in enumerate(corners):
-        points[i, j, k] = 1
-    for k, middle in enumerate(((1, 0), (2, 1), (1, 2), (0, 1))):
-        points[middle][[k, (k + 1) % 4, 4 + k]] = -0.5, -0.5, 2
-    points[1, 1] = np.repeat([-0.75, 1.0], 4)
-    return points
-
-
-def _derivatives() -> Floats:
-    """Coefficients (8, 12) of d/dxi in degree (1, 2), then of d/deta in degree (2, 1), from nodal values."""
-    points = _control()
-    along = 2 * np.diff(points, axis=0).reshape(6, 8), 2 * np.diff(points, axis=1).reshape(6, 8)
-    return np.ascontiguousarray(np.vstack(along).T)
-
-
-def _products() -> Floats:
-    """Coefficients (36, 16) in degree (3, 3) of products of those two: B_i^1 B_k^2 is binomial times B_{i+k}^3."""
-    table = np.zeros((2, 3, 3, 2, 4, 4))
-    for i, j, k, m in np.ndindex(2, 3, 3, 2):
-        weight = comb(1, i) * comb(2, k) * comb(2, j) * comb(1, m) / (comb(3, i + k) * comb(3, j + m))
-        table[i, j, k, m, i + k, j + m] = weight
-    return table.reshape(36, 16)
-
-
-DERIVATIVES, PRODUCTS = _derivatives(), _products()
+_TIMES = np.array([0.0, 0.25, 0.75, 1.0])
+_CUBICS = np.array([[comb(3, n) * t**n * (1 - t) ** (3 - n) for n in range(4)] for t in _TIMES])
+FROM_VALUES = np.linalg.inv(np.kron(_CUBICS, _CUBICS)).T
+"""What takes values (16,) on the grid of Chebyshev's points with ends to the coefficients (16,) in degree (3, 3)."""
+_GRID = np.array([(s, t) for s in _TIMES for t in _TIMES])
+SLOPES = quad8_at(_GRID).gradients.transpose(1, 2, 0).reshape(8, 32)
+"""d/dxi at these points, then d/deta (8, 32), from nodal values."""
 _FIRST = np.array([[comb(m, n) / 2**m for n in range(4)] for m in range(4)])
 HALVES = np.stack([_FIRST, _FIRST[::-1, ::-1]])
 """De Casteljau's matrices (2, 4, 4): a cubic's coefficients on the first and on the second half."""
@@ -77,16 +56,14 @@ def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
 
 
 def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
-    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and the coefficients (2, e, 12) of derivatives."""
-    e = len(x)
+    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and derivatives (2, e, 32) on the grid."""
     # Direction first: one dense product instead of one an element.
     local = np.ascontiguousarray(x.transpose(2, 0, 1))
     local -= local[:, :, :1].copy()
-    both = (local.reshape(-1, 8) @ DERIVATIVES).reshape(2, e, 12)
-    first, second = both[:, :, :6, None], both[:, :, None, 6:]
-    cross = first[0] * second[1]
-    cross -= first[1] * second[0]
-    return (cross.reshape(e, 36) @ PRODUCTS).reshape(e, 4, 4), local, both
+    both = (local.reshape(-1, 8) @ SLOPES).reshape(2, len(x), 32)
+    first, second = both[:, :, :16], both[:, :, 16:]
+    cross = first[0] * second[1] - first[1] * second[0]
+    return (cross @ FROM_VALUES).reshape(-1, 4, 4), local, both
 
 
 @dataclass(frozen=True)
@@ -163,7 +140,7 @@ def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Ge
     if fault is not None:
         count = len(elements)
         when = list(placements)[fault.patch // count]
-        place = tuple(np.round(shapes(fault.at) @ x[fault.patch], 6).tolist())
+        place = tuple(np.round(quad8_at(fault.at[None]).values[0] @ x[fault.patch], 6).tolist())
         raise InvertedElement(f"element {fault.patch % count} at {place}, {when}: {fault.what}")
 
 
@@ -174,12 +151,6 @@ class Fault:
     patch: int
     at: Floats
     what: str
-
-
-def shapes(at: Floats) -> Floats:
-    """Shape functions (8,) at a point (2,) of the reference square."""
-    first, second = (np.array([(1 - t) ** 2, 2 * t * (1 - t), t**2]) for t in at)
-    return np.einsum("i,j,ijk->k", first, second, _control())
 
 
 def _folded(x: Floats) -> Fault | None:
