@@ -27,11 +27,10 @@ from scipy.linalg import null_space
 from scipy.optimize import linprog, nnls
 
 from bipot.contact import carries, touches
+from bipot.iterate import Iterate
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
 from bipot.programs.data import ContactRows, rows_of
-from bipot.response import Response
-from bipot.system import System
 from bipot.typing import Bools, Floats
 
 STICKS = 1e-8
@@ -59,8 +58,9 @@ class Active:
     still: Bools
 
     @staticmethod
-    def of(rows: ContactRows, motion: Floats, r: Floats, size: float) -> Active:
+    def of(iterate: Iterate, r: Floats) -> Active:
         """By force, gap and slip."""
+        rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | carries(r) | touches(motion[:, 0], size)
         limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
@@ -69,59 +69,59 @@ class Active:
         return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
 
 
-def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) -> tuple[int, ...]:
+def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     """Nodes whose contact forces are not determined (module docstring)."""
+    system, rows = iterate.increment.system, iterate.rows
     if not system.shares:
         return ()
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
     contacts = np.bincount(node[active.closed], minlength=count)
     unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions.
     suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
-    return tuple(int(a) for a in suspects if unknowns[a] > _independent(rows, motion, active, node == a))
+    return tuple(int(a) for a in suspects if unknowns[a] > _independent(iterate, active, node == a))
 
 
-def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats) -> Floats:
+def loose_motions(iterate: Iterate, r: Floats) -> Floats:
     """Rigid motions N (n, m) of the free unknowns, orthonormal, that neither supports nor closed contacts prevent."""
-    rigid = system.rigid_at(nodes)
+    rigid = _rigid(iterate)
     if not rigid.size:
         return rigid
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
-    return _unstopped(rows, rigid, active.closed, active.sticking)
+    active = Active.of(iterate, r)
+    return _unstopped(iterate.rows, rigid, active.closed, active.sticking)
 
 
-def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats, noise: float) -> bool:
+def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
     It leaves those that carry more closed, and at rest where they stick.
     """
-    rigid = system.rigid_at(nodes)
+    rigid, rows = _rigid(iterate), iterate.rows
     if not rigid.size:
         return False
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    active = Active.of(iterate, r)
     presses = rows.tied | carries(r, noise)
     N = _unstopped(rows, rigid, presses, active.sticking & presses)
     idle = active.closed & ~presses
     return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
 
 
-def branches(system: System, response: Response, rows: ContactRows, r: Floats) -> bool:
+def branches(iterate: Iterate, r: Floats) -> bool:
     """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
-    body = system.body
-    active = Active.of(rows, rows.motion(response.x), r, body.scene.mesh.size)
+    rows, active = iterate.rows, Active.of(iterate, r)
     held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
-    K = body.space.matrix(body.tangent(response))
+    K = iterate.increment.system.body.space.matrix(iterate.tangent())
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
     lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
 
 
-def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
+def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
     """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction."""
-    motion = rows.motion(x)
+    rows, motion, x = iterate.rows, iterate.motion, iterate.x
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
     rubs = carries(r)[rows.frictional]
@@ -138,6 +138,11 @@ def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
     return x - N @ (start + unit * left[:-1] / left[-1])
 
 
+def _rigid(iterate: Iterate) -> Floats:
+    """Rigid motions (n, m) that the supports allow where the increment starts."""
+    return iterate.increment.system.rigid_at(iterate.increment.start.nodes)
+
+
 def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:
     """Rigid motions (n, m), orthonormal if ``rigid`` are, that keep gaps of ``closed`` and slips of ``sticking``."""
     stopped = [(rows.G_n @ rigid)[closed], (rows.G_t @ rigid)[_slips(rows, sticking)]]
@@ -149,8 +154,9 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
     return np.repeat(chosen[rows.frictional], rows.tangents)
 
 
-def _independent(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> int:
+def _independent(iterate: Iterate, active: Active, here: Bools) -> int:
     """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force."""
+    rows, motion = iterate.rows, iterate.motion
     out: list[Floats] = []
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
