@@ -261,11 +261,14 @@ def advance(start: State, solved: Solved) -> State:
 def _predicted(increment: Increment, cache: Cache) -> Floats:
     """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
 
-    Where tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and
-    more of it over the last motion, which opens them further.
+    Where no tool moves or slips along the body, nothing drives it: it stays, for its material knows no time. Where
+    tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
+    it over the last motion, which opens them further.
     """
     start, rows, space = increment.start, increment.rows, increment.system.body.space
     x = cache.pace.predict(start, increment.tau).ravel()[space.free]
+    if np.array_equal(rows.gap, start.gap) and not rows.slip.any():
+        return np.zeros_like(x)
     carried = float(start.forces[:, 0] @ start.gap)
     going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))
     return np.zeros_like(x) if going_on > staying > 0 else x
