@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,15 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
-from bipot.errors import ProgramError
 from bipot.fem.kinematics import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
+from bipot.laws.coulomb import natural_map
 from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.programs import frames
 from bipot.programs.data import ContactRows
-from bipot.programs.newton import Frames, Linearised, Pattern
+from bipot.programs.frames import Frames
+from bipot.programs.newton import Linearised
+from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Deadband, Pieces
 from bipot.scene import upsetting
 
@@ -43,14 +48,14 @@ def rows_of(
 def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> tuple[np.ndarray, np.ndarray]:
     """Full Newton steps on K x = F + G' r from rest."""
     pattern = Pattern.of(*_csc(K))
-    frames = Frames.of(rows, pattern)
+    held = Frames.of(rows, pattern)
     x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
     scale = np.full(rows.count, K.diagonal().max())
     for _ in range(steps):
         data = np.zeros(K.size + 1)
         data[pattern.place] = K.T.ravel()
         pieces = Pieces.of(rows, rows.motion(x), r, scale)
-        dx, r = Linearised.of(data, pattern, frames, pieces).step(K @ x - F, rows.motion(x), r)
+        dx, r = Linearised.of(data, pattern, held, pieces).step(K @ x - F, rows.motion(x), r)
         x = x + dx
     return x, r
 
@@ -157,7 +162,7 @@ def test_dead_band_holds_a_contact_without_force_or_gap() -> None:
     assert Pieces.of(rows, entering, np.zeros((2, 2)), scale, band, opened).closed.tolist() == [False, True]
 
 
-def test_frames_agree_with_the_rows_and_refuse_what_they_cannot_hold() -> None:
+def test_frames_agree_with_the_rows() -> None:
     rng = np.random.default_rng(0)
     G_n, G_t = np.zeros((2, 5)), np.zeros((2, 5))
     G_n[0, 1:3], G_t[0, 1:3] = turned(0.3)
@@ -165,17 +170,58 @@ def test_frames_agree_with_the_rows_and_refuse_what_they_cannot_hold() -> None:
     rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
     rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.tied)
     pattern = Pattern.of(*_csc(np.zeros((5, 5))))
-    frames = Frames.of(rows, pattern)
+    held = Frames.of(rows, pattern)
     x, r = rng.normal(size=5), np.array([[1.0, -0.3], [2.0, 0.0]])
-    np.testing.assert_allclose(frames.motion(rows, x), rows.motion(x), atol=1e-14)
-    np.testing.assert_allclose(frames.forces(r, 5), rows.forces(r), atol=1e-14)
-    np.testing.assert_allclose(frames.reaction(rows.forces(r)), r, atol=1e-14)
-    with pytest.raises(ProgramError, match="share"):
-        Frames.of(rows_of(np.eye(3)[[0, 0]], np.eye(3)[[1, 2]], np.zeros(2), np.zeros(2), 0.1), pattern)
-    with pytest.raises(ProgramError, match="several nodes"):
-        Frames.of(rows_of(np.ones((1, 5)), np.zeros((1, 5)), np.zeros(1), np.zeros(1), 0.1), pattern)
-    with pytest.raises(ProgramError, match="dependent"):
-        Frames.of(rows_of(np.eye(5)[:1], np.eye(5)[:1], np.zeros(1), np.zeros(1), 0.1), pattern)
+    np.testing.assert_allclose(held.motion(rows, x), rows.motion(x), atol=1e-14)
+    np.testing.assert_allclose(held.forces(rows, r), rows.forces(r), atol=1e-14)
+    np.testing.assert_allclose(held.reaction(rows.forces(r)), r, atol=1e-14)
+
+
+@settings(deadline=None, derandomize=True, max_examples=20)
+@given(st.integers(0, 10_000), st.booleans())
+def test_forces_that_border_the_matrix_give_the_step_of_forces_that_are_eliminated(seed: int, frictional: bool) -> None:
+    """On contacts that own their unknowns, which either takes; with and without friction rows, every piece."""
+    rng = np.random.default_rng(seed)
+    n, c = 9, 3
+    A = rng.normal(size=(n, n))
+    K, F = A @ A.T + n * np.eye(n), 5 * rng.normal(size=n)
+    G_n, G_t = np.zeros((c, n)), np.zeros((c, n))
+    for k, R in enumerate(map(turned, rng.uniform(0, 6, c))):
+        G_n[k, 2 * k : 2 * k + 2], G_t[k, 2 * k : 2 * k + 2] = R
+    rows = rows_of(G_n, G_t, 0.1 * rng.normal(size=c), 0.1 * rng.normal(size=c), 0.4)
+    if not frictional:
+        rows = replace(rows, G_t=rows.G_t[:0], slip=rows.slip[:0], frictional=rows.frictional[:0])
+    own = newton(K, F, rows)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(frames, "DEPENDENT", np.inf)
+        assert Frames.of(rows, Pattern.full(n)).border is not None
+        bordered = newton(K, F, rows)
+    for ours, theirs in zip(bordered, own, strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
+BESIDE = np.array([[3.0, -1.0, -0.5], [-1.0, 2.0, -0.4], [-0.5, -0.4, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("G_n", "G_t"),
+    [
+        (np.array([[1.0, 0, 0], [0, 1, 0]]), np.array([[0.0, 1, 0], [1, 0, 0]])),
+        (np.array([[1.0, 0, 0], [1, 0, 0]]), np.array([[0.0, 1, 0], [0, 1, 0]])),
+        (np.array([[0.6, 0, -0.8]]), np.array([[0.0, 1, 0]])),
+        (np.array([[0.6, 0, 0]]), np.array([[0.8, 0, 0]])),
+    ],
+    ids=["a node in a corner", "rows given twice", "two nodes in a row", "two rows on one unknown"],
+)
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_contacts_that_share_unknowns_meet_the_law(G_n: np.ndarray, G_t: np.ndarray, mu: float) -> None:
+    """K x = F + G' r, and the natural map of r and motion vanishes: nothing else is asked."""
+    c, F = len(G_n), np.array([-2.0, -1.0, 0.7])
+    rows = rows_of(G_n, G_t, np.full(c, 0.1), np.zeros(c), mu)
+    assert Frames.of(rows, Pattern.full(3)).border is not None
+    x, r = newton(BESIDE, F, rows, 30)
+    np.testing.assert_allclose(BESIDE @ x, F + rows.forces(r), atol=1e-10)
+    np.testing.assert_allclose(natural_map(r, rows.motion(x), mu, 1.0), 0.0, atol=1e-10)
 
 
 def run(control: Control, mu: float, schedule: Schedule = STARTING, **scene: object) -> list[Accepted]:

@@ -21,7 +21,7 @@ from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled, Route
-from bipot.programs.newton import Frames
+from bipot.programs.frames import Frames
 from bipot.typing import Floats
 
 S = TypeVar("S")

@@ -8,11 +8,11 @@ import numpy as np
 
 from bipot.fem.geometric import Scratch
 from bipot.iterate import Iterate
-from bipot.programs.newton import Frames, Pattern
+from bipot.programs.frames import SOFTENED, Frames
+from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.typing import Floats, Ints
 
-SOFTENED = 1e-2
 BOUNDED = 0.3
 
 
@@ -20,8 +20,7 @@ BOUNDED = 0.3
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is a hundredth of the diagonal of the run's first tangent: it balances forces against
-    motions. The hundredth stands for the plastic moduli: with elastic ones a landing node slips to and fro.
+    ``stiffness`` (n + 1,) is the diagonal of the run's first tangent, SOFTENED: it balances forces against motions.
     """
 
     pattern: Pattern
@@ -46,8 +45,8 @@ class Setup:
         return np.asarray(data, dtype=np.float64)
 
     def scale(self, frames: Frames) -> Floats:
-        """Stiffness (c,) of the contacts' own unknowns."""
-        return self.stiffness[frames.own].max(axis=1)
+        """Stiffness (c,) of the contacts' unknowns."""
+        return frames.largest(self.stiffness)
 
 
 @dataclass(frozen=True)
