@@ -24,7 +24,7 @@ from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.scene import upsetting
+from bipot.scene import FlatTool, Scene, upsetting
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)
@@ -291,3 +291,39 @@ def test_axis_node_without_share_of_the_pressure_settles() -> None:
     for a in steps:
         assert a.form is FormName.NEWTON
         assert -1e-8 * np.abs(a.solved.r).max() <= a.solved.r[axis, 0] < 0.5 * a.solved.r[neighbour, 0]
+
+
+def leaning(sine: float) -> Scene:
+    """The cylinder under a punch that leans against its axis."""
+    scene = upsetting(mu=0.2, reduction=0.1, elements=4)
+    normal = (sine, -float(np.sqrt(1 - sine**2)))
+    return replace(scene, tools=(replace(scene.tools[0], normal=normal, candidates=("top",)),))
+
+
+def walled(inner: float, mu: float) -> Scene:
+    """The cylinder under a punch, in a tube of that radius; the edge of its upper face is listed by both."""
+    scene = upsetting(mu=0.2, reduction=0.1, elements=4)
+    tube = FlatTool((inner, 0.0), (-1.0, 0.0), (0.0, 0.0), ("side",), mu)
+    return replace(scene, tools=(replace(scene.tools[0], candidates=("top",)), tube))
+
+
+@pytest.mark.parametrize(
+    ("scene", "one"),
+    [(leaning(0.03), True), (leaning(0.1), True), (walled(9.0, 0.1), True), (walled(5.05, 0.0), False)],
+    ids=["leans inwards", "leans more", "open to one", "closed to both"],
+)
+def test_newton_takes_shared_and_inclined_contacts_as_the_conic_form_does(scene: Scene, one: bool) -> None:
+    """Every increment of a march, by both: nodal forces to 1e-7 of the largest, no fallback.
+
+    Where a node is closed to ``one`` tool at most, contact forces too, unless the law leaves open how rows share them.
+    """
+    system, last = system_of(scene), 0
+    for a in march(scene, Schedule(8, first=0.004, settling=4), Control(Newton(), (), TIGHT)):
+        other = solve_increment(Increment(system, a.start, a.state.tau), Tangent(), TIGHT, Cache(), 0.0)
+        ours = solve_increment(Increment(system, a.start, a.state.tau), Newton(), TIGHT, Cache(), 0.0)
+        on_nodes, theirs = (solved.rows.forces(solved.r) for solved in (ours, other))
+        np.testing.assert_allclose(on_nodes, theirs, rtol=0, atol=1e-7 * np.abs(theirs).max())
+        if one and not ours.undetermined:
+            np.testing.assert_allclose(ours.r, other.r, rtol=0, atol=1e-7 * np.abs(other.r).max())
+        last = a.number
+    assert last >= 12

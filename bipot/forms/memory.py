@@ -29,11 +29,10 @@ class Setup:
     scratch: Scratch
 
     @staticmethod
-    def of(iterate: Iterate) -> Setup:
-        """Order the stiffness pattern and compose the scatters."""
+    def of(iterate: Iterate, pattern: Pattern) -> Setup:
+        """Compose the scatters into the ordered stiffness ``pattern``."""
         body = iterate.increment.system.body
         space = body.space
-        pattern = Pattern.of(space.indices, space.indptr)
         scatter = np.append(pattern.place, len(pattern.place))[space.scatter]
         scratch = body.scratch()
         diagonal = space.matrix(iterate.tangent(scratch)).diagonal()

@@ -10,6 +10,7 @@ The shift a > 0 is there because S may be singular (perfect flow) where K_ii is 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,10 @@ SINGULAR = "the stiffness is singular: a part of the body moves without resistan
 
 RELAX = 4
 """Faster than SuperLU's default on the small supernodes of a plane mesh."""
+
+SMALLER = 0.5
+"""Entries of a Schur complement over those of the stiffness up to which condensation pays: at 0.1 (10 x 10 elements) a
+pass by interior points takes 0.4 of the time it takes without, at 0.3 to 0.5 the same, at 1 1.2 times, at 2 4 times."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,17 @@ class Condensed:
         full[self.order] = self.loaded + self.factor.solve(push)
         full[self.kept] = u_c
         return full
+
+
+@dataclass(frozen=True)
+class Whole:
+    """A sparse program as it is: condensed, it would hardly be smaller."""
+
+    program: TangentProgram
+
+    def recover(self, u: Floats) -> Floats:
+        """All unknowns (n,), which are those of the program."""
+        return u
 
 
 def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None = None) -> sla.SuperLU:
@@ -170,3 +186,13 @@ def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
     f = program.f[kept] + shifted @ loaded[inner:]
     reduced = TangentProgram(shifted - shift * np.eye(count), f, program.contact.columns(kept))
     return Condensed(reduced, kept, split.order, lu, shifted, loaded)
+
+
+def posed(program: TangentProgram, split: Callable[[TangentProgram], Split]) -> Condensed | Whole:
+    """A sparse program condensed, or as it is where its Schur complement would not be SMALLER than its stiffness.
+
+    ``split`` finds or remembers the order of elimination.
+    """
+    kept = touched(program.contact.rows, len(program.f))
+    K = sp.csc_matrix(program.K)
+    return Whole(program) if len(kept) ** 2 > SMALLER * K.nnz else condense(program, split(program))
