@@ -240,7 +240,7 @@ def test_programs_are_condensed_where_that_makes_them_smaller_with_the_same_answ
         tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),
         copies=4,
     )
-    assert isinstance(condensation.posed(posed(0.3).tangent, Cache().split), condensation.Condensed)
+    assert condensation.pays(posed(0.3).tangent)
     limits = Limits(Bounds(equilibrium=1e-9), passes=60)
 
     def forces(smaller):

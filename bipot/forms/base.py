@@ -24,7 +24,6 @@ from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled, Route
 from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern
-from bipot.programs.polish import Elimination, pattern_of
 from bipot.typing import Floats
 
 S = TypeVar("S")
@@ -87,10 +86,11 @@ class Cache:
             self._setup = Setup.of(iterate, self._pattern)
         return self._setup, self._held(iterate.rows, self._setup.pattern)
 
-    def elimination(self, program: TangentProgram) -> Elimination:
-        """How contacts are eliminated from the run's stiffness."""
-        self._pattern = self._pattern or pattern_of(program.K)
-        return Elimination(self._pattern, self._held(program.contact.rows, self._pattern))
+    def frames(self, program: TangentProgram) -> Frames:
+        """Where the program's contacts sit in the run's stiffness."""
+        K = sp.csc_matrix(program.K)
+        self._pattern = self._pattern or Pattern.of(K.indices, K.indptr)
+        return self._held(program.contact.rows, self._pattern)
 
     def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
         parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]

@@ -21,7 +21,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
-from bipot.programs.condensation import posed
+from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
 from bipot.programs.dissipation import DissipationProgram
@@ -85,11 +85,12 @@ class Tangent:
 
     def _posed(self, program: TangentProgram, cache: Cache) -> Raw:
         """The polished answer to the cone program."""
-        given, elimination = posed(program, cache.split), cache.elimination(program)
-        raw = _solved(self, given.program, cache)
-        u = given.recover(raw.u)
-        coupled = couple(program, u, raw.r, elimination) if self.coupled else None
-        u, forces = coupled or polish(program, u, raw.r, elimination)
+        frames = cache.frames(program)
+        small = condense(program, cache.split(program)) if pays(program) else None
+        raw = _solved(self, small.program if small else program, cache)
+        u = small.recover(raw.u) if small else raw.u
+        coupled = couple(program, u, raw.r, frames) if self.coupled else None
+        u, forces = coupled or polish(program, u, raw.r, frames)
         return replace(raw, u=u, r=forces, exact=coupled is not None)
 
     def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
@@ -100,8 +101,7 @@ class Tangent:
         astray = state.rose and state.distance is not None and state.distance > NEARBY
         if astray or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
-        units, elimination = state.units, state.cache.elimination(program)
-        found = couple(program, iterate.x / units.length, r[state.near] / units.force, elimination)
+        found = _coupled(program, iterate, r, state)
         return None if found is None else Raw(*found, Outcome.SOLVED, 0, Timing(), exact=True)
 
 
@@ -198,17 +198,22 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
     terms = state.terms(iterate, r)
     try:
         program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
-        elimination = state.cache.elimination(program)
-        coupled = couple(program, there.x / units.length, tried.r[state.near] / units.force, elimination)
-        if coupled is None:
+        found = _coupled(program, there, tried.r, state)
+        if found is None:
             return tried
-        forces = state.spread(coupled[1] * units.force)
+        forces = state.spread(found[1] * units.force)
         with clock:
-            after = iterate.increment.at(coupled[0] * units.length)
+            after = iterate.increment.at(found[0] * units.length)
     except (InvertedElement, ProgramError):
         return tried
     nearer = _distance(after, forces, state) < _distance(there, tried.r, state)
     return Tried(after, forces) if nearer else tried
+
+
+def _coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
+    """Exact Coulomb on the quadratic model, from the iterate and forces r (c, d) of all; None where Newton fails."""
+    units = state.units
+    return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program))
 
 
 def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:

@@ -81,11 +81,11 @@ class Law:
     def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
         """Evaluate iterate and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
         rows, residual = iterate.rows, iterate.residual
-        motion = self.frames.motion(rows, iterate.x)
+        motion = iterate.motion
         largest = max(float(np.abs(r).max(initial=0.0)), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
-        balance, law = residual - self.frames.forces(rows, r), pieces.value(motion, r)
+        balance, law = residual - rows.forces(r), pieces.value(motion, r)
         return Point(iterate, r, motion, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))
 
 
@@ -154,7 +154,7 @@ class Newton:
             return last
         with clock:
             element = here.iterate.tangent(setup.scratch)
-        return Linearised.of(setup.data(element), setup.pattern, state.law.frames, here.pieces)
+        return Linearised.of(setup.data(element), state.law.frames, here.pieces)
 
     def _search(
         self,

@@ -10,7 +10,6 @@ The shift a > 0 is there because S may be singular (perfect flow) where K_ii is 
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,17 +58,6 @@ class Condensed:
         full[self.order] = self.loaded + self.factor.solve(push)
         full[self.kept] = u_c
         return full
-
-
-@dataclass(frozen=True)
-class Whole:
-    """A sparse program as it is: condensed, it would hardly be smaller."""
-
-    program: TangentProgram
-
-    def recover(self, u: Floats) -> Floats:
-        """All unknowns (n,), which are those of the program."""
-        return u
 
 
 def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None = None) -> sla.SuperLU:
@@ -188,11 +176,6 @@ def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
     return Condensed(reduced, kept, split.order, lu, shifted, loaded)
 
 
-def posed(program: TangentProgram, split: Callable[[TangentProgram], Split]) -> Condensed | Whole:
-    """A sparse program condensed, or as it is where its Schur complement would not be SMALLER than its stiffness.
-
-    ``split`` finds or remembers the order of elimination.
-    """
-    kept = touched(program.contact.rows, len(program.f))
-    K = sp.csc_matrix(program.K)
-    return Whole(program) if len(kept) ** 2 > SMALLER * K.nnz else condense(program, split(program))
+def pays(program: TangentProgram) -> bool:
+    """Whether interior points gain by condensation, see :data:`SMALLER`."""
+    return len(touched(program.contact.rows, len(program.f))) ** 2 <= SMALLER * sp.csc_matrix(program.K).nnz

@@ -31,13 +31,14 @@ of it, a point that lands or begins to slip does so to and fro."""
 
 @dataclass(frozen=True)
 class Frames:
-    """Where c contacts sit: own unknowns (c, d), frames T (c, d, d), their duals T^-T, and their rows in the data.
+    """Where c contacts sit in a ``pattern``: own unknowns (c, d), frames T (c, d, d), their duals T^-T, and their rows.
 
     A contact with fewer than d unknowns of its own is filled up with ghosts, numbered n; one of the ``border`` has only
-    these. ``entries`` (d, m) are the places of the own rows' entries, contact by contact, ``column`` (m,) their
-    unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
+    these. ``entries`` (d, m) are the places of the own rows' entries in the data, contact by contact, ``column`` (m,)
+    their unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
     """
 
+    pattern: Pattern
     own: Ints
     T: Floats
     dual: Floats
@@ -59,7 +60,7 @@ class Frames:
         owns &= volume > DEPENDENT
         own[~owns], T[~owns] = pattern.size, np.eye(T.shape[1])
         border = None if owns.all() else Border.of(touched, ~owns, pattern)
-        return Frames(own, T, np.linalg.inv(T).transpose(0, 2, 1), *_places(own, pattern), border)
+        return Frames(pattern, own, T, np.linalg.inv(T).transpose(0, 2, 1), *_places(own, pattern), border)
 
     def largest(self, stiffness: Floats) -> Floats:
         """The largest (c,) of a ``stiffness`` (n + 1,), the last one zero, on each contact's unknowns."""
@@ -68,23 +69,6 @@ class Frames:
             touched = self.border.touched
             np.maximum.at(out, touched.contact, stiffness[touched.dof])
         return out
-
-    def motion(self, rows: ContactRows, x: Floats) -> Floats:
-        """``rows.motion`` (c, d), by the frames where they hold all contacts."""
-        if self.border is not None:
-            return rows.motion(x)
-        out = times(self.T, np.append(x, 0.0)[self.own])
-        out[:, 0] += rows.gap
-        out[rows.frictional, 1:] += rows.slip
-        return out
-
-    def forces(self, rows: ContactRows, r: Floats) -> Floats:
-        """``rows.forces`` G' r (n,), by the frames where they hold all contacts: own unknowns are not shared."""
-        if self.border is not None:
-            return rows.forces(r)
-        out = np.zeros(rows.size + 1)
-        out[self.own] = times(self.T.transpose(0, 2, 1), r)
-        return out[:-1]
 
     def reaction(self, residual: Floats) -> Floats:
         """r = T^-T rho (c, d) of the contacts that own their unknowns, from the residual (n,)."""
@@ -141,15 +125,14 @@ class Touched:
 class Border:
     """Contacts (b,) whose forces stand beside the displacements: [K, -G'; law by motion G, law by force], (n + b d).
 
-    ``touched`` are their unknowns, ``number`` (p,) says which of the b contacts a pair belongs to; ``place`` sends the
-    data of K, of -G', and of the law by motion and by force to those of ``pattern``.
+    ``touched`` are their unknowns, ``number`` (p,) says which of the b contacts a pair belongs to; ``pattern`` is made
+    from the entries of K, of -G', and of the law by motion and by force.
     """
 
     contact: Ints
     touched: Touched
     number: Ints
     pattern: Pattern
-    place: Ints
 
     @staticmethod
     def of(touched: Touched, chosen: Bools, inner: Pattern) -> Border:
@@ -166,17 +149,15 @@ class Border:
         when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
         np.maximum.at(when, beside, when[pair] + 0.5)
         rank = np.argsort(np.argsort(when, kind="stable"))
-        pattern = Pattern.ranked(row, column, rank)
-        return Border(contact, touched, number, pattern, pattern.place)
+        return Border(contact, touched, number, Pattern.ranked(row, column, rank))
 
     def factorise(self, data: Floats, law: Law) -> sla.SuperLU:
         """LU with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
         G, unit = self.touched.column, law.scale[self.contact] / SOFTENED
         by_motion, by_force = law.by_motion[self.contact], self._yielding(law) * unit[:, None, None]
         acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
-        out = np.empty(len(self.place))
-        out[self.place] = np.concatenate([data, acting.ravel(), moved.ravel(), by_force.ravel()])
-        return self.pattern.factorise(out)
+        beside = [data, acting.ravel(), moved.ravel(), by_force.ravel()]
+        return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1])
 
     def solve(self, lu: sla.SuperLU, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
         """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r."""

@@ -21,7 +21,6 @@ import numpy as np
 import scipy.sparse.linalg as sla
 
 from bipot.programs.frames import Frames, times
-from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import L
 from bipot.typing import Floats, Ints
 
@@ -30,14 +29,13 @@ from bipot.typing import Floats, Ints
 class Linearised(Generic[L]):
     """A factorised Newton matrix with the law's pieces it stands on; ``product`` (d, m) holds the own rows of K."""
 
-    pattern: Pattern
     frames: Frames
     pieces: L
     lu: sla.SuperLU
     product: Floats
 
     @staticmethod
-    def of(data: Floats, pattern: Pattern, frames: Frames, pieces: L) -> Linearised[L]:
+    def of(data: Floats, frames: Frames, pieces: L) -> Linearised[L]:
         """Put the contact law into the own rows of ``data`` (nnz + 1, row-wise; the last collects ghosts).
 
         Raises:
@@ -50,8 +48,8 @@ class Linearised(Generic[L]):
         data[frames.entries] = np.einsum("mij,jm->im", W, product)
         data[frames.corner] += back @ pieces.by_motion @ frames.T
         border = frames.border
-        lu = pattern.factorise(data[:-1]) if border is None else border.factorise(data[:-1], pieces)
-        return Linearised(pattern, frames, pieces, lu, product)
+        lu = frames.pattern.factorise(data[:-1]) if border is None else border.factorise(data[:-1], pieces)
+        return Linearised(frames, pieces, lu, product)
 
     def step(self, residual: Floats, motion: Floats, r: Floats) -> tuple[Floats, Floats]:
         """(dx (n,), new r (c, d)) from rho (n,), motion and forces (c, d) at the iterate."""
@@ -61,7 +59,7 @@ class Linearised(Generic[L]):
         b: Floats = np.append(-residual, 0.0)
         b[frames.own] = -times(frames.T.transpose(0, 2, 1), law)
         if border is None:
-            dx, beside = self.pattern.solve(self.lu, b[:-1]), None
+            dx, beside = frames.pattern.solve(self.lu, b[:-1]), None
         else:
             dx, beside = border.solve(self.lu, b[:-1], pieces, miss, r)
         moved = self.product * dx[frames.column]

@@ -51,12 +51,6 @@ class Pattern:
         return Pattern.ranked(indices, column, minimum_degree(indices, indptr))
 
     @staticmethod
-    def full(n: int) -> Pattern:
-        """That of a dense matrix (n, n), in the order it has; its CSC pattern lists it column by column."""
-        each = np.arange(n)
-        return Pattern.ranked(np.tile(each, n), np.repeat(each, n), each)
-
-    @staticmethod
     def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints) -> Pattern:
         """Of entries (nnz,) each once, with the ``rank`` (n,) of the unknowns in the order of elimination."""
         n = len(rank)
@@ -71,6 +65,12 @@ class Pattern:
     def size(self) -> int:
         """Number n of unknowns."""
         return len(self.order)
+
+    def by_row(self, data: Floats) -> Floats:
+        """Row-wise data (nnz + 1,), the last for what has no place, from those of the CSC pattern it was made from."""
+        out = np.zeros(len(self.place) + 1)
+        out[self.place] = data
+        return out
 
     def factorise(self, data: Floats) -> sla.SuperLU:
         """LU of the *transpose* of the row-wise ``data``; raises ProgramError when it is singular."""

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from bipot.laws.projections import DiscSlope, cone_slope, project_cone, unit
+from bipot.laws.projections import DiscSlope, cone_slope, project_cone
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.typing import Bools, Floats
@@ -74,8 +74,8 @@ class Pieces:
         length, drag = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
         rubs = (closed & (mu > 0)) | (fixed > 0)
         slides = ~(rows.tied & rows.rubs) & (~rubs | (length > np.maximum(drag, 0.0)))
-        shrink = np.divide(drag, length, out=np.zeros(rows.count), where=slides & (length > 0))
-        return Pieces(closed, DiscSlope(slides, unit(y), shrink), mu, fixed, scale)
+        safe = np.where(length > 0, length, 1.0)
+        return Pieces(closed, DiscSlope(slides, y / safe[:, None], drag / safe), mu, fixed, scale)
 
     def same(self, other: object) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""

@@ -13,7 +13,6 @@ step is that of :mod:`bipot.programs.newton`, factorised anew only where a conta
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,41 +22,14 @@ from bipot.programs.conic import TangentProgram
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.ordering import Pattern
-from bipot.programs.pieces import L, Law, Pieces, ShiftedCone
+from bipot.programs.pieces import Law, Pieces, ShiftedCone
 from bipot.typing import Floats
 
 ITERATIONS = 12
 EXACT = 1e-10
 
 
-@dataclass(frozen=True)
-class Elimination:
-    """How contacts are eliminated from a stiffness of a fixed ``pattern``, by their ``frames``."""
-
-    pattern: Pattern
-    frames: Frames
-
-    @staticmethod
-    def of(program: TangentProgram) -> Elimination:
-        """For the pattern and the contact rows of a program."""
-        pattern = pattern_of(program.K)
-        return Elimination(pattern, Frames.of(program.contact.rows, pattern))
-
-    def linearised(self, K: sp.csc_matrix | Floats, law: L) -> Linearised[L]:
-        """The law in the stiffness; raises ProgramError where that is singular."""
-        data = np.empty(len(self.pattern.place) + 1)
-        data[self.pattern.place] = K.ravel(order="F") if isinstance(K, np.ndarray) else K.data
-        return Linearised.of(data, self.pattern, self.frames, law)
-
-
-def pattern_of(K: sp.csc_matrix | Floats) -> Pattern:
-    """The order in which a sparse or a dense stiffness is eliminated."""
-    return Pattern.full(len(K)) if isinstance(K, np.ndarray) else Pattern.of(K.indices, K.indptr)
-
-
-def polish(
-    program: TangentProgram, x: Floats, r: Floats, elimination: Elimination | None = None
-) -> tuple[Floats, Floats]:
+def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
     """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
     terms, scale = program.contact, _scale(program)
 
@@ -66,16 +38,14 @@ def polish(
             return ShiftedCone.of(terms.rows, motion, r, scale, terms.shift)
         return Pieces.of(terms.rows, motion, r, scale, threshold=terms.threshold)
 
-    x, r, _ = _newton(program, at, x, r, elimination)
+    x, r, _ = _newton(program, at, x, r, frames)
     return x, r
 
 
-def couple(
-    program: TangentProgram, x: Floats, r: Floats, elimination: Elimination | None = None
-) -> tuple[Floats, Floats] | None:
+def couple(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats] | None:
     """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
     rows, scale = program.contact.rows, _scale(program)
-    x, r, error = _newton(program, lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, elimination)
+    x, r, error = _newton(program, lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
     return (x, r) if error <= EXACT else None
 
 
@@ -84,11 +54,11 @@ def _newton(
     at: Callable[[Floats, Floats], Law],
     x: Floats,
     r: Floats,
-    elimination: Elimination | None,
+    frames: Frames | None,
 ) -> tuple[Floats, Floats, float]:
     """Best iterate and its residual over the largest force."""
-    rows, K = program.contact.rows, program.K
-    elimination = elimination or Elimination.of(program)
+    rows, K = program.contact.rows, sp.csc_matrix(program.K)
+    frames = frames or Frames.of(rows, Pattern.of(K.indices, K.indptr))
     best, least, last = (x, r), np.inf, None
     scale = max(float(np.abs(program.f).max()), float(np.finfo(float).tiny))
     for _ in range(ITERATIONS):
@@ -104,7 +74,7 @@ def _newton(
             best, least = (x, r), error
         try:
             if last is None or not last.pieces.same(law):
-                last = elimination.linearised(K, law)
+                last = Linearised.of(frames.pattern.by_row(np.asarray(K.data, dtype=np.float64)), frames, law)
         except ProgramError:
             break
         dx, r = last.step(residual, motion, r)
@@ -114,6 +84,5 @@ def _newton(
 
 
 def _scale(program: TangentProgram) -> Floats:
-    """What balances force against motion at each contact (c,): the mean stiffness, that of a whole body softened."""
-    share = 1.0 if isinstance(program.K, np.ndarray) else SOFTENED
-    return np.full(program.contact.rows.count, share * float(program.K.diagonal().mean()))
+    """What balances force against motion at each contact (c,): the mean stiffness, softened."""
+    return np.full(program.contact.rows.count, SOFTENED * float(program.K.diagonal().mean()))
