@@ -12,7 +12,7 @@ from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
-from bipot.forms.conic import condensed_tangent
+from bipot.forms.conic import tangent_program
 from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
@@ -90,4 +90,4 @@ def conic_program(
         return form.program(iterate, r, state)
     if isinstance(form, Penalty | Uzawa):
         return form.program(iterate, r, state).scaled(state.units)
-    return condensed_tangent(iterate, r, state, form.kind, Stopwatch()).program
+    return condense(tangent_program(iterate, state.terms(iterate, r), state, form.kind, Stopwatch())).program
