@@ -19,7 +19,7 @@ the body could as well be farther off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -30,7 +30,7 @@ from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
-from bipot.iterate import Iterate
+from bipot.iterate import Examined, Iterate
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
@@ -50,6 +50,9 @@ ROUND_OFF = 1e-9
 
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
+
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
 
 TIGHT = Accuracy(1e-12)
 
@@ -72,6 +75,24 @@ class Active:
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
         slip = norm(motion[:, 1:])
         return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
+
+
+def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
+    """The answer whose free rigid motion is the least, and what is not determined, in words."""
+    iterate, r = examined.iterate, examined.r
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    loose = loose_motions(iterate, r)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        x = settled(iterate, r, loose)
+        if norm(x - iterate.x) > SETTLED * norm(x):
+            examined = replace(examined, iterate=iterate.increment.at(x))
+    else:
+        # Forces up to what round-off makes of the law are none.
+        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, iterate.increment.start.forces))
+        if may_leave(iterate, r, examined.certificate.resolution.law * present):
+            words.append("position: nothing keeps the body at contacts that carry nothing")
+    return examined, tuple(words)
 
 
 def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
