@@ -19,17 +19,20 @@ the body could as well be farther off.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
 
+from bipot.conic.clarabel import solve
+from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
-from bipot.iterate import Iterate
+from bipot.iterate import Examined, Iterate
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
-from bipot.programs.data import ContactRows, rows_of
+from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.typing import Bools, Floats
 
 STICKS = 1e-8
@@ -46,6 +49,11 @@ ROUND_OFF = 1e-9
 
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
+
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
+
+TIGHT = Accuracy(1e-12)
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,24 @@ class Active:
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
         slip = norm(motion[:, 1:])
         return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
+
+
+def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
+    """The answer whose free rigid motion is the least, and what is not determined, in words."""
+    iterate, r = examined.iterate, examined.r
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    loose = loose_motions(iterate, r)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        x = settled(iterate, r, loose)
+        if norm(x - iterate.x) > SETTLED * norm(x):
+            examined = replace(examined, iterate=iterate.increment.at(x))
+    else:
+        # Forces up to what round-off makes of the law are none.
+        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, iterate.increment.start.forces))
+        if may_leave(iterate, r, examined.certificate.resolution.law * present):
+            words.append("position: nothing keeps the body at contacts that carry nothing")
+    return examined, tuple(words)
 
 
 def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
@@ -126,17 +152,17 @@ def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
     rubs = carries(r)[rows.frictional]
     along = slip * (rubs / np.where(length > 0, length, 1.0))[:, None]
     forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
-    # The row of zeros is always met: nnls takes no problem without rows.
-    A = np.vstack([rows.G_n @ N, forward, np.zeros(N.shape[1])])
-    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length, [1.0]])
-    # s = t + N' x is the shortest with A s >= A N' x - b, by the residual of its dual (Lawson and Hanson's LDP).
-    from scipy.optimize import nnls
-
-    start, unit = N.T @ x, float(norm(x)) or 1.0
-    dual = np.vstack([A.T, (A @ start - b) / unit])
-    aim = np.append(np.zeros(len(start)), 1.0)
-    left = dual @ nnls(dual, aim)[0] - aim
-    return x - N @ (start + unit * left[:-1] / left[-1])
+    A = np.vstack([rows.G_n @ N, forward])
+    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
+    unit = float(norm(x)) or 1.0
+    program = ConicProgram(
+        P=sp.csc_matrix(np.eye(N.shape[1])),
+        q=N.T @ x / unit,
+        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(A), b / unit),),
+        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
+    )
+    # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
+    return x + N @ (unit * solve(program, TIGHT).x)
 
 
 def _rigid(iterate: Iterate) -> Floats:

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
 from bipot.conic.problem import Outcome, Timing
-from bipot.determinacy import loose_motions, may_leave, settled, shared_forces
+from bipot.determinacy import least_moved
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Examined, Increment, Iterate
@@ -29,9 +29,6 @@ from bipot.typing import Floats
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
-
-SETTLED = 1e-12
-"""A free rigid motion below this fraction of the increment's displacement is round-off."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +158,7 @@ def solve_increment(
         finally:
             observe(Trial(number, form, *given, step, examined, time.process_time() - began))
         if accepted:
-            examined, undetermined = _settled(examined)
+            examined, undetermined = least_moved(examined)
             if not np.array_equal(examined.iterate.x, iterate.x) and not watch.accepts(examined, step):
                 raise watch.failure("the least of the body's free rigid motions leaves")
             increment.system.body.refuse_folded(examined.response)
@@ -179,24 +176,6 @@ def solve_increment(
                 undetermined=undetermined,
             )
     raise watch.failure(f"{limits.passes} passes left")
-
-
-def _settled(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
-    """The answer whose free rigid motion is the least, and what is not determined, in words."""
-    iterate, r = examined.iterate, examined.r
-    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
-    loose = loose_motions(iterate, r)
-    if loose.shape[1]:
-        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        x = settled(iterate, r, loose)
-        if norm(x - iterate.x) > SETTLED * norm(x):
-            examined = replace(examined, iterate=iterate.increment.at(x))
-    else:
-        # Forces up to what round-off makes of the law are none.
-        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, iterate.increment.start.forces))
-        if may_leave(iterate, r, examined.certificate.resolution.law * present):
-            words.append("position: nothing keeps the body at contacts that carry nothing")
-    return examined, tuple(words)
 
 
 def _refuse_blocked(increment: Increment, bounds: Bounds) -> None:

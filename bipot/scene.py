@@ -167,10 +167,10 @@ class Scene:
     material: Material
     supports: tuple[Support, ...]
     tools: tuple[FlatTool, ...] = ()
-    loads: tuple[Load, ...] = ()
     quadrature: Quadrature = Quadrature.RADON7
     configuration: Configuration = Configuration.MIDPOINT
     copies: int = 1
+    loads: tuple[Load, ...] = ()
     held: Ints = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
