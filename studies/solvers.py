@@ -13,17 +13,18 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import ConicProgram, ConicSolution
+from bipot.conic.problem import ConicProgram
 from bipot.conic.qoco import Qoco
-from bipot.conic.solver import Accuracy, ConicSolver, Handle
+from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.forms import Dissipation, Form, FormName, Tangent
+from bipot.exchange import conic_program
+from bipot.forms import Dissipation, FormName, Tangent
 from bipot.march import Control, Schedule, march
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
@@ -56,28 +57,14 @@ class Row:
     seconds: float
 
 
-@dataclass(frozen=True)
-class Recording:
-    """A solver that keeps the programs it is given."""
-
-    solver: ConicSolver = Clarabel()
-    programs: list[ConicProgram] = field(default_factory=list)
-
-    def solve(self, program: ConicProgram, accuracy: Accuracy, last: Handle = None) -> tuple[ConicSolution, Handle]:
-        """As :meth:`ConicSolver.solve`."""
-        self.programs.append(program)
-        return self.solver.solve(program, accuracy, last)
-
-
 def recorded(name: FormName, elements: int, increments: int = INCREMENTS) -> list[ConicProgram]:
-    """Ten programs of an upsetting, spread over it."""
-    keeper = Recording()
-    form: Form = Tangent(solver=keeper) if name is FormName.TANGENT else Dissipation(solver=keeper)
+    """Ten programs of an upsetting, spread over it: each that of the last pass of an increment."""
+    form = Tangent() if name is FormName.TANGENT else Dissipation()
     scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
-    for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form)):
-        pass
-    chosen = np.linspace(0, len(keeper.programs) - 1, PROGRAMS).round().astype(int)
-    return [keeper.programs[i] for i in chosen]
+    schedule = Schedule(increments, FIRST / REDUCTION)
+    programs = [conic_program(accepted, form).conic() for accepted in march(scene, schedule, Control(form))]
+    chosen = np.linspace(0, len(programs) - 1, PROGRAMS).round().astype(int)
+    return [programs[i] for i in chosen]
 
 
 def compared(programs: list[ConicProgram], form: str) -> Iterator[Row]:

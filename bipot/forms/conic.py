@@ -71,7 +71,7 @@ class Tangent:
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
         built = clock.outside()
-        raw = self._gone_on(iterate, r, state, program) or self._posed(program, state.cache)
+        raw = self._gone_on(iterate, r, state, program) or self._posed(program, r[state.near], state.cache)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
@@ -83,10 +83,13 @@ class Tangent:
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
-    def _posed(self, program: TangentProgram, cache: Cache) -> Raw:
-        """The polished answer to the cone program."""
+    def _posed(self, program: TangentProgram, r: Floats, cache: Cache) -> Raw:
+        """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
         frames = cache.frames(program)
         small = condense(program, cache.split(program)) if pays(program) else None
+        if small and not small.kept.size:
+            # Where nothing may touch, the elimination has solved it.
+            return Raw(small.recover(np.zeros(0)), r, Outcome.SOLVED, 0, Timing(), exact=True)
         raw = _solved(self, small.program if small else program, cache)
         u = small.recover(raw.u) if small else raw.u
         coupled = couple(program, u, raw.r, frames) if self.coupled else None
