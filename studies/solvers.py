@@ -72,7 +72,8 @@ class Recording:
 def recorded(name: FormName, elements: int, increments: int = INCREMENTS) -> list[ConicProgram]:
     """Ten programs of an upsetting, spread over it."""
     keeper = Recording()
-    form: Form = Tangent(solver=keeper) if name is FormName.TANGENT else Dissipation(solver=keeper)
+    # With the threshold moved by the fixed point alone, every pass of the tangent form poses its program.
+    form: Form = Tangent(solver=keeper, coupled=False) if name is FormName.TANGENT else Dissipation(solver=keeper)
     scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
     for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form)):
         pass
