@@ -12,12 +12,10 @@ from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
-from bipot.forms.conic import condensed_tangent
 from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
-from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import reduce
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.penalty import PenaltyProgram
@@ -75,8 +73,8 @@ def conic_program(
     """The convex program of the pass by ``form`` that would follow an accepted increment's last.
 
     Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
-    exactly as that was solved by the form: of all free unknowns, or of those that contact rows touch
-    (:class:`Tangent`). It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
+    exactly as that was solved by the form. All free unknowns are in it, which :class:`Tangent` condenses before it
+    solves. It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
     ``.force`` there, energies in their product. ``conic()`` is the standard form, ``statement()`` the same in cvxpy.
 
     Raises:
@@ -90,4 +88,5 @@ def conic_program(
         return form.program(iterate, r, state)
     if isinstance(form, Penalty | Uzawa):
         return form.program(iterate, r, state).scaled(state.units)
-    return condensed_tangent(iterate, r, state, form.kind, Stopwatch()).program
+    K = iterate.stiffness(form.kind)
+    return TangentProgram(K, K @ iterate.x - iterate.residual, state.terms(iterate, r)).scaled(state.units)
