@@ -176,11 +176,13 @@ def certify(
     own = max(_energies(material))
     energy = max(abs(work), _friction(contact), own)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
+    # What may not touch has no contact force to blur.
+    unsure = balance.blur if len(contact.r) else 0.0
     resolution = Resolution(
         equilibrium=balance.resolution,
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
-        cone_violation=_ratio(balance.blur, contact.largest),
-        law=_ratio(balance.blur + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
+        cone_violation=_ratio(unsure, contact.largest),
+        law=_ratio(unsure + float((contact.stiffness * contact.blur).max(initial=0.0)), contact.present),
         relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
     )
     return Certificate(

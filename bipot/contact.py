@@ -113,19 +113,16 @@ class Candidates:
         return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
 
     @cached_property
-    def held(self) -> tuple[tuple[Ints, Floats], ...]:
-        """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal, and n . x there (h,)."""
-        out = list[tuple[Ints, Floats]]()
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
-            nodes = np.setdiff1d(self.scene.mesh.boundary_nodes(*tool.candidates), self.node[mine])
-            out.append((nodes, self.scene.mesh.nodes[nodes] @ np.array(tool.normal)))
-        return tuple(out)
+    def held(self) -> tuple[Ints, ...]:
+        """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal."""
+        mesh, owned = self.scene.mesh, zip(self._owned, self.scene.tools, strict=True)
+        return tuple(np.setdiff1d(mesh.boundary_nodes(*tool.candidates), self.node[mine]) for mine, tool in owned)
 
     def driven_into(self, tau: float) -> DrivenInto:
         """The tool that at ``tau`` is deepest in a node that supports hold along its normal: no motion gets it out."""
-        worst, driven = DrivenInto(0, 0, 0.0), self.scene.driven(tau)
-        for k, (tool, (nodes, level)) in enumerate(zip(self.scene.tools, self.held, strict=True)):
-            plane, level = tool.offset(tau), level + driven[nodes] @ np.array(tool.normal)
+        worst, placed = DrivenInto(0, 0, 0.0), self.scene.mesh.nodes + self.scene.driven(tau)
+        for k, (tool, nodes) in enumerate(zip(self.scene.tools, self.held, strict=True)):
+            plane, level = tool.offset(tau), placed[nodes] @ np.array(tool.normal)
             # What round-off of the two positions makes of their difference is no depth.
             depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
             if len(nodes) and depth.max() > worst.depth:

@@ -25,15 +25,11 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
 
-from bipot.conic.clarabel import solve
-from bipot.conic.problem import Cone, ConicProgram, Rows
-from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
+from bipot.iterate import Iterate
 from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
-from bipot.programs.data import Block, ContactRows, Term, rows_of
-from bipot.response import Response
-from bipot.system import System
+from bipot.programs.data import ContactRows, rows_of
 from bipot.typing import Bools, Floats
 
 STICKS = 1e-8
@@ -51,8 +47,6 @@ ROUND_OFF = 1e-9
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
 
-TIGHT = Accuracy(1e-12)
-
 
 @dataclass(frozen=True)
 class Active:
@@ -63,8 +57,9 @@ class Active:
     still: Bools
 
     @staticmethod
-    def of(rows: ContactRows, motion: Floats, r: Floats, size: float) -> Active:
+    def of(iterate: Iterate, r: Floats) -> Active:
         """By force, gap and slip."""
+        rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | carries(r) | touches(motion[:, 0], size)
         limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
@@ -73,74 +68,80 @@ class Active:
         return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
 
 
-def shared_forces(system: System, rows: ContactRows, motion: Floats, r: Floats) -> tuple[int, ...]:
+def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     """Nodes whose contact forces are not determined (module docstring)."""
+    system, rows = iterate.increment.system, iterate.rows
     if not system.shares:
         return ()
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
     contacts = np.bincount(node[active.closed], minlength=count)
     unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions.
     suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
-    return tuple(int(a) for a in suspects if unknowns[a] > _rank(_directions(rows, motion, active, node == a)))
+    return tuple(int(a) for a in suspects if unknowns[a] > _independent(iterate, active, node == a))
 
 
-def loose_motions(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats) -> Floats:
+def loose_motions(iterate: Iterate, r: Floats) -> Floats:
     """Rigid motions N (n, m) of the free unknowns, orthonormal, that neither supports nor closed contacts prevent."""
-    rigid = system.rigid_at(nodes)
+    rigid = _rigid(iterate)
     if not rigid.size:
         return rigid
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
-    return _unstopped(rows, rigid, active.closed, active.sticking)
+    active = Active.of(iterate, r)
+    return _unstopped(iterate.rows, rigid, active.closed, active.sticking)
 
 
-def may_leave(system: System, nodes: Floats, rows: ContactRows, motion: Floats, r: Floats, noise: float) -> bool:
+def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
     It leaves those that carry more closed, and at rest where they stick.
     """
-    rigid = system.rigid_at(nodes)
+    rigid, rows = _rigid(iterate), iterate.rows
     if not rigid.size:
         return False
-    active = Active.of(rows, motion, r, system.body.scene.mesh.size)
+    active = Active.of(iterate, r)
     presses = rows.tied | carries(r, noise)
     N = _unstopped(rows, rigid, presses, active.sticking & presses)
     idle = active.closed & ~presses
     return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
 
 
-def branches(system: System, response: Response, rows: ContactRows, r: Floats) -> bool:
+def branches(iterate: Iterate, r: Floats) -> bool:
     """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
-    body = system.body
-    active = Active.of(rows, rows.motion(response.x), r, body.scene.mesh.size)
+    rows, active = iterate.rows, Active.of(iterate, r)
     held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
-    K = body.space.matrix(body.tangent(response))
+    K = iterate.increment.system.body.space.matrix(iterate.tangent())
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
     lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
 
 
-def settled(rows: ContactRows, x: Floats, r: Floats, N: Floats) -> Floats:
+def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
     """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction."""
-    motion = rows.motion(x)
+    rows, motion, x = iterate.rows, iterate.motion, iterate.x
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
     rubs = carries(r)[rows.frictional]
     along = slip * (rubs / np.where(length > 0, length, 1.0))[:, None]
     forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
-    A = np.vstack([rows.G_n @ N, forward])
-    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
-    unit = float(norm(x)) or 1.0
-    program = ConicProgram(
-        P=sp.csc_matrix(np.eye(N.shape[1])),
-        q=N.T @ x / unit,
-        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(A), b / unit),),
-        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
-    )
-    return x + N @ (unit * solve(program, TIGHT).x)
+    # The row of zeros is always met: nnls takes no problem without rows.
+    A = np.vstack([rows.G_n @ N, forward, np.zeros(N.shape[1])])
+    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length, [1.0]])
+    # s = t + N' x is the shortest with A s >= A N' x - b, by the residual of its dual (Lawson and Hanson's LDP).
+    from scipy.optimize import nnls
+
+    start, unit = N.T @ x, float(norm(x)) or 1.0
+    dual = np.vstack([A.T, (A @ start - b) / unit])
+    aim = np.append(np.zeros(len(start)), 1.0)
+    left = dual @ nnls(dual, aim)[0] - aim
+    return x - N @ (start + unit * left[:-1] / left[-1])
+
+
+def _rigid(iterate: Iterate) -> Floats:
+    """Rigid motions (n, m) that the supports allow where the increment starts."""
+    return iterate.increment.system.rigid_at(iterate.increment.start.nodes)
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:
@@ -154,8 +155,9 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
     return np.repeat(chosen[rows.frictional], rows.tangents)
 
 
-def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) -> Floats:
-    """Directions (m, n) in which the closed contacts ``here`` may push, one an unknown force."""
+def _independent(iterate: Iterate, active: Active, here: Bools) -> int:
+    """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force."""
+    rows, motion = iterate.rows, iterate.motion
     out: list[Floats] = []
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
@@ -165,11 +167,8 @@ def _directions(rows: ContactRows, motion: Floats, active: Active, here: Bools) 
         else:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
             out.append(normal - rows.mu[c] * slip @ tangents if len(tangents) else normal)
-    return np.vstack(out)
-
-
-def _rank(A: Floats) -> int:
-    return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
+    directions = np.vstack(out)
+    return int(np.linalg.matrix_rank(directions, tol=RANK * np.abs(directions).max(initial=1.0)))
 
 
 def cleaned(motion: Floats) -> Floats:

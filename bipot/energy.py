@@ -89,6 +89,8 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     if not driven.any():
         return 0.0
     body = system.body
-    placed = gradients(start.nodes, body.scene.mesh.elements, body.space.reference, body.scene.geometry)
+    placed = gradients(
+        body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
+    )
     before = system.reactions(element_force(placed, start.stress), increment.load_before, start.forces)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

@@ -12,10 +12,12 @@ from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
+from bipot.forms.conic import tangent_program
 from bipot.increment import System
 from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import reduce
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.penalty import PenaltyProgram
@@ -88,5 +90,4 @@ def conic_program(
         return form.program(iterate, r, state)
     if isinstance(form, Penalty | Uzawa):
         return form.program(iterate, r, state).scaled(state.units)
-    K = iterate.stiffness(form.kind)
-    return TangentProgram(K, K @ iterate.x - iterate.residual, state.terms(iterate, r)).scaled(state.units)
+    return tangent_program(iterate, state.terms(iterate, r), state, form.kind, Stopwatch())

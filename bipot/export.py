@@ -113,8 +113,7 @@ def increment_traction(system: System, accepted: Accepted) -> Traction:
 
 def equilibrium_nodes(system: System, accepted: Accepted) -> Floats:
     """The configuration (a, d) in which an accepted increment is in equilibrium: ``paper`` stays at its start."""
-    measure = system.body.scene.configuration.measure
-    return measure.balanced(accepted.start.nodes, accepted.state.displacement)
+    return system.body.scene.balanced(accepted.start.nodes, accepted.state.displacement)
 
 
 def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:

@@ -184,18 +184,17 @@ def solve_increment(
 def _settled(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
     """The answer whose free rigid motion is the least, and what is not determined, in words."""
     iterate, r = examined.iterate, examined.r
-    system, state, rows, motion = iterate.increment.system, iterate.increment.start, iterate.rows, iterate.motion
-    words = [f"forces at node {node}" for node in shared_forces(system, rows, motion, r)]
-    loose = loose_motions(system, state.nodes, rows, motion, r)
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    loose = loose_motions(iterate, r)
     if loose.shape[1]:
         words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        x = settled(rows, iterate.x, r, loose)
+        x = settled(iterate, r, loose)
         if norm(x - iterate.x) > SETTLED * norm(x):
             examined = replace(examined, iterate=iterate.increment.at(x))
     else:
         # Forces up to what round-off makes of the law are none.
-        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, state.forces))
-        if may_leave(system, state.nodes, rows, motion, r, examined.certificate.resolution.law * present):
+        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, iterate.increment.start.forces))
+        if may_leave(iterate, r, examined.certificate.resolution.law * present):
             words.append("position: nothing keeps the body at contacts that carry nothing")
     return examined, tuple(words)
 
@@ -262,11 +261,14 @@ def advance(start: State, solved: Solved) -> State:
 def _predicted(increment: Increment, cache: Cache) -> Floats:
     """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
 
-    Where tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and
-    more of it over the last motion, which opens them further.
+    Where no tool moves or slips along the body, nothing drives it: it stays, for its material knows no time. Where
+    tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
+    it over the last motion, which opens them further.
     """
     start, rows, space = increment.start, increment.rows, increment.system.body.space
     x = cache.pace.predict(start, increment.tau).ravel()[space.free]
+    if np.array_equal(rows.gap, start.gap) and not rows.slip.any():
+        return np.zeros_like(x)
     carried = float(start.forces[:, 0] @ start.gap)
     going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))
     return np.zeros_like(x) if going_on > staying > 0 else x

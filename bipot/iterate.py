@@ -58,7 +58,7 @@ class Increment:
     @cached_property
     def load_before(self) -> Floats:
         """Nodal loads (a, d) at the start."""
-        return self.system.loading.forces(self.start.nodes, self.start.tau)
+        return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.start.tau)
 
     @cached_property
     def travel(self) -> Floats:
@@ -87,7 +87,7 @@ class Increment:
         moved = float(norm(state.displacement).max())
         length = max(self.reach, float(norm(self.driven).max())) or moved
         if not length:
-            new = norm(self.system.loading.forces(state.nodes, self.tau) - self.load_before)
+            new = norm(self.system.loading.forces(scene.origin(state.nodes), self.tau) - self.load_before)
             yielding = float((new / self.system.rigidity.nodal).max())
             length = max(size * stress / young, yielding, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
@@ -127,8 +127,8 @@ class Iterate:
     @cached_property
     def balanced(self) -> Floats:
         """The configuration (a, d) in which equilibrium is asked."""
-        measure = self.increment.system.body.scene.configuration.measure
-        return measure.balanced(self.increment.start.nodes, self.response.du)
+        increment = self.increment
+        return increment.system.body.scene.balanced(increment.start.nodes, self.response.du)
 
     @cached_property
     def nodal_load(self) -> Floats:

@@ -52,14 +52,13 @@ class Locate:
 
 @dataclass(frozen=True)
 class Landing:
-    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node, gap."""
+    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node."""
 
     tau: float
     attempt: Attempt
     solved: Solved
     candidate: int
     node: int
-    gap: float
 
 
 def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
@@ -111,8 +110,7 @@ def locate(
             rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
             first = int(landed[np.argmin(now[landed])])
             if now[first] <= none and middle <= end:
-                node = int(system.candidates.node[first])
-                return Landing(middle, attempt, attempt.solved, first, node, float(now[first])), passes
+                return Landing(middle, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
         if low >= end or high - low <= how.tolerance * length / 4:
             break
     return None, passes

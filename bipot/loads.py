@@ -62,9 +62,12 @@ class Place:
 
 @runtime_checkable
 class Load(Protocol):
-    """Something that acts on the body; ``amplitude`` times what it is at its full magnitude."""
+    """Something that acts on the body."""
 
-    amplitude: Amplitude
+    @property
+    def amplitude(self) -> Amplitude:
+        """Times what it is at its full magnitude."""
+        ...
 
     def check(self, mesh: Mesh) -> None:
         """Raise SceneError where the mesh has no such place."""

@@ -73,11 +73,8 @@ class Control:
     @property
     def forms(self) -> tuple[Form, ...]:
         """The form and its fallbacks, none twice; the same form with other options is another one."""
-        forms = list[Form]()
-        for form in (self.form, *self.fallbacks):
-            if form not in forms:
-                forms.append(form)
-        return tuple(forms)
+        forms = (self.form, *self.fallbacks)
+        return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
 
 
 @dataclass(frozen=True)

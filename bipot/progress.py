@@ -6,41 +6,24 @@ import sys
 from dataclasses import dataclass, field
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, Protocol
+from typing import Any
 
 
-class Progress(Protocol):
-    """Told how far a run is: started once with a title, advanced to fractions of its path, closed."""
+class Progress:
+    """Told how far a run is: started once with a title, advanced to fractions of its path, closed. Says nothing."""
 
     def start(self, title: str) -> None:
         """A run of this title begins at 0."""
-        ...
 
     def advance(self, fraction: float, note: str = "") -> None:
         """The run has reached ``fraction`` in [0, 1] of its path."""
-        ...
 
     def close(self) -> None:
         """The run is over, at its end or not."""
-        ...
-
-
-@dataclass(frozen=True)
-class Silent:
-    """Says nothing: the default."""
-
-    def start(self, title: str) -> None:
-        """Nothing."""
-
-    def advance(self, fraction: float, note: str = "") -> None:
-        """Nothing."""
-
-    def close(self) -> None:
-        """Nothing."""
 
 
 @dataclass
-class Bar:
+class Bar(Progress):
     """A tqdm bar in per cent on stderr."""
 
     _bar: Any = field(default=None, init=False, repr=False)
@@ -62,4 +45,4 @@ class Bar:
 
 def terminal() -> Progress:
     """A bar when stderr is a terminal and tqdm is installed, else silence."""
-    return Bar() if sys.stderr.isatty() and find_spec("tqdm") else Silent()
+    return Bar() if sys.stderr.isatty() and find_spec("tqdm") else Progress()

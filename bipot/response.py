@@ -121,7 +121,7 @@ class Body:
         mesh, space_ = self.scene.mesh, self.space
         measure, geometry = self.scene.configuration.measure, self.scene.geometry
         du = space_.spread(x) + driven
-        kin = measure.increment(state.nodes, du, mesh.elements, space_.reference, geometry)
+        kin = measure.increment(self.scene.origin(state.nodes), du, mesh.elements, space_.reference, geometry)
         rotated = kin.turned(state.stress)
         returned = self.scene.material.update(rotated, kin.strain, state.peeq)
         forces = element_force(kin, returned.stress)
@@ -133,7 +133,7 @@ class Body:
         Raises:
             InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
         """
-        start, du = response.state.nodes, response.du
+        start, du = self.scene.origin(response.state.nodes), response.du
         placements = self.scene.configuration.measure.placements(start, du)
         refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
 

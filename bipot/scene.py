@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from numbers import Real
 from typing import Any
 
@@ -150,14 +149,8 @@ class FlatTool:
         >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
         array([ 0. , -1.8])
         """
-        start, end = np.interp([tau, tau_end], *self._multiples)
-        return (end - start) * np.array(self.travel, dtype=np.float64)
-
-    @cached_property
-    def _multiples(self) -> tuple[Floats, Floats]:
-        """Pseudo-times and multiples of the path."""
-        tau, multiple = np.transpose(np.array(self.path, dtype=np.float64))
-        return tau, multiple
+        start, end = np.interp([tau, tau_end], *np.transpose(self.path))
+        return (end - start) * np.array(self.travel)
 
 
 @dataclass(frozen=True)
@@ -200,15 +193,21 @@ class Scene:
             self._check_candidates(tool, f"tools[{k}]")
 
     def _check_types(self) -> None:
-        require_type(self.mesh, Mesh, "scene.mesh")
-        require_type(self.geometry, Geometry, "scene.geometry")
-        require_type(self.material, Material, "scene.material")
-        require_type(self.quadrature, Quadrature, "scene.quadrature")
-        require_type(self.configuration, Configuration, "scene.configuration")
+        one = {"mesh": Mesh, "geometry": Geometry, "material": Material, "quadrature": Quadrature}
+        for name, kind in (one | {"configuration": Configuration}).items():
+            require_type(getattr(self, name), kind, f"scene.{name}")
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    def origin(self, nodes: Floats) -> Floats:
+        """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""
+        return self.configuration.measure.origin(self.mesh.nodes, nodes)
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
+        return self.configuration.measure.balanced(self.origin(nodes), du)
 
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""

@@ -90,7 +90,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     blind = not start.forces[~contacts.tangent_free, 1:].any()
     require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
     before, elements = start.nodes - start.displacement, body.scene.mesh.elements
-    nodes = body.scene.configuration.measure.balanced(before, start.displacement)
+    nodes = body.scene.balanced(before, start.displacement)
     try:
         placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
     except InvertedElement as folded:

@@ -2,7 +2,7 @@
 
 Velocities are those of the last increment over the punch speed, du/dtau / |travel|. The paper reads from its
 Fig. 2 that the elements keep their form, so that no remeshing is needed; the measures printed in each panel
-(:mod:`bipot.fem.quality`) say how far that is so: the Jacobian ratio (1 a parallelogram, <= 0 folded) and the
+(:mod:`studies.quality`) say how far that is so: the Jacobian ratio (1 a parallelogram, <= 0 folded) and the
 aspect ratio (1 a square), beside that of the frictionless cylinder, (1 - reduction)^(-3/2).
 
 python -m paper_figs.fig2_velocity [--results results/upsetting] [--out DIR]
@@ -19,9 +19,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.fem.quality import quality
 from bipot.history import History
 from paper_figs.common import PUNCH, WIDTH, friction, make, punch_travel
+from studies.quality import quality
 
 ARROW_MM = 0.42
 """Length of the arrow of a node as fast as the punch."""

@@ -1,9 +1,9 @@
-r"""The tables of ``docs/comparison.md``, from the results files alone.
+r"""The tables of ``docs/comparison.md`` and ``docs/scenes.md``, from the results files alone.
 
     python -m studies.comparison_page [--results docs/results] [--write docs/comparison.md]
 
-Prints every table; with ``--write`` puts them into the page, each between its ``<!-- table: NAME -->`` and the next
-``<!-- end -->``.
+Prints every table; with ``--write`` puts those of the page into it, each between its ``<!-- table: NAME -->`` and the
+next ``<!-- end -->``.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from studies import penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies import load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
 from studies.speed_jobs import Knob
 from studies.speed_tables import MEASURES
 from studies.tables import Value, read_csv
@@ -175,6 +175,19 @@ def of_scatter(results: Path) -> str:
     return table(["increments", "F at 45 % [N]"], [[brief(r["value"], 6), brief(r["force_end_N"], 7)] for r in kept])
 
 
+def of_load_cases(results: Path) -> str:
+    """Loads against their references."""
+    rows = [
+        [
+            f"{line['case']}: {line['quantity']}",
+            *(f"{line[name]:.6g}" for name in ("reference", "measured")),
+            *(f"{100 * float(line[name]):.2g} %" for name in ("difference", "allowed")),
+        ]
+        for line in _read(results, load_cases.NAME, load_cases.NAME)
+    ]
+    return table(["what", "reference", "measured", "difference", "allowed"], rows)
+
+
 def _penalties(results: Path) -> list[Line]:
     lines = _read(results, penalty_vs_conic.NAME, penalty_vs_conic.NAME)
     return [line for line in lines if line["form"] == "penalty"]
@@ -196,15 +209,19 @@ TABLES: dict[str, Callable[[Path], str]] = {
     "meshes": of_meshes,
     "scatter": of_scatter,
 }
+PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
+    "comparison.md": TABLES,
+    "scenes.md": {load_cases.NAME: of_load_cases},
+}
 
 
-def written(page: str, results: Path) -> str:
-    """The page with its tables made anew.
+def written(page: str, results: Path, tables: dict[str, Callable[[Path], str]] = TABLES) -> str:
+    """The page with its ``tables`` made anew.
 
     Raises:
         ResultsError: a results file or a table's place in the page is missing.
     """
-    for name, make in TABLES.items():
+    for name, make in tables.items():
         place = re.compile(re.escape(f"<!-- table: {name} -->") + ".*?" + re.escape("<!-- end -->"), re.DOTALL)
         if not place.search(page):
             raise ResultsError(f"the page has no place for the table {name}: <!-- table: {name} --> ... <!-- end -->")
@@ -223,9 +240,10 @@ def main(argv: list[str] | None = None) -> int:
     asked = parser.parse_args(argv)
     try:
         if asked.write is None:
-            print("\n\n".join(BLOCK.format(name=name, table=make(asked.results)) for name, make in TABLES.items()))
+            every = [item for tables in PAGES.values() for item in tables.items()]
+            print("\n\n".join(BLOCK.format(name=name, table=make(asked.results)) for name, make in every))
         else:
-            page = written(asked.write.read_text(encoding="utf-8"), asked.results)
+            page = written(asked.write.read_text(encoding="utf-8"), asked.results, PAGES[asked.write.name])
             asked.write.write_text(page, encoding="utf-8")
     except ResultsError as error:
         print(f"error: {error}", file=sys.stderr)

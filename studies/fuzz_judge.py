@@ -136,11 +136,10 @@ def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tup
     is not unique is not compared.
     """
     mine, theirs = setting_of(base.scene), setting_of(other.scene)
-    system, other_system = system_of(base.scene), system_of(other.scene)
     forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
     for a, b in zip(base.steps, other.steps, strict=False):
         same = abs(a.state.tau - b.state.tau) <= 1e-12
-        if not (same and reported_unique(system, a) and reported_unique(other_system, b)):
+        if not (same and reported_unique(a) and reported_unique(b)):
             break
         count += 1
         r = forces_by_node(base.scene, mine, a.state)

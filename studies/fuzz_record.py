@@ -16,7 +16,6 @@ from bipot.laws.von_mises import VonMises
 from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import FlatTool, Scene
-from bipot.system import System
 from bipot.typing import Floats, Ints
 from studies.independent_contact import FREE
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
@@ -76,11 +75,11 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
     )
 
 
-def reported_unique(system: System, accepted: Accepted) -> bool:
+def reported_unique(accepted: Accepted) -> bool:
     """Whether the library says that the answer is the only one and is resolved, and sees no branch."""
     solved = accepted.solved
     blurred = solved.certificate.below_resolution(Bounds())
-    return accepted.unique and not blurred and not branches(system, solved.response, solved.rows, solved.r)
+    return accepted.unique and not blurred and not branches(solved.iterate, solved.r)
 
 
 def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bool:

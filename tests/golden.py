@@ -82,12 +82,6 @@ class Case:
         return any(tool.welded for tool in self.scene.tools)
 
     @property
-    def shared(self) -> bool:
-        """Whether two tools list one node."""
-        nodes = [set(self.scene.mesh.boundary_nodes(*tool.candidates).tolist()) for tool in self.scene.tools]
-        return sum(map(len, nodes)) > len(set().union(*nodes))
-
-    @property
     def papers(self) -> bool:
         """Whether it is posed in the configuration of the paper."""
         return self.scene.configuration is Configuration.PAPER
@@ -201,11 +195,9 @@ EXACT = ("newton", "tangent", "dissipation", "delassus", "uzawa")
 
 
 def suits(form: str, case: Case) -> bool:
-    """Whether the form takes the case: Newton's contacts share no node, penalties and discrete problems do not weld,
-    the paper's scheme is one of its own configuration.
+    """Whether the form takes the case: penalties and discrete problems do not weld, the paper's scheme is one of its
+    own configuration.
     """
-    if form == "newton":
-        return not case.shared
     if form in ("delassus", "penalty", "uzawa"):
         return not case.welded
     return case.papers or not form.startswith("as_written")

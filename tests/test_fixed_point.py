@@ -21,7 +21,8 @@ from bipot.march import Accepted, Control, march
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
-from bipot.programs.polish import NaturalMap, couple, polish
+from bipot.programs.pieces import Law, Pieces, ShiftedCone
+from bipot.programs.polish import couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene import upsetting
 from studies import coupling as study
@@ -202,16 +203,28 @@ def test_both_routes_of_a_shifted_program_agree_and_without_shift_it_is_the_asso
     assert bipotential_gap(motion, r, 0.3).max() > 1e-4
 
 
-def test_the_shifted_map_has_the_derivatives_it_says() -> None:
-    program, x, _ = exact()
-    natural = NaturalMap.of(program, None, program.contact.rows.shift(x))
-    rng = np.random.default_rng(1)
-    motion, force, along, h = *rng.normal(size=(3, len(natural.offset))), 1e-7
-    _, by_motion, by_r = natural.evaluate(motion, force)
-    ahead, behind = (natural.evaluate(motion + t * along, force)[0] for t in (h, -h))
-    np.testing.assert_allclose((ahead - behind) / (2 * h), by_motion @ along, atol=1e-6 * np.abs(by_motion).max())
-    ahead, behind = (natural.evaluate(motion, force + t * along)[0] for t in (h, -h))
-    np.testing.assert_allclose((ahead - behind) / (2 * h), by_r @ along, atol=1e-6)
+@pytest.mark.parametrize("frozen", ["shift", "threshold"])
+def test_laws_with_a_part_frozen_have_the_derivatives_they_say(frozen: str) -> None:
+    program, x, r = exact()
+    rows, rng, h = program.contact.rows, np.random.default_rng(1), 1e-7
+    scale, shift, threshold = rng.uniform(1, 3, rows.count), rows.shift(x), rows.threshold(r)
+    motion, force, along = rng.normal(size=(3, rows.count, 1 + rows.tangents))
+
+    def at(motion: np.ndarray, force: np.ndarray) -> Law:
+        if frozen == "shift":
+            return ShiftedCone.of(rows, motion, force, scale, shift)
+        return Pieces.of(rows, motion, force, scale, threshold=threshold)
+
+    def law(a: float, b: float) -> np.ndarray:
+        point = motion + a * along, force + b * along
+        return at(*point).value(*point)
+
+    found = at(motion, force)
+    for ahead, behind, slope in (
+        (law(h, 0), law(-h, 0), found.by_motion),
+        (law(0, h), law(0, -h), found.by_force),
+    ):
+        np.testing.assert_allclose((ahead - behind) / (2 * h), np.einsum("cij,cj->ci", slope, along), atol=1e-6)
 
 
 def run(mu: float, form: Tangent | Dissipation, rule: Safeguard, bounds: Bounds = LOOSE) -> list[Accepted]:

@@ -10,13 +10,13 @@ from bipot.columns import MIN_JACOBIAN
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import gradients
-from bipot.fem.quality import quality
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName, Newton
 from bipot.landing import Locate
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block
 from bipot.scene import FlatTool, Scene, Support, upsetting
+from studies.quality import quality
 from tests.sampling import determinants, grid
 from tests.scenes import DIRECT, path
 

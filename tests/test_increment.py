@@ -32,8 +32,10 @@ def test_an_observer_sees_what_every_pass_was_given_and_what_it_answered():
     assert max(seen[0].certificate.ratios(Limits().bounds).values()) > 1
 
 
-@pytest.mark.parametrize(("after", "predicted"), [(2.0, 1.0), (0.0, 0.0)], ids=["goes on", "turns back"])
-def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back(after, predicted):
+@pytest.mark.parametrize(
+    ("after", "predicted"), [(2.0, 1.0), (0.0, 0.0), (1.0, 0.0)], ids=["goes on", "turns back", "stays"]
+)
+def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back_or_stays(after, predicted):
     """The same pressed state, before the second half of two paths; the first half has the velocity of the last."""
     moving = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, after))),))
     state = next(march(moving, Schedule(2), Control(Newton()))).state

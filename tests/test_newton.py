@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,17 +11,20 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
-from bipot.errors import ProgramError
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
+from bipot.laws.coulomb import natural_map
 from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.programs import frames
 from bipot.programs.data import ContactRows
-from bipot.programs.newton import Frames, Linearised, Pattern
+from bipot.programs.frames import Frames
+from bipot.programs.newton import Linearised
+from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.scene import upsetting
+from bipot.scene import FlatTool, Scene, upsetting
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)
@@ -43,14 +48,12 @@ def rows_of(
 def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> tuple[np.ndarray, np.ndarray]:
     """Full Newton steps on K x = F + G' r from rest."""
     pattern = Pattern.of(*_csc(K))
-    frames = Frames.of(rows, pattern)
+    held = Frames.of(rows, pattern)
     x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
     scale = np.full(rows.count, K.diagonal().max())
     for _ in range(steps):
-        data = np.zeros(K.size + 1)
-        data[pattern.place] = K.T.ravel()
         pieces = Pieces.of(rows, rows.motion(x), r, scale)
-        dx, r = Linearised.of(data, pattern, frames, pieces).step(K @ x - F, rows.motion(x), r)
+        dx, r = Linearised.of(pattern.by_row(K.T.ravel()), held, pieces).step(K @ x - F, rows.motion(x), r)
         x = x + dx
     return x, r
 
@@ -121,10 +124,8 @@ def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:
     A.sort_indices()
     pattern = Pattern.of(A.indices, A.indptr)
     A.data = rng.uniform(-1, 1, A.nnz) + 5 * n * (A.indices == np.repeat(np.arange(n), np.diff(A.indptr)))
-    data = np.empty(A.nnz)
-    data[pattern.place] = A.data
     b = rng.normal(size=n)
-    np.testing.assert_allclose(A @ pattern.solve(pattern.factorise(data), b), b, atol=1e-12)
+    np.testing.assert_allclose(A @ pattern.solve(pattern.factorise(pattern.by_row(A.data)[:-1]), b), b, atol=1e-12)
 
 
 @settings(deadline=None, derandomize=True, max_examples=40)
@@ -157,7 +158,7 @@ def test_dead_band_holds_a_contact_without_force_or_gap() -> None:
     assert Pieces.of(rows, entering, np.zeros((2, 2)), scale, band, opened).closed.tolist() == [False, True]
 
 
-def test_frames_agree_with_the_rows_and_refuse_what_they_cannot_hold() -> None:
+def test_frames_agree_with_the_rows() -> None:
     rng = np.random.default_rng(0)
     G_n, G_t = np.zeros((2, 5)), np.zeros((2, 5))
     G_n[0, 1:3], G_t[0, 1:3] = turned(0.3)
@@ -165,17 +166,56 @@ def test_frames_agree_with_the_rows_and_refuse_what_they_cannot_hold() -> None:
     rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
     rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.tied)
     pattern = Pattern.of(*_csc(np.zeros((5, 5))))
-    frames = Frames.of(rows, pattern)
-    x, r = rng.normal(size=5), np.array([[1.0, -0.3], [2.0, 0.0]])
-    np.testing.assert_allclose(frames.motion(rows, x), rows.motion(x), atol=1e-14)
-    np.testing.assert_allclose(frames.forces(r, 5), rows.forces(r), atol=1e-14)
-    np.testing.assert_allclose(frames.reaction(rows.forces(r)), r, atol=1e-14)
-    with pytest.raises(ProgramError, match="share"):
-        Frames.of(rows_of(np.eye(3)[[0, 0]], np.eye(3)[[1, 2]], np.zeros(2), np.zeros(2), 0.1), pattern)
-    with pytest.raises(ProgramError, match="several nodes"):
-        Frames.of(rows_of(np.ones((1, 5)), np.zeros((1, 5)), np.zeros(1), np.zeros(1), 0.1), pattern)
-    with pytest.raises(ProgramError, match="dependent"):
-        Frames.of(rows_of(np.eye(5)[:1], np.eye(5)[:1], np.zeros(1), np.zeros(1), 0.1), pattern)
+    held = Frames.of(rows, pattern)
+    r = np.array([[1.0, -0.3], [2.0, 0.0]])
+    np.testing.assert_allclose(held.reaction(rows.forces(r)), r, atol=1e-14)
+
+
+@settings(deadline=None, derandomize=True, max_examples=20)
+@given(st.integers(0, 10_000), st.booleans())
+def test_forces_that_border_the_matrix_give_the_step_of_forces_that_are_eliminated(seed: int, frictional: bool) -> None:
+    """On contacts that own their unknowns, which either takes; with and without friction rows, every piece."""
+    rng = np.random.default_rng(seed)
+    n, c = 9, 3
+    A = rng.normal(size=(n, n))
+    K, F = A @ A.T + n * np.eye(n), 5 * rng.normal(size=n)
+    G_n, G_t = np.zeros((c, n)), np.zeros((c, n))
+    for k, R in enumerate(map(turned, rng.uniform(0, 6, c))):
+        G_n[k, 2 * k : 2 * k + 2], G_t[k, 2 * k : 2 * k + 2] = R
+    rows = rows_of(G_n, G_t, 0.1 * rng.normal(size=c), 0.1 * rng.normal(size=c), 0.4)
+    if not frictional:
+        rows = replace(rows, G_t=rows.G_t[:0], slip=rows.slip[:0], frictional=rows.frictional[:0])
+    own = newton(K, F, rows)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(frames, "DEPENDENT", np.inf)
+        assert Frames.of(rows, Pattern.of(*_csc(K))).border is not None
+        bordered = newton(K, F, rows)
+    for ours, theirs in zip(bordered, own, strict=True):
+        np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
+BESIDE = np.array([[3.0, -1.0, -0.5], [-1.0, 2.0, -0.4], [-0.5, -0.4, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("G_n", "G_t"),
+    [
+        (np.array([[1.0, 0, 0], [0, 1, 0]]), np.array([[0.0, 1, 0], [1, 0, 0]])),
+        (np.array([[1.0, 0, 0], [1, 0, 0]]), np.array([[0.0, 1, 0], [0, 1, 0]])),
+        (np.array([[0.6, 0, -0.8]]), np.array([[0.0, 1, 0]])),
+        (np.array([[0.6, 0, 0]]), np.array([[0.8, 0, 0]])),
+    ],
+    ids=["a node in a corner", "rows given twice", "two nodes in a row", "two rows on one unknown"],
+)
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_contacts_that_share_unknowns_meet_the_law(G_n: np.ndarray, G_t: np.ndarray, mu: float) -> None:
+    """K x = F + G' r, and the natural map of r and motion vanishes: nothing else is asked."""
+    c, F = len(G_n), np.array([-2.0, -1.0, 0.7])
+    rows = rows_of(G_n, G_t, np.full(c, 0.1), np.zeros(c), mu)
+    assert Frames.of(rows, Pattern.of(*_csc(BESIDE))).border is not None
+    x, r = newton(BESIDE, F, rows, 30)
+    np.testing.assert_allclose(BESIDE @ x, F + rows.forces(r), atol=1e-10)
+    np.testing.assert_allclose(natural_map(r, rows.motion(x), mu, 1.0), 0.0, atol=1e-10)
 
 
 def run(control: Control, mu: float, schedule: Schedule = STARTING, **scene: object) -> list[Accepted]:
@@ -245,3 +285,39 @@ def test_axis_node_without_share_of_the_pressure_settles() -> None:
     for a in steps:
         assert a.form is FormName.NEWTON
         assert -1e-8 * np.abs(a.solved.r).max() <= a.solved.r[axis, 0] < 0.5 * a.solved.r[neighbour, 0]
+
+
+def leaning(sine: float) -> Scene:
+    """The cylinder under a punch that leans against its axis."""
+    scene = upsetting(mu=0.2, reduction=0.1, elements=4)
+    normal = (sine, -float(np.sqrt(1 - sine**2)))
+    return replace(scene, tools=(replace(scene.tools[0], normal=normal, candidates=("top",)),))
+
+
+def walled(inner: float, mu: float) -> Scene:
+    """The cylinder under a punch, in a tube of that radius; the edge of its upper face is listed by both."""
+    scene = upsetting(mu=0.2, reduction=0.1, elements=4)
+    tube = FlatTool((inner, 0.0), (-1.0, 0.0), (0.0, 0.0), ("side",), mu)
+    return replace(scene, tools=(replace(scene.tools[0], candidates=("top",)), tube))
+
+
+@pytest.mark.parametrize(
+    ("scene", "one"),
+    [(leaning(0.03), True), (leaning(0.1), True), (walled(9.0, 0.1), True), (walled(5.05, 0.0), False)],
+    ids=["leans inwards", "leans more", "open to one", "closed to both"],
+)
+def test_newton_takes_shared_and_inclined_contacts_as_the_conic_form_does(scene: Scene, one: bool) -> None:
+    """Every increment of a march, by both: nodal forces to 1e-7 of the largest, no fallback.
+
+    Where a node is closed to ``one`` tool at most, contact forces too, unless the law leaves open how rows share them.
+    """
+    system, last = system_of(scene), 0
+    for a in march(scene, Schedule(8, first=0.004, settling=4), Control(Newton(), (), TIGHT)):
+        other = solve_increment(Increment(system, a.start, a.state.tau), Tangent(), TIGHT, Cache(), 0.0)
+        ours = solve_increment(Increment(system, a.start, a.state.tau), Newton(), TIGHT, Cache(), 0.0)
+        on_nodes, theirs = (solved.rows.forces(solved.r) for solved in (ours, other))
+        np.testing.assert_allclose(on_nodes, theirs, rtol=0, atol=1e-7 * np.abs(theirs).max())
+        if one and not ours.undetermined:
+            np.testing.assert_allclose(ours.r, other.r, rtol=0, atol=1e-7 * np.abs(other.r).max())
+        last = a.number
+    assert last >= 12

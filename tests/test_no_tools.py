@@ -77,6 +77,9 @@ def relaxed(mu, form):
     full, start = pressed(mu)
     run = list(march(replace(full, tools=()), Schedule(2), Control(form), start))
     assert all(map(certified, run))
+    # Nothing is left to move.
+    assert run[-1].passes <= 2
+    assert not run[-1].solved.certificate.below_resolution(Bounds())
     return run
 
 

@@ -9,7 +9,6 @@ from matplotlib.text import Text
 from bipot import plot
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column
 from bipot.errors import SceneError
-from bipot.fem.quality import quality
 from bipot.forms import Tangent
 from bipot.history import Recorder, load
 from bipot.laws.coulomb import Status
@@ -19,6 +18,7 @@ from bipot.scene import upsetting
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction
 from paper_figs.closed_forms import Cylinder
 from paper_figs.common import MU, STYLE, runs
+from studies.quality import quality
 
 FIGURES = (fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction)
 PAPER = Cylinder(10.0, 5.0, 210_000.0, 0.3, 300.0)

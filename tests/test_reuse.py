@@ -9,22 +9,25 @@ import pytest
 import scipy.sparse as sp
 
 from benchmarks.dissipation import recorded, stages, with_plastic_variable
+from bipot.certificate import Bounds
 from bipot.conic.clarabel import Clarabel, clarabel, solve
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
-from bipot.forms.conic import condensed_tangent
+from bipot.forms.conic import tangent_program
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.march import Control, Schedule, attempt_increment, march, system_of
+from bipot.mesh import block
+from bipot.programs import condensation
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
-from bipot.scene import upsetting
+from bipot.scene import FlatTool, Geometry, Support, upsetting
 from tests.scenes import posed
 
 TIGHT = Accuracy(1e-11)
@@ -55,12 +58,13 @@ def test_updated_programs_have_the_answers_of_the_cvxpy_statement(form, passes):
 
 
 def first_step(form, seen, cache):
-    """The pass that was seen, with what its increment had frozen by then but nothing else of its past."""
-    return form.step(seen.iterate, seen.r, replace(seen.state, cache=cache))[0]
+    """The pass that was seen, posed, with what its increment had frozen by then but nothing else of its past."""
+    return form.step(seen.iterate, seen.r, replace(seen.state, cache=cache, rose=True, distance=np.inf))[0]
 
 
-def tangent_program(seen):
-    return condensed_tangent(seen.iterate, seen.r, seen.state, TangentKind.CONSISTENT, Stopwatch()).program
+def tangent(seen):
+    terms = seen.state.terms(seen.iterate, seen.r)
+    return condense(tangent_program(seen.iterate, terms, seen.state, TangentKind.CONSISTENT, Stopwatch())).program
 
 
 def dissipation_program(seen):
@@ -74,7 +78,7 @@ def least_cost(stated):
     return stated.problem.value - constant
 
 
-@pytest.mark.parametrize("program_of", [tangent_program, dissipation_program], ids=["tangent", "dissipation"])
+@pytest.mark.parametrize("program_of", [tangent, dissipation_program], ids=["tangent", "dissipation"])
 def test_raw_answers_of_updated_programs_are_those_of_the_statement(program_of, passes):
     """No polish to mend a wrong number. A cost within the tolerance leaves the unknowns within its square root."""
     last, accuracy = None, np.sqrt(TIGHT.tolerance)
@@ -224,3 +228,25 @@ def test_condensation_refuses_a_part_that_nothing_holds():
     K[0], K[:, 0] = 0.0, 0.0
     with pytest.raises(ProgramError, match="moves without resistance"):
         condense(TangentProgram(sp.csc_matrix(K), program.f, program.contact))
+
+
+def test_programs_are_condensed_where_that_makes_them_smaller_with_the_same_answers(monkeypatch):
+    """A flat block, all of whose upper face touches, by interior points alone: the fixed point of friction by both."""
+    scene = replace(
+        upsetting(mu=0.1, elements=1),
+        mesh=block(12.0, 2.0, 12, 2),
+        geometry=Geometry.PLANE_STRAIN,
+        supports=(Support("base", 1), Support("left", 0)),
+        tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),
+        copies=4,
+    )
+    assert condensation.pays(posed(0.3).tangent)
+    limits = Limits(Bounds(equilibrium=1e-9), passes=60)
+
+    def forces(smaller):
+        monkeypatch.setattr(condensation, "SMALLER", smaller)
+        steps = march(scene, Schedule(2), Control(Tangent(coupled=False), (), limits))
+        return [a.solved.r for a in steps]
+
+    for whole, condensed in zip(forces(0.0), forces(np.inf), strict=True):
+        assert relative(whole, condensed) < 1e-7

@@ -51,8 +51,9 @@ def test_the_fastest_of_nothing_is_said_so():
 
 
 def test_the_pages_tables_are_those_of_the_results():
-    page = comparison_page.PAGE.read_text(encoding="utf-8")
-    assert comparison_page.written(page, comparison_page.RESULTS) == page
+    for name, tables in comparison_page.PAGES.items():
+        page = comparison_page.PAGE.with_name(name).read_text(encoding="utf-8")
+        assert comparison_page.written(page, comparison_page.RESULTS, tables) == page
 
 
 def test_a_table_without_a_place_or_results_is_refused(tmp_path):

@@ -6,7 +6,7 @@ The reference square is scikit-fem's [0, 1]^2. Weights sum to its area, one.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cache
 from typing import Any
@@ -57,10 +57,21 @@ def radon7() -> tuple[Floats, Floats]:
 @cache
 def quad8(rule: Quadrature) -> Reference:
     """Eight-node serendipity quadrilateral at the points of ``rule``."""
+    if rule is Quadrature.RADON7:
+        points, weights = radon7()
+    else:
+        line, weight = np.polynomial.legendre.leggauss({Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}[rule])
+        points = np.array([(x, y) for x in line for y in line])
+        weights = np.outer(weight, weight).ravel()
+    return replace(quad8_at((points + 1) / 2), weights=weights / 4)
+
+
+def quad8_at(points: Floats) -> Reference:
+    """Eight-node serendipity quadrilateral at points (q, 2), all of the same weight."""
     # scikit-fem takes long to import and is asked once: where an element is tabulated.
     import skfem
 
-    return Reference.of(skfem.ElementQuadS2(), *_rule(rule))
+    return Reference.of(skfem.ElementQuadS2(), points, np.full(len(points), 1 / len(points)))
 
 
 @cache
@@ -70,14 +81,3 @@ def line3() -> Reference:
 
     points, weights = np.polynomial.legendre.leggauss(3)
     return Reference.of(skfem.ElementLineP2(), (points[:, None] + 1) / 2, weights / 2, (0, 2, 1))
-
-
-def _rule(rule: Quadrature) -> tuple[Floats, Floats]:
-    """Points (q, 2) and weights (q,) on [0, 1]^2."""
-    if rule is Quadrature.RADON7:
-        points, weights = radon7()
-    else:
-        line, weight = np.polynomial.legendre.leggauss({Quadrature.GAUSS2: 2, Quadrature.GAUSS3: 3}[rule])
-        points = np.array([(x, y) for x in line for y in line])
-        weights = np.outer(weight, weight).ravel()
-    return (points + 1) / 2, weights / 4

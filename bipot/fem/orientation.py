@@ -2,7 +2,7 @@ r"""Whether elements are folded anywhere, not only where they are integrated.
 
 An eight-node quadrilateral is a quadratic Bezier patch x = sum B_i B_j P_ij whose middle point P_11 is given by the
 others, because the square of both coordinates is not among its shapes. Its derivatives have degrees (1, 2) and (2, 1),
-so that det J has degree (3, 3) and is its sixteen Bernstein coefficients D_mn over the whole element:
+so that det J has degree (3, 3) and is, from sixteen values, its Bernstein coefficients D_mn over the whole element:
 
     det J = x,1 x y,2 - y,1 x,2,    min D_mn <= det J <= max D_mn,    mean det J = mean D_mn,
 
@@ -17,11 +17,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cache
 from math import comb
 
 import numpy as np
 
 from bipot.errors import InvertedElement
+from bipot.fem.elements import quad8_at
 from bipot.fem.reduction import Geometry
 from bipot.typing import Bools, Floats, Ints
 
@@ -35,38 +37,20 @@ AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
 
 
-def _control() -> Floats:
-    """Control points P (9, 8) from nodal values: corners, edges (4 m - a - b) / 2, middle without (2, 2) term."""
-    points = np.zeros((3, 3, 8))
-    corners = ((0, 0), (2, 0), (2, 2), (0, 2))
-    for k, (i, j) in enumerate(corners):
-        points[i, j, k] = 1
-    for k, middle in enumerate(((1, 0), (2, 1), (1, 2), (0, 1))):
-        points[middle][[k, (k + 1) % 4, 4 + k]] = -0.5, -0.5, 2
-    points[1, 1] = np.repeat([-0.75, 1.0], 4)
-    return points
-
-
-def _derivatives() -> Floats:
-    """Coefficients (8, 12) of d/dxi in degree (1, 2), then of d/deta in degree (2, 1), from nodal values."""
-    points = _control()
-    along = 2 * np.diff(points, axis=0).reshape(6, 8), 2 * np.diff(points, axis=1).reshape(6, 8)
-    return np.ascontiguousarray(np.vstack(along).T)
-
-
-def _products() -> Floats:
-    """Coefficients (36, 16) in degree (3, 3) of products of those two: B_i^1 B_k^2 is binomial times B_{i+k}^3."""
-    table = np.zeros((2, 3, 3, 2, 4, 4))
-    for i, j, k, m in np.ndindex(2, 3, 3, 2):
-        weight = comb(1, i) * comb(2, k) * comb(2, j) * comb(1, m) / (comb(3, i + k) * comb(3, j + m))
-        table[i, j, k, m, i + k, j + m] = weight
-    return table.reshape(36, 16)
-
-
-DERIVATIVES, PRODUCTS = _derivatives(), _products()
+_TIMES = np.array([0.0, 0.25, 0.75, 1.0])
+_CUBICS = np.array([[comb(3, n) * t**n * (1 - t) ** (3 - n) for n in range(4)] for t in _TIMES])
+FROM_VALUES = np.linalg.inv(np.kron(_CUBICS, _CUBICS)).T
+"""What takes values (16,) on the grid of Chebyshev's points with ends to the coefficients (16,) in degree (3, 3)."""
+_GRID = np.array([(s, t) for s in _TIMES for t in _TIMES])
 _FIRST = np.array([[comb(m, n) / 2**m for n in range(4)] for m in range(4)])
 HALVES = np.stack([_FIRST, _FIRST[::-1, ::-1]])
 """De Casteljau's matrices (2, 4, 4): a cubic's coefficients on the first and on the second half."""
+
+
+@cache
+def _slopes() -> Floats:
+    """d/dxi at the points of the grid, then d/deta (8, 32), from nodal values."""
+    return quad8_at(_GRID).gradients.transpose(1, 2, 0).reshape(8, 32)
 
 
 def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
@@ -77,57 +61,53 @@ def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
 
 
 def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
-    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and the coefficients (2, e, 12) of derivatives."""
-    e = len(x)
+    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and derivatives (2, e, 32) on the grid."""
     # Direction first: one dense product instead of one an element.
     local = np.ascontiguousarray(x.transpose(2, 0, 1))
     local -= local[:, :, :1].copy()
-    both = (local.reshape(-1, 8) @ DERIVATIVES).reshape(2, e, 12)
-    first, second = both[:, :, :6, None], both[:, :, None, 6:]
-    cross = first[0] * second[1]
-    cross -= first[1] * second[0]
-    return (cross.reshape(e, 36) @ PRODUCTS).reshape(e, 4, 4), local, both
+    both = (local.reshape(-1, 8) @ _slopes()).reshape(2, len(x), 32)
+    first, second = both[:, :, :16], both[:, :, 16:]
+    cross = first[0] * second[1] - first[1] * second[0]
+    return (cross @ FROM_VALUES).reshape(-1, 4, 4), local, both
 
 
 @dataclass(frozen=True)
 class Least:
-    """Bounds of the least value (g,) of groups of patches; ``upper`` is taken in patch ``where`` at ``at`` (g, 2)."""
+    """Bounds of the least value (e,) of each element; ``upper`` is taken at ``at`` (e, 2)."""
 
     lower: Floats
     upper: Floats
-    where: Ints
     at: Floats
 
 
-def least(D: Floats, group: Ints, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
-    """Bounds of the least value of the polynomials with coefficients D (e, 4, 4) in each ``group`` (e,) of them.
+def least(D: Floats, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
+    """Bounds of the least value of each polynomial with coefficients D (e, 4, 4).
 
-    A patch is halved until ``settled(lower, upper, group)`` (p,), told its own lower and its group's upper bounds.
+    A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
     """
-    count = int(group.max()) + 1
-    lower, upper = np.full(count, np.inf), np.full(count, np.inf)
-    where, at = np.zeros(count, dtype=np.intp), np.zeros((count, 2))
-    patch, origin, size = np.arange(len(D)), np.zeros((len(D), 2)), 1.0
+    count = len(D)
+    lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, 2))
+    element, origin, size = np.arange(count), np.zeros((count, 2)), 1.0
     for level in range(LEVELS + 1):
         corners = D[:, ::3, ::3].reshape(-1, 4)
         high = corners.min(axis=1)
-        # From the highest down: what is written last, and stays, is the least of its group.
+        # From the highest down: what is written last, and stays, is the least of its element.
         order = np.argsort(-high)
-        order = order[high[order] < upper[group[order]]]
+        order = order[high[order] < upper[element[order]]]
         corner = corners[order].argmin(axis=1)
-        upper[group[order]], where[group[order]] = high[order], patch[order]
-        at[group[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
+        upper[element[order]] = high[order]
+        at[element[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
         low = D.min(axis=(1, 2))
-        done = settled(low, upper[group], group) | (level == LEVELS)
-        np.minimum.at(lower, group[done], low[done])
+        done = settled(low, upper[element], element) | (level == LEVELS)
+        np.minimum.at(lower, element[done], low[done])
         if done.all():
             break
         left, size = ~done, size / 2
         halves = HALVES[:, None] @ D[left][:, None, None] @ HALVES.swapaxes(1, 2)
-        D, group, patch = halves.reshape(-1, 4, 4), np.repeat(group[left], 4), np.repeat(patch[left], 4)
+        D, element = halves.reshape(-1, 4, 4), np.repeat(element[left], 4)
         shift = size * np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
         origin = (origin[left][:, None] + shift).reshape(-1, 2)
-    return Least(lower, upper, where, at)
+    return Least(lower, upper, at)
 
 
 def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
@@ -139,31 +119,12 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
     >>> scaled_jacobians(x, np.arange(8)[None]).round(12)
     array([0.2])
     """
-    D, mean = _scaled(nodes, elements)
-    out = np.full(len(D), -np.inf)
-    turned = np.flatnonzero(mean > 0)
-    if turned.size:
-        out[turned] = least(D[turned], np.arange(len(turned)), _within(tolerance)).lower
-    return out
-
-
-def min_scaled_jacobian(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> float:
-    """The smallest of :func:`scaled_jacobians`, for less than all of them."""
-    D, mean = _scaled(nodes, elements)
-    if mean.min() <= 0:
-        return -np.inf
-    return float(least(D, np.zeros(len(D), dtype=np.intp), _within(tolerance)).lower[0])
-
-
-def _scaled(nodes: Floats, elements: Ints) -> tuple[Floats, Floats]:
-    """Coefficients over their mean (e, 4, 4), where that is positive, and the mean (e,)."""
     D, _ = determinant_coefficients(nodes[elements])
     mean = D.mean(axis=(1, 2))
-    return np.divide(D, mean[:, None, None], out=D, where=mean[:, None, None] > 0), mean
-
-
-def _within(tolerance: float) -> Callable[[Floats, Floats, Ints], Bools]:
-    return lambda low, upper, _: low >= upper - tolerance * np.abs(upper)
+    out, turned = np.full(len(D), -np.inf), mean > 0
+    scaled = D[turned] / mean[turned, None, None]
+    out[turned] = least(scaled, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
+    return out
 
 
 def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Geometry) -> None:
@@ -176,16 +137,15 @@ def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Ge
     """
     x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
     D, local, both = _coefficients(x)
-    fault = None
     # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
-    if not D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max():
-        fault = _folded(x)
+    clear = D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max()
+    fault = None if clear else _folded(x)
     if fault is None and geometry is Geometry.AXISYMMETRIC:
         fault = _off_axis(x)
     if fault is not None:
         count = len(elements)
         when = list(placements)[fault.patch // count]
-        place = tuple(np.round(shapes(fault.at) @ x[fault.patch], 6).tolist())
+        place = tuple(np.round(quad8_at(fault.at[None]).values[0] @ x[fault.patch], 6).tolist())
         raise InvertedElement(f"element {fault.patch % count} at {place}, {when}: {fault.what}")
 
 
@@ -198,20 +158,12 @@ class Fault:
     what: str
 
 
-def shapes(at: Floats) -> Floats:
-    """Shape functions (8,) at a point (2,) of the reference square."""
-    first, second = (np.array([(1 - t) ** 2, 2 * t * (1 - t), t**2]) for t in at)
-    return np.einsum("i,j,ijk->k", first, second, _control())
-
-
 def _folded(x: Floats) -> Fault | None:
     """The worst of the elements whose least det J is not above round-off, or not known to be."""
     D, noise = determinant_coefficients(x)
     suspect = np.flatnonzero(~(D.min(axis=(1, 2)) > noise))
-    if not suspect.size:
-        return None
     D, noise = D[suspect], noise[suspect]
-    found = least(D, np.arange(len(D)), lambda low, upper, group: (low > noise[group]) | ~(upper > noise[group]))
+    found = least(D, lambda low, upper, element: (low > noise[element]) | ~(upper > noise[element]))
     bad = np.flatnonzero(~(found.lower > noise))
     if not bad.size:
         return None

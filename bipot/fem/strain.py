@@ -4,8 +4,9 @@ r"""Strain measures: where an increment's strain and equilibrium are evaluated, 
 rotation; the stress is rotated by the whole; equilibrium, hence B and the volumes, at x_n + dU. With H the displacement
 gradient at the end, that at the middle is H (I - H/2)^-1. The rotation of spin w is the angle 2 atan(|w|/2).
 ``paper``: strain, B and volumes on x_n, no rotation (the geometry follows by (30) afterwards).
+``small``: the same on the configuration at rest: small strain, in which a limit load is a plateau.
 
-The element tangent d f / d dU: in ``paper`` nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
+The element tangent d f / d dU: in the last two nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
 rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress as H' has
 it (D maps an element's displacements to g):
 
@@ -61,6 +62,10 @@ class Stresses:
 class Measure(Protocol):
     """A strain measure."""
 
+    def origin(self, rest: Floats, nodes: Floats) -> Floats:
+        """The configuration (a, d) an increment is taken from, of a body at ``rest`` that has come to ``nodes``."""
+        ...
+
     def increment(
         self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
     ) -> Kinematics:
@@ -85,8 +90,14 @@ class Measure(Protocol):
 
 
 @dataclass(frozen=True)
-class Paper:
-    """Everything on the configuration of the start."""
+class Fixed:
+    """Everything on the configuration of the increment's start, or of the body ``at_rest``."""
+
+    at_rest: bool = False
+
+    def origin(self, rest: Floats, nodes: Floats) -> Floats:
+        """That configuration."""
+        return rest if self.at_rest else nodes
 
     def increment(
         self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
@@ -101,7 +112,9 @@ class Paper:
         return element_stiffness(kin, stresses.moduli)
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """Start and end."""
+        """Start and end; the body at rest alone where that is all there is."""
+        if self.at_rest:
+            return {"at rest": nodes}
         return {"at the end of the increment": nodes + du, "at the start of the increment": nodes}
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
@@ -112,6 +125,10 @@ class Paper:
 @dataclass(frozen=True)
 class Midpoint:
     """Strain at the middle, equilibrium at the end."""
+
+    def origin(self, rest: Floats, nodes: Floats) -> Floats:
+        """Where the body has come to."""
+        return nodes
 
     def increment(
         self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
@@ -163,6 +180,7 @@ class Configuration(Enum):
 
     MIDPOINT = "midpoint"
     PAPER = "paper"
+    SMALL = "small"
 
     @property
     def measure(self) -> Measure:
@@ -170,4 +188,4 @@ class Configuration(Enum):
         return _MEASURES[self.value]
 
 
-_MEASURES: dict[str, Measure] = {"midpoint": Midpoint(), "paper": Paper()}
+_MEASURES: dict[str, Measure] = {"midpoint": Midpoint(), "paper": Fixed(), "small": Fixed(at_rest=True)}

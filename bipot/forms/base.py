@@ -19,9 +19,11 @@ from bipot.conic.solver import Handle
 from bipot.forms.memory import Pace, Setup
 from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
+from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled, Route
-from bipot.programs.newton import Frames
+from bipot.programs.frames import Frames
+from bipot.programs.ordering import Pattern
 from bipot.typing import Floats
 
 S = TypeVar("S")
@@ -65,11 +67,12 @@ class Cache:
     handles: dict[FormName, Handle] = field(default_factory=dict)
     _split: Split | None = None
     _setup: Setup | None = None
-    _frames: dict[bytes, Frames] = field(default_factory=dict)
+    _pattern: Pattern | None = None
+    _frames: tuple[bytes, Frames] | None = None
 
-    def split(self, K: sp.csc_matrix, rows: ContactRows) -> Split:
-        """The split of the run's stiffness pattern on the unknowns that ``rows`` touch."""
-        kept = touched(rows, len(K.indptr) - 1)
+    def split(self, program: TangentProgram) -> Split:
+        """The split of the run's stiffness pattern on the unknowns that contact rows touch."""
+        K, kept = sp.csc_matrix(program.K), touched(program.contact.rows, len(program.f))
         # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
         if self._split is None or not np.array_equal(self._split.kept, kept):
             self._split = Split.of(K, kept)
@@ -78,13 +81,23 @@ class Cache:
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
         """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""
         if self._setup is None:
-            self._setup = Setup.of(iterate)
-        rows = iterate.rows
+            space = iterate.increment.system.body.space
+            self._pattern = self._pattern or Pattern.of(space.indices, space.indptr)
+            self._setup = Setup.of(iterate, self._pattern)
+        return self._setup, self._held(iterate.rows, self._setup.pattern)
+
+    def frames(self, program: TangentProgram) -> Frames:
+        """Where the program's contacts sit in the run's stiffness."""
+        K = sp.csc_matrix(program.K)
+        self._pattern = self._pattern or Pattern.of(K.indices, K.indptr)
+        return self._held(program.contact.rows, self._pattern)
+
+    def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
         parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
         key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional))
-        if key not in self._frames:
-            self._frames = {key: Frames.of(rows, self._setup.pattern)}
-        return self._setup, self._frames[key]
+        if self._frames is None or self._frames[0] != key:
+            self._frames = key, Frames.of(rows, pattern)
+        return self._frames[1]
 
 
 @runtime_checkable

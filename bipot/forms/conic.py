@@ -21,7 +21,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
-from bipot.programs.condensation import Condensed, condense
+from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
 from bipot.programs.dissipation import DissipationProgram
@@ -37,7 +37,7 @@ NEARBY = 1e-4
 
 @dataclass(frozen=True)
 class Tangent:
-    """Quadratic C^ep energy, condensed on the contact unknowns, solved as a cone program and polished.
+    """Quadratic C^ep energy: a cone program, condensed on the contact unknowns if these are few, and its polish.
 
     With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
     when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
@@ -69,10 +69,10 @@ class Tangent:
         """One proximal-Newton pass."""
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        condensed = condensed_tangent(iterate, r, state, self.kind, clock)
+        program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
         built = clock.outside()
-        raw = self._solve(iterate, r, state, condensed)
-        x, forces = condensed.recover(raw.u) * units.length, state.spread(raw.r * units.force)
+        raw = self._gone_on(iterate, r, state, program) or self._posed(program, state.cache)
+        x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
         else:
@@ -83,29 +83,26 @@ class Tangent:
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
-    def _solve(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> Raw:
-        """The polished answer to the condensed program."""
-        program = condensed.program
-        gone_on = self._gone_on(iterate, r, state, condensed)
-        if gone_on is not None:
-            return Raw(*gone_on, Outcome.SOLVED, 0, Timing(), exact=True)
-        raw = _solved(self, program, state.cache)
-        coupled = couple(program, raw.u, raw.r) if self.coupled else None
-        u, forces = coupled or polish(program, raw.u, raw.r)
+    def _posed(self, program: TangentProgram, cache: Cache) -> Raw:
+        """The polished answer to the cone program."""
+        frames = cache.frames(program)
+        small = condense(program, cache.split(program)) if pays(program) else None
+        raw = _solved(self, small.program if small else program, cache)
+        u = small.recover(raw.u) if small else raw.u
+        coupled = couple(program, u, raw.r, frames) if self.coupled else None
+        u, forces = coupled or polish(program, u, raw.r, frames)
         return replace(raw, u=u, r=forces, exact=coupled is not None)
 
-    def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, condensed: Condensed) -> tuple[Floats, Floats] | None:
-        """The polish from the last pass's answer, where that is near and this is exact: the program tells nothing new.
+    def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
+        """The polish from the iterate, where this is exact: the cone program, which takes longer, tells nothing new.
 
-        None in the first pass of an increment and through cvxpy, which poses every pass. Where nothing may touch, the
-        elimination has solved the program already.
+        None far away after a pass that did not lead nearer, and through cvxpy, which poses every pass.
         """
-        if not condensed.kept.size:
-            return np.zeros(0), r
-        if state.distance is None or state.distance > NEARBY or not self.coupled or isinstance(self.solver, Cvxpy):
+        astray = state.rose and state.distance is not None and state.distance > NEARBY
+        if astray or not self.coupled or isinstance(self.solver, Cvxpy):
             return None
-        units = state.units
-        return couple(condensed.program, iterate.x[condensed.kept] / units.length, r[state.near] / units.force)
+        found = _coupled(program, iterate, r, state)
+        return None if found is None else Raw(*found, Outcome.SOLVED, 0, Timing(), exact=True)
 
 
 @dataclass(frozen=True)
@@ -200,18 +197,23 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
     there, units = tried.iterate, state.units
     terms = state.terms(iterate, r)
     try:
-        condensed = _condensed(there, terms, state, TangentKind.CONSISTENT, clock)
-        start = there.x[condensed.kept] / units.length
-        coupled = couple(condensed.program, start, tried.r[state.near] / units.force)
-        if coupled is None:
+        program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
+        found = _coupled(program, there, tried.r, state)
+        if found is None:
             return tried
-        forces = state.spread(coupled[1] * units.force)
+        forces = state.spread(found[1] * units.force)
         with clock:
-            after = iterate.increment.at(condensed.recover(coupled[0]) * units.length)
+            after = iterate.increment.at(found[0] * units.length)
     except (InvertedElement, ProgramError):
         return tried
     nearer = _distance(after, forces, state) < _distance(there, tried.r, state)
     return Tried(after, forces) if nearer else tried
+
+
+def _coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
+    """Exact Coulomb on the quadratic model, from the iterate and forces r (c, d) of all; None where Newton fails."""
+    units = state.units
+    return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program))
 
 
 def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
@@ -223,16 +225,13 @@ def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 
-def condensed_tangent(iterate: Iterate, r: Floats, state: Posed, kind: TangentKind, clock: Stopwatch) -> Condensed:
-    """The tangent program of a pass, dimensionless and condensed on the contact unknowns."""
-    return _condensed(iterate, state.terms(iterate, r), state, kind, clock)
-
-
-def _condensed(iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch) -> Condensed:
+def tangent_program(
+    iterate: Iterate, terms: ContactTerms, state: Posed, kind: TangentKind, clock: Stopwatch
+) -> TangentProgram:
+    """The tangent program of a pass, dimensionless."""
     with clock:
         K = iterate.stiffness(kind)
-    program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
-    return condense(program, state.cache.split(K, terms.rows))
+    return TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.conic import condensed_tangent
+from bipot.forms.conic import tangent_program
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
+from bipot.programs.condensation import condense
 from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
@@ -59,7 +60,8 @@ class Delassus:
         """
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
-        condensed = condensed_tangent(iterate, r, state, TangentKind.CONSISTENT, clock)
+        program = tangent_program(iterate, state.terms(iterate, r), state, TangentKind.CONSISTENT, clock)
+        condensed = condense(program, state.cache.split(program))
         reduced = reduce(condensed.program)
         built = clock.outside()
         found = self._find(reduced, r[state.near].ravel() / units.force)

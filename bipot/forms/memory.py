@@ -8,11 +8,11 @@ import numpy as np
 
 from bipot.fem.strain import Scratch
 from bipot.iterate import Iterate
-from bipot.programs.newton import Frames, Pattern
+from bipot.programs.frames import SOFTENED, Frames
+from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.typing import Floats, Ints
 
-SOFTENED = 1e-2
 BOUNDED = 0.3
 
 
@@ -20,8 +20,7 @@ BOUNDED = 0.3
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is a hundredth of the diagonal of the run's first tangent: it balances forces against
-    motions. The hundredth stands for the plastic moduli: with elastic ones a landing node slips to and fro.
+    ``stiffness`` (n + 1,) is the diagonal of the run's first tangent, SOFTENED: it balances forces against motions.
     """
 
     pattern: Pattern
@@ -30,11 +29,10 @@ class Setup:
     scratch: Scratch
 
     @staticmethod
-    def of(iterate: Iterate) -> Setup:
-        """Order the stiffness pattern and compose the scatters."""
+    def of(iterate: Iterate, pattern: Pattern) -> Setup:
+        """Compose the scatters into the ordered stiffness ``pattern``."""
         body = iterate.increment.system.body
         space = body.space
-        pattern = Pattern.of(space.indices, space.indptr)
         scatter = np.append(pattern.place, len(pattern.place))[space.scatter]
         scratch = body.scratch()
         diagonal = space.matrix(iterate.tangent(scratch)).diagonal()
@@ -46,8 +44,8 @@ class Setup:
         return np.asarray(data, dtype=np.float64)
 
     def scale(self, frames: Frames) -> Floats:
-        """Stiffness (c,) of the contacts' own unknowns."""
-        return self.stiffness[frames.own].max(axis=1)
+        """Stiffness (c,) of the contacts' unknowns."""
+        return frames.largest(self.stiffness)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,8 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
-from bipot.programs.newton import Frames, Linearised
+from bipot.programs.frames import Frames
+from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
 from bipot.typing import Floats
 
@@ -80,11 +81,11 @@ class Law:
     def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
         """Evaluate iterate and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
         rows, residual = iterate.rows, iterate.residual
-        motion = self.frames.motion(rows, iterate.x)
+        motion = iterate.motion
         largest = max(float(np.abs(r).max(initial=0.0)), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
-        balance, law = residual - self.frames.forces(r, len(residual)), pieces.value(motion, r)
+        balance, law = residual - rows.forces(r), pieces.value(motion, r)
         return Point(iterate, r, motion, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))
 
 
@@ -97,14 +98,14 @@ class Memory:
 
     setup: Setup
     law: Law
-    linearised: Linearised | None = None
+    linearised: Linearised[Pieces] | None = None
     merits: tuple[float, ...] = ()
     here: Point | None = None
 
 
 @dataclass(frozen=True)
 class Newton:
-    """The fast path and the polish. Raises ProgramError where contacts share unknowns; can cycle, then fall back."""
+    """The fast path. It can cycle: then others have to go on."""
 
     reuse: Reuse = Reuse()
     search: Search = Search()
@@ -115,7 +116,7 @@ class Newton:
         require_type(self.search, Search, "newton.search")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
-        """Nothing is kept of another attempt; raises ProgramError for rows Newton does not take (:class:`Frames`)."""
+        """Nothing is kept of another attempt."""
         setup, frames = cache.newton(iterate)
         present = float(np.abs(iterate.increment.start.forces).max(initial=0.0))
         return Memory(setup, Law(frames, setup.scale(frames), present))
@@ -136,12 +137,14 @@ class Newton:
         dx, new = linearised.step(iterate.residual, here.motion, here.r)
         there = self._search(state.law, here, linearised.pieces, merits, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # An open contact's force is the round-off of its row.
-        forces = np.where(there.pieces.closed[:, None], there.r, 0.0)
+        # Where there is no force, what is left of it is the round-off of its row.
+        forces = np.where(there.pieces.none, 0.0, there.r)
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
-    def _linearised(self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch) -> Linearised:
+    def _linearised(
+        self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch
+    ) -> Linearised[Pieces]:
         """The last factor while it serves, else a new one at the iterate."""
         last, setup = state.linearised, state.setup
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
@@ -151,7 +154,7 @@ class Newton:
             return last
         with clock:
             element = here.iterate.tangent(setup.scratch)
-        return Linearised.of(setup.data(element), setup.pattern, state.law.frames, here.pieces)
+        return Linearised.of(setup.data(element), state.law.frames, here.pieces)
 
     def _search(
         self,

@@ -19,7 +19,8 @@ from bipot.typing import Bools, Floats
 class Posed:
     """Candidates ``near`` (c,) their tool and the ``rows`` they get, the coupling of friction, units of the program.
 
-    ``distance`` is how far the last iterate was from equilibrium and law on these rows, None where that is not known.
+    ``distance`` is how far the last iterate was from equilibrium and law on these rows, None where that is not known;
+    ``rose`` says that the last pass did not lead nearer.
     """
 
     cache: Cache
@@ -28,6 +29,7 @@ class Posed:
     rows: ContactRows
     coupling: Coupling
     distance: float | None = None
+    rose: bool = False
 
     @staticmethod
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
@@ -66,4 +68,5 @@ class Posed:
     def after(self, iterate: Iterate, r: Floats, exact: bool, distance: float | None = None) -> Posed:
         """After a pass that led to ``iterate`` and forces r (c, d) of all; ``exact`` if in the end it froze nothing."""
         coupling = self.coupling.update(image(iterate.rows, r, iterate.x), exact)
-        return replace(self, coupling=coupling, distance=distance)
+        rose = distance is not None and self.distance is not None and distance >= self.distance
+        return replace(self, coupling=coupling, distance=distance, rose=rose)

@@ -7,7 +7,7 @@ convex in the plastic strain, which every conic form of the increment needs. A n
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Protocol, runtime_checkable
 
@@ -53,28 +53,6 @@ def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class Perfect:
-    """Perfect plasticity, σ_Y(p) = sigma_y (stress units).
-
-    >>> float(Perfect(300.0).yield_stress(0.1))
-    300.0
-    """
-
-    sigma_y: float
-
-    def __post_init__(self) -> None:
-        _require_positive("sigma_y", self.sigma_y)
-
-    def yield_stress(self, peeq: ArrayLike) -> FloatArray:
-        """σ_Y(p) = sigma_y."""
-        return np.full(np.shape(peeq), self.sigma_y)
-
-    def slope(self, peeq: ArrayLike) -> FloatArray:
-        """H = 0."""
-        return np.zeros(np.shape(peeq))
-
-
-@dataclass(frozen=True)
 class Linear:
     """Linear hardening, σ_Y(p) = sigma_y + modulus p (stress units).
 
@@ -96,6 +74,17 @@ class Linear:
     def slope(self, peeq: ArrayLike) -> FloatArray:
         """H = modulus."""
         return np.full(np.shape(peeq), float(self.modulus))
+
+
+@dataclass(frozen=True)
+class Perfect(Linear):
+    """Perfect plasticity, σ_Y(p) = sigma_y (stress units).
+
+    >>> float(Perfect(300.0).yield_stress(0.1))
+    300.0
+    """
+
+    modulus: float = field(default=0.0, init=False, repr=False)
 
 
 @dataclass(frozen=True)

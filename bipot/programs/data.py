@@ -97,6 +97,11 @@ class ContactRows:
         return len(self.gap)
 
     @property
+    def size(self) -> int:
+        """Number n of unknowns."""
+        return int(np.asarray(self.G_n.shape)[1])
+
+    @property
     def tangents(self) -> int:
         """d - 1."""
         return self.slip.shape[1]
@@ -125,7 +130,7 @@ class ContactRows:
 
     def columns(self, dofs: Ints) -> ContactRows:
         """The same rows on the unknowns ``dofs`` only, which must include every one they touch."""
-        number = np.zeros(int(np.asarray(self.G_n.shape)[1]), dtype=np.intp)
+        number = np.zeros(self.size, dtype=np.intp)
         number[dofs] = np.arange(len(dofs))
         G_n, G_t = (
             sp.csr_matrix((G.data, number[G.indices], G.indptr), shape=(len(G.indptr) - 1, len(dofs)))

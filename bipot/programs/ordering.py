@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+from copy import copy
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from bipot.typing import Ints
+from bipot.errors import ProgramError
+from bipot.typing import Floats, Ints
 
 SYMMETRIC = {"SymmetricMode": True}
 """SuperLU's mode for a symmetric pattern: it keeps to the diagonal pivots the order was made for."""
 
+PIVOT = 1e-2
+"""The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
 
-def minimum_degree(indices: NDArray[np.int32], indptr: NDArray[np.int32]) -> Ints:
+
+def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) -> Ints:
     """Place of each unknown (n,) in SuperLU's minimum-degree order of a symmetric CSC pattern with its diagonal."""
     n = len(indptr) - 1
     column = np.repeat(np.arange(n), np.diff(indptr))
@@ -21,3 +29,68 @@ def minimum_degree(indices: NDArray[np.int32], indptr: NDArray[np.int32]) -> Int
     sample = sp.csc_matrix((np.where(indices == column, float(n), -0.5), indices, indptr), shape=(n, n))
     lu = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=SYMMETRIC)
     return np.asarray(lu.perm_c, dtype=np.intp)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """A structurally symmetric pattern in a fill-reducing order, by rows.
+
+    ``order`` (n,) lists the unknowns in the order of elimination; ``place`` (nnz,) sends an entry of the CSC pattern
+    it was made from to the row-wise data in that order.
+    """
+
+    order: Ints
+    place: Ints
+    indices: NDArray[np.int32]
+    indptr: NDArray[np.int32]
+
+    @staticmethod
+    def of(indices: NDArray[np.integer], indptr: NDArray[np.integer]) -> Pattern:
+        """Order the CSC pattern by minimum degree."""
+        column = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+        return Pattern.ranked(indices, column, minimum_degree(indices, indptr))
+
+    @staticmethod
+    def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints) -> Pattern:
+        """Of entries (nnz,) each once, with the ``rank`` (n,) of the unknowns in the order of elimination."""
+        n = len(rank)
+        row, column = rank[row], rank[column]
+        by_row = np.lexsort((column, row))
+        place = np.empty(len(by_row), dtype=np.intp)
+        place[by_row] = np.arange(len(by_row))
+        starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
+        return Pattern(np.argsort(rank), place, column[by_row].astype(np.int32), starts.astype(np.int32))
+
+    @property
+    def size(self) -> int:
+        """Number n of unknowns."""
+        return len(self.order)
+
+    def by_row(self, data: Floats) -> Floats:
+        """Row-wise data (nnz + 1,), the last for what has no place, from those of the CSC pattern it was made from."""
+        out = np.zeros(len(self.place) + 1)
+        out[self.place] = data
+        return out
+
+    def factorise(self, data: Floats) -> sla.SuperLU:
+        """LU of the *transpose* of the row-wise ``data``; raises ProgramError when it is singular."""
+        # Its index arrays are checked once, not at every factorisation.
+        transpose = copy(self._transpose)
+        transpose.data = data
+        try:
+            return sla.splu(
+                transpose, permc_spec="NATURAL", diag_pivot_thresh=PIVOT, relax=4, panel_size=1, options=SYMMETRIC
+            )
+        except RuntimeError as singular:
+            raise ProgramError("the Newton matrix is singular: the body can move without resistance") from singular
+
+    @cached_property
+    def _transpose(self) -> sp.csc_matrix:
+        """The transpose's pattern with data of no meaning."""
+        return sp.csc_matrix((np.ones(len(self.indices)), self.indices, self.indptr), shape=(self.size, self.size))
+
+    def solve(self, lu: sla.SuperLU, b: Floats) -> Floats:
+        """x (n,) with A x = b, both in the numbering of the unknowns."""
+        x = np.empty_like(b)
+        x[self.order] = lu.solve(b[self.order], "T")
+        return x

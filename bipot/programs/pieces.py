@@ -10,10 +10,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
-from bipot.laws.projections import DiscSlope, unit
+from bipot.laws.projections import DiscSlope, cone_slope, project_cone
 from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.typing import Bools, Floats
@@ -33,14 +34,16 @@ class Deadband:
 
 @dataclass(frozen=True)
 class Pieces:
-    """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of radius mu r_n at y, outside of which it slides.
+    """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of the friction force at y, outside of which it slides.
 
+    The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold in the place of the former.
     ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
     """
 
     closed: Bools
     disc: DiscSlope
     mu: Floats
+    fixed: Floats
     scale: Floats
 
     @staticmethod
@@ -51,29 +54,39 @@ class Pieces:
         scale: Floats,
         band: Deadband = Deadband(),
         before: Pieces | None = None,
+        threshold: Floats | None = None,
     ) -> Pieces:
-        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to."""
+        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to.
+
+        ``threshold`` (f,) is that of the friction rows where it is frozen.
+        """
         closed = r[:, 0] - scale * motion[:, 0] > 0
         if before is not None:
             held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
             weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
             closed = np.where(weak, held, closed)
         closed = closed | rows.tied
-        mu = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0)
+        mu, fixed = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0), np.zeros(rows.count)
+        if threshold is not None:
+            mu = np.zeros(rows.count)
+            fixed[rows.frictional] = np.where(rows.tied[rows.frictional], 0.0, threshold)
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
-        length = norm(y)
-        radius = mu * np.maximum(r[:, 0], 0.0)
-        slides = ~(rows.tied & rows.rubs) & (~closed | (length > radius) | (mu == 0))
-        drag = np.divide(mu * r[:, 0], length, out=np.zeros(rows.count), where=slides & closed & (length > 0))
-        return Pieces(closed, DiscSlope(slides, unit(y), drag), mu, scale)
+        length, drag = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
+        rubs = (closed & (mu > 0)) | (fixed > 0)
+        slides = ~(rows.tied & rows.rubs) & (~rubs | (length > np.maximum(drag, 0.0)))
+        safe = np.where(length > 0, length, 1.0)
+        return Pieces(closed, DiscSlope(slides, y / safe[:, None], drag / safe), mu, fixed, scale)
 
-    def same(self, other: Pieces) -> bool:
+    def same(self, other: object) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
+        if not isinstance(other, Pieces):
+            return False
         ours, theirs = self.disc, other.disc
-        slip = self.closed & ours.slides & (self.mu > 0)
+        matters = self.closed | (self.fixed > 0)
+        slip = matters & ours.slides & (self.mu + self.fixed > 0)
         return (
             np.array_equal(self.closed, other.closed)
-            and np.array_equal(ours.slides[self.closed], theirs.slides[self.closed])
+            and np.array_equal(ours.slides[matters], theirs.slides[matters])
             and bool(np.all(np.abs(ours.direction[slip] - theirs.direction[slip]) < 1e-9))
         )
 
@@ -81,9 +94,16 @@ class Pieces:
         """What must vanish (c, d), in units of force."""
         out = np.empty_like(r)
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
-        dragged = np.where(self.closed, self.mu * r[:, 0], 0.0)[:, None] * self.disc.direction
+        dragged = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
         out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
         return out
+
+    @property
+    def none(self) -> Bools:
+        """Which forces (c, d) the law says are none."""
+        rubs = (self.closed & (self.mu > 0)) | (self.fixed > 0)
+        tangential = np.repeat((self.disc.slides & ~rubs)[:, None], self.disc.direction.shape[1], axis=1)
+        return np.column_stack([~self.closed, tangential])
 
     @cached_property
     def by_motion(self) -> Floats:
@@ -105,3 +125,48 @@ class Pieces:
     def _zeros(self) -> Floats:
         width = 1 + self.disc.direction.shape[1]
         return np.zeros((len(self.mu), width, width))
+
+
+@dataclass(frozen=True)
+class ShiftedCone:
+    """r - P_K(r - scale (u + shift n)), K = {|r_t| <= mu r_n}, linearised: the associated law of a shifted motion.
+
+    Exact Coulomb friction where De Saxce's ``shift`` is mu |du_t|. ``miss`` (c, d) is its value there.
+    """
+
+    miss: Floats
+    by_motion: Floats
+    by_force: Floats
+    scale: Floats
+
+    @staticmethod
+    def of(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> ShiftedCone:
+        """At motion and forces (c, d), with ``shift`` (f,)."""
+        u, one = motion.copy(), np.eye(1 + rows.tangents)
+        u[rows.frictional, 0] += shift
+        mu = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0)
+        stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
+        pull = scale[:, None] * u
+        slope = np.where(stuck[..., None], one, cone_slope(r - pull, mu))
+        miss = np.where(stuck, pull, r - project_cone(r - pull, mu))
+        return ShiftedCone(miss, scale[:, None, None] * slope, one - slope, scale)
+
+    @property
+    def none(self) -> Bools:
+        """Which forces (c, d) the law says are none: in the polar cone."""
+        polar: Bools = np.all(self.by_motion == 0, axis=(1, 2))
+        return np.broadcast_to(polar[:, None], self.miss.shape)
+
+    def value(self, motion: Floats, r: Floats) -> Floats:
+        """What must vanish (c, d), where it was linearised."""
+        return self.miss
+
+    def same(self, other: object) -> bool:
+        """Whether the derivatives are the same."""
+        return isinstance(other, ShiftedCone) and np.array_equal(self.by_motion, other.by_motion)
+
+
+Law = Pieces | ShiftedCone
+"""A contact law linearised: its value (c, d), that by motion and by force (c, d, d), its scale."""
+
+L = TypeVar("L", bound=Law)

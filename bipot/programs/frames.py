@@ -1,0 +1,208 @@
+"""Where contacts sit in a stiffness: on unknowns of their own, or on others too, where their forces border it.
+
+A contact owns its unknowns where no other contact touches them, they are no more than its rows, which are independent,
+and all have the same neighbours (those of one node do): equilibrium there defines its forces. Contacts that share a
+node, couple several, or have two rows on one unknown (an inclined tool at the axis) keep their forces as unknowns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse.linalg as sla
+
+from bipot.programs.data import ContactRows
+from bipot.programs.ordering import Pattern
+from bipot.programs.pieces import Law
+from bipot.typing import Bools, Floats, Ints
+
+DEPENDENT = 1e-8
+"""Volume of a contact's frame, of unit rows, below which its rows are dependent."""
+
+YIELDING = 1e-9
+"""Compliance of closed contacts that share unknowns, in the Newton matrix: where their rows repeat each other it picks
+the forces next to the last ones, and where they do not it slows nothing."""
+
+SOFTENED = 1e-2
+"""Of the elastic stiffness, what the law balances forces against motions by: it stands for the plastic moduli. With all
+of it, a point that lands or begins to slip does so to and fro."""
+
+
+@dataclass(frozen=True)
+class Frames:
+    """Where c contacts sit in a ``pattern``: own unknowns (c, d), frames T (c, d, d), their duals T^-T, and their rows.
+
+    A contact with fewer than d unknowns of its own is filled up with ghosts, numbered n; one of the ``border`` has only
+    these. ``entries`` (d, m) are the places of the own rows' entries in the data, contact by contact, ``column`` (m,)
+    their unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
+    """
+
+    pattern: Pattern
+    own: Ints
+    T: Floats
+    dual: Floats
+    entries: Ints
+    column: Ints
+    owner: Ints
+    corner: Ints
+    border: Border | None
+
+    @staticmethod
+    def of(rows: ContactRows, pattern: Pattern) -> Frames:
+        """Frames of contact rows on the unknowns of ``pattern``."""
+        touched = Touched.of(rows)
+        owns = touched.alone(pattern.size) & _alike(touched, pattern)
+        own, T = touched.frames(owns, pattern.size)
+        # Rows that do not exist (no friction, held tangents, ghosts) are completed to a basis.
+        T = np.where(np.any(T != 0, axis=2, keepdims=True), T, np.linalg.svd(T)[2])
+        volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
+        owns &= volume > DEPENDENT
+        own[~owns], T[~owns] = pattern.size, np.eye(T.shape[1])
+        border = None if owns.all() else Border.of(touched, ~owns, pattern)
+        return Frames(pattern, own, T, np.linalg.inv(T).transpose(0, 2, 1), *_places(own, pattern), border)
+
+    def largest(self, stiffness: Floats) -> Floats:
+        """The largest (c,) of a ``stiffness`` (n + 1,), the last one zero, on each contact's unknowns."""
+        out = stiffness[self.own].max(axis=1)
+        if self.border is not None:
+            touched = self.border.touched
+            np.maximum.at(out, touched.contact, stiffness[touched.dof])
+        return out
+
+    def reaction(self, residual: Floats) -> Floats:
+        """r = T^-T rho (c, d) of the contacts that own their unknowns, from the residual (n,)."""
+        return times(self.dual, np.append(residual, 0.0)[self.own])
+
+
+@dataclass(frozen=True)
+class Touched:
+    """Unknowns that contacts touch: pairs of ``contact`` and ``dof`` (p,), sorted, with their column of G (p, d)."""
+
+    count: int
+    contact: Ints
+    dof: Ints
+    column: Floats
+
+    @staticmethod
+    def of(rows: ContactRows) -> Touched:
+        """The pairs of all rows."""
+        width = 1 + rows.tangents
+        lengths = np.diff(rows.G_n.indptr), np.diff(rows.G_t.indptr)
+        tangent = np.tile(np.arange(1, width), len(rows.frictional)).repeat(lengths[1])
+        lifted = rows.frictional.repeat(rows.tangents).repeat(lengths[1])
+        contact = np.concatenate([np.repeat(np.arange(rows.count), lengths[0]), lifted])
+        axis = np.concatenate([np.zeros(rows.G_n.nnz, dtype=np.intp), tangent])
+        dof = np.concatenate([rows.G_n.indices, rows.G_t.indices])
+        pairs, inverse = np.unique(contact * rows.size + dof, return_inverse=True)
+        column = np.zeros((len(pairs), width))
+        column[inverse, axis] = np.concatenate([rows.G_n.data, rows.G_t.data])
+        return Touched(rows.count, *np.divmod(pairs, rows.size), column)
+
+    def alone(self, n: int) -> Bools:
+        """Contacts (c,) with at most d unknowns, none of which another one touches."""
+        shared = np.bincount(self.contact, np.bincount(self.dof, minlength=n)[self.dof] > 1, self.count)
+        return (shared == 0) & (np.bincount(self.contact, minlength=self.count) <= self.column.shape[1])
+
+    def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats]:
+        """Unknowns (c, d) of the chosen contacts (c,), padded with n, and G on them (c, d, d), zero for the others."""
+        width, mine = self.column.shape[1], chosen[self.contact]
+        contact = self.contact[mine]
+        local = (np.arange(len(self.contact)) - np.searchsorted(self.contact, self.contact))[mine]
+        own = np.full((self.count, width), n, dtype=np.intp)
+        own[contact, local] = self.dof[mine]
+        T = np.zeros((self.count, width, width))
+        T[contact, :, local] = self.column[mine]
+        return own, T
+
+    def take(self, chosen: Bools) -> Touched:
+        """The pairs of the chosen contacts (c,)."""
+        mine = chosen[self.contact]
+        return Touched(self.count, self.contact[mine], self.dof[mine], self.column[mine])
+
+
+@dataclass(frozen=True)
+class Border:
+    """Contacts (b,) whose forces stand beside the displacements: [K, -G'; law by motion G, law by force], (n + b d).
+
+    ``touched`` are their unknowns, ``number`` (p,) says which of the b contacts a pair belongs to; ``pattern`` is made
+    from the entries of K, of -G', and of the law by motion and by force.
+    """
+
+    contact: Ints
+    touched: Touched
+    number: Ints
+    pattern: Pattern
+
+    @staticmethod
+    def of(touched: Touched, chosen: Bools, inner: Pattern) -> Border:
+        """Border the pattern ``inner`` of K with the chosen contacts (c,)."""
+        contact, touched, n = np.flatnonzero(chosen), touched.take(chosen), inner.size
+        number, width = np.searchsorted(contact, touched.contact), touched.column.shape[1]
+        force = n + np.arange(len(contact) * width).reshape(-1, width)
+        inner_row = inner.order[np.repeat(np.arange(n), np.diff(inner.indptr))]
+        pair, beside = np.repeat(touched.dof, width), force[number].ravel()
+        of_law = np.repeat(force, width, axis=1).ravel(), np.tile(force, width).ravel()
+        row = np.concatenate([inner_row, pair, beside, of_law[0]])
+        column = np.concatenate([inner.order[inner.indices], beside, pair, of_law[1]])
+        # A force follows the last unknown that it acts on: it then has a pivot, and hardly any entry of its own.
+        when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
+        np.maximum.at(when, beside, when[pair] + 0.5)
+        rank = np.argsort(np.argsort(when, kind="stable"))
+        return Border(contact, touched, number, Pattern.ranked(row, column, rank))
+
+    def factorise(self, data: Floats, law: Law) -> sla.SuperLU:
+        """LU with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
+        G, unit = self.touched.column, law.scale[self.contact] / SOFTENED
+        by_motion, by_force = law.by_motion[self.contact], self._yielding(law) * unit[:, None, None]
+        acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
+        beside = [data, acting.ravel(), moved.ravel(), by_force.ravel()]
+        return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1])
+
+    def solve(self, lu: sla.SuperLU, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
+        """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r."""
+        mine = self.contact
+        right = times(self._yielding(law), r[mine]) - miss[mine]
+        found = self.pattern.solve(lu, np.concatenate([b, right.ravel()]))
+        return found[: len(b)], found[len(b) :].reshape(right.shape) * (law.scale[mine, None] / SOFTENED)
+
+    def _yielding(self, law: Law) -> Floats:
+        """The law by force (b, d, d), with a compliance where it does not depend on it."""
+        by_force = law.by_force[self.contact]
+        return by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)
+
+
+def times(matrices: Floats, vectors: Floats) -> Floats:
+    """Matrices (…, i, j) on vectors (…, j)."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _alike(touched: Touched, pattern: Pattern) -> Bools:
+    """Contacts (c,) whose unknowns all have the same neighbours in the pattern."""
+    at = np.argsort(pattern.order)[touched.dof]
+    neighbours = {k: pattern.indices[pattern.indptr[k] : pattern.indptr[k + 1]].tobytes() for k in at.tolist()}
+    out = np.ones(touched.count, dtype=bool)
+    first = at[np.searchsorted(touched.contact, touched.contact)]
+    out[touched.contact[[neighbours[a] != neighbours[b] for a, b in zip(at.tolist(), first.tolist(), strict=True)]]] = (
+        False
+    )
+    return out
+
+
+def _places(own: Ints, pattern: Pattern) -> tuple[Ints, Ints, Ints, Ints]:
+    """Entries, column, owner and corner of :class:`Frames`; ghosts point behind the data."""
+    n, nnz = pattern.size, len(pattern.indices)
+    rank = np.append(np.argsort(pattern.order), n)
+    lengths = np.append(np.diff(pattern.indptr), 0)
+    starts = np.append(pattern.indptr[:-1], nnz)
+    position = rank[own]
+    length = lengths[position[:, 0]]
+    owner = np.repeat(np.arange(len(own)), length)
+    within = np.arange(len(owner)) - np.repeat(np.cumsum(length) - length, length)
+    entries = np.where((own < n)[owner], starts[position][owner] + within[:, None], nnz).T
+    column = np.append(pattern.indices, n)[entries[0]]
+    matches = column[:, None] == position[owner]
+    corner = np.full((len(own), own.shape[1], own.shape[1]), nnz)
+    at, axis = np.nonzero(matches)
+    corner[owner[at], :, axis] = entries[:, at].T
+    return entries, pattern.order[column], owner, corner
