@@ -72,7 +72,8 @@ class Recording:
 def recorded(name: FormName, elements: int, increments: int = INCREMENTS) -> list[ConicProgram]:
     """Ten programs of an upsetting, spread over it."""
     keeper = Recording()
-    form: Form = Tangent(solver=keeper) if name is FormName.TANGENT else Dissipation(solver=keeper)
+    # Coupled, a pass asks the program only where Newton on it does not answer.
+    form: Form = Tangent(solver=keeper, coupled=False) if name is FormName.TANGENT else Dissipation(solver=keeper)
     scene = upsetting(mu=MU, reduction=REDUCTION, elements=elements)
     for _ in march(scene, Schedule(increments, FIRST / REDUCTION), Control(form)):
         pass
