@@ -75,8 +75,8 @@ def conic_program(
     """The convex program of the pass by ``form`` that would follow an accepted increment's last.
 
     Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
-    exactly as that was solved by the form: of all free unknowns, or of those that contact rows touch
-    (:class:`Tangent`). It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
+    exactly as that was solved by the form. All free unknowns are in it, which :class:`Tangent` condenses before it
+    solves. It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
     ``.force`` there, energies in their product. ``conic()`` is the standard form, ``statement()`` the same in cvxpy.
 
     Raises:
@@ -90,4 +90,4 @@ def conic_program(
         return form.program(iterate, r, state)
     if isinstance(form, Penalty | Uzawa):
         return form.program(iterate, r, state).scaled(state.units)
-    return condense(tangent_program(iterate, state.terms(iterate, r), state, form.kind, Stopwatch())).program
+    return tangent_program(iterate, state.terms(iterate, r), state, form.kind, Stopwatch())

@@ -15,7 +15,6 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,55 +45,8 @@ NO_CANDIDATE = -1
 PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
 
 
-@dataclass(frozen=True)
-class RunFile:
-    """An open ``run.h5`` of one system: append accepted increments, mark it complete, close."""
-
-    file: h5py.File
-    system: System
-
-    def append(self, accepted: Accepted) -> None:
-        """Write one accepted increment and flush."""
-        tractions = increment_traction(self.system, accepted)
-        vtk: Item = self.file["VTKHDF"]
-        steps = vtk["Steps"]
-        number = int(steps.attrs["NSteps"])
-        points, cells = len(self.system.body.scene.mesh.nodes), len(self.system.body.scene.mesh.elements)
-        append(vtk, "Points", padded(accepted.state.nodes))
-        append(steps, "Values", [accepted.state.tau])
-        append(steps, "PartOffsets", [0])
-        append(steps, "NumberOfParts", [1])
-        append(steps, "PointOffsets", [number * points])
-        append(steps, "CellOffsets", [[0]])
-        append(steps, "ConnectivityIdOffsets", [[0]])
-        for group, fields, rows in (
-            ("PointData", point_fields(self.system, accepted, tractions), points),
-            ("CellData", cell_fields(accepted), cells),
-        ):
-            for name, values in fields.items():
-                append(vtk[group], name, values)
-                append(steps[f"{group}Offsets"], name, [number * rows])
-        for name, values in step_fields(accepted, tractions).items():
-            append(self._own, name, np.asarray(values)[None])
-        steps.attrs["NSteps"] = number + 1
-        self.file.flush()
-
-    @property
-    def _own(self) -> Item:
-        return self.file["bipot/steps"]
-
-    def finish(self) -> None:
-        """Mark the run complete if its last increment landed on the end of the path, tau = 1."""
-        steps: Item = self.file["VTKHDF/Steps"]
-        self.file["bipot"].attrs["complete"] = bool(steps.attrs["NSteps"] and steps["Values"][-1] == 1.0)
-
-    def close(self) -> None:
-        """Close the file."""
-        self.file.close()
-
-
-def create(path: Path, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
-    """A new file without steps; ``parameters`` and ``units`` are stored as given."""
+def create(path: Path, system: System, parameters: Parameters, units: Mapping[str, str]) -> h5py.File:
+    """A new open file without steps; ``parameters`` and ``units`` are stored as given."""
     # h5py takes long to import, and only files need it.
     import h5py
 
@@ -117,7 +69,39 @@ def create(path: Path, system: System, parameters: Parameters, units: Mapping[st
     own["candidates/node"] = system.candidates.node
     own["candidates/tool"] = system.candidates.tool
     file.flush()
-    return RunFile(file, system)
+    return file
+
+
+def record(file: Item, system: System, accepted: Accepted) -> None:
+    """Write one accepted increment to a file of :func:`create` and flush."""
+    tractions = increment_traction(system, accepted)
+    vtk, own = file["VTKHDF"], file["bipot/steps"]
+    steps, mesh = vtk["Steps"], system.body.scene.mesh
+    number, points = int(steps.attrs["NSteps"]), len(mesh.nodes)
+    append(vtk, "Points", padded(accepted.state.nodes))
+    append(steps, "Values", [accepted.state.tau])
+    append(steps, "PartOffsets", [0])
+    append(steps, "NumberOfParts", [1])
+    append(steps, "PointOffsets", [number * points])
+    append(steps, "CellOffsets", [[0]])
+    append(steps, "ConnectivityIdOffsets", [[0]])
+    for group, fields, rows in (
+        ("PointData", point_fields(system, accepted, tractions), points),
+        ("CellData", cell_fields(accepted), len(mesh.elements)),
+    ):
+        for name, values in fields.items():
+            append(vtk[group], name, values)
+            append(steps[f"{group}Offsets"], name, [number * rows])
+    for name, values in step_fields(accepted, tractions).items():
+        append(own, name, np.asarray(values)[None])
+    steps.attrs["NSteps"] = number + 1
+    file.flush()
+
+
+def finish(file: Item) -> None:
+    """Mark the run complete if its last increment landed on the end of the path, tau = 1."""
+    steps = file["VTKHDF/Steps"]
+    file["bipot"].attrs["complete"] = bool(steps.attrs["NSteps"] and steps["Values"][-1] == 1.0)
 
 
 def increment_traction(system: System, accepted: Accepted) -> Traction:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from bipot.columns import ENERGY_ERROR, Column, Value
 from bipot.errors import BipotError, IncrementFailed, ResultsError, require
-from bipot.export import Item, Parameters, RunFile, create
+from bipot.export import Item, Parameters, create, finish, record
 from bipot.laws.flow import Flow
 from bipot.march import Accepted, system_of
 from bipot.mesh import Mesh
@@ -59,7 +59,7 @@ class Recorder:
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
         self.folder, self.columns, self.parameters, self.units = folder, (*columns, *missing), parameters, units
         self.system = system_of(scene)
-        self._fields: RunFile
+        self._fields: Item
         self._curves: TextIO
         self._opened: ExitStack
 
@@ -69,8 +69,8 @@ class Recorder:
             with ExitStack() as opened:
                 curves = (self.folder / CURVES).open("w", newline="", encoding="utf-8")
                 self._curves = opened.enter_context(curves)
-                self._fields = create(self.folder / FIELDS, self.system, self.parameters, self.units)
-                opened.callback(self._fields.close)
+                file = create(self.folder / FIELDS, self.system, self.parameters, self.units)
+                self._fields = opened.enter_context(file)
                 self._write([column.name for column in self.columns])
                 self._opened = opened.pop_all()
         except OSError as error:
@@ -79,7 +79,7 @@ class Recorder:
 
     def record(self, accepted: Accepted) -> None:
         """Append one accepted increment to both files and flush them."""
-        self._fields.append(accepted)
+        record(self._fields, self.system, accepted)
         self._write([column.value(self.system, accepted) for column in self.columns])
 
     def _write(self, row: Sequence[Value]) -> None:
@@ -91,7 +91,7 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if error is None:
-            self._fields.finish()
+            finish(self._fields)
         self._opened.close()
         if isinstance(error, IncrementFailed):
             error.history = load(self.folder)

@@ -11,7 +11,7 @@ from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from bipot.export import NO_CANDIDATE, create, increment_traction
+from bipot.export import NO_CANDIDATE, create, finish, increment_traction, record
 from bipot.fem.elements import Quadrature, quad8
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
@@ -32,8 +32,8 @@ def run(tmp_path_factory):
     accepted = []
     for increment in march(scene, Schedule(3, first=0.005), Control(Tangent())):
         accepted.append(increment)
-        out.append(increment)
-    out.finish()
+        record(out, system, increment)
+    finish(out)
     out.close()
     return path, system, accepted
 
@@ -149,7 +149,7 @@ def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
     _, system, accepted = run
     out = create(tmp_path / "run.h5", system, PARAMETERS, UNITS)
     for count, increment in enumerate(accepted[:2], start=1):
-        out.append(increment)
+        record(out, system, increment)
         # Without the writer's help, as another process would: a copy of the bytes on disk.
         copy = tmp_path / f"copy{count}.h5"
         copy.write_bytes((tmp_path / "run.h5").read_bytes())

@@ -16,8 +16,11 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, SceneError
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, Newton, Penalty, Tangent, Uzawa
+from bipot.loads import Traction
+from bipot.march import march
 from bipot.programs.conic import TangentProgram
-from tests.scenes import posed, run
+from bipot.schedule import Schedule
+from tests.scenes import posed, run, scene
 
 PAGE = Path(__file__).parents[1] / "docs" / "comparison.md"
 FORMS = (Tangent(), Dissipation(), Penalty(1e6, 1e6), Uzawa(1e8, 1e8))
@@ -91,11 +94,24 @@ def test_objectives_of_statement_and_standard_form_differ_by_the_constant(progra
     assert (constant == 0) == isinstance(program, TangentProgram)
 
 
-def test_the_minimiser_of_an_increments_program_is_its_displacement():
+@pytest.mark.parametrize("form", [Tangent(), Dissipation()])
+def test_the_minimiser_of_an_increments_program_is_its_displacement(form):
     iterate = run(0.3)[5].solved.iterate
-    answer, _ = Clarabel().solve(conic_program(run(0.3)[5], Dissipation()).conic(), TIGHT)
+    answer, _ = Clarabel().solve(conic_program(run(0.3)[5], form).conic(), TIGHT)
     u = answer.block("dU") * iterate.increment.units.length
     assert np.abs(u - iterate.x).max() < 1e-5 * np.abs(iterate.x).max()
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name.value)
+def test_a_loaded_body_that_nothing_touches_has_its_programs_too(form, tmp_path):
+    *_, accepted = march(scene(tools=(), loads=(Traction("top", (0.0, -20.0)),)), Schedule(2))
+    program = conic_program(accepted, form)
+    given, _ = Clarabel().solve(program.conic(), TIGHT)
+    given.program.save(tmp_path / "program.npz", given)
+    assert load(tmp_path / "program.npz")[1] is not None
+    iterate, u = accepted.solved.iterate, given.block("dU")
+    length = iterate.increment.units.length
+    assert np.abs(u * length - iterate.x).max() < 1e-7 * np.abs(iterate.x).max()
 
 
 @pytest.mark.parametrize("form", [Penalty(1e6, 1e6), Uzawa(1e8, 1e8)])

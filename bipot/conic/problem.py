@@ -161,7 +161,7 @@ class ConicSolution:
         stationarity = self.program.P @ self.x + self.program.q
         for rows in self.program.rows:
             stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
-        return float(np.abs(stationarity).max())
+        return float(np.abs(stationarity).max(initial=0.0))
 
     def primal_residual(self) -> float:
         """Largest distance of a row block from its cone (componentwise excess)."""
@@ -178,9 +178,10 @@ class ConicSolution:
 
     def residuals(self) -> Floats:
         """The four measures above, each over the size of what it is a difference of."""
-        balanced = max(float(np.abs(self.program.q).max(initial=0.0)), float(np.abs(self.program.P @ self.x).max()))
+        x, P, q = self.x, self.program.P, self.program.q
+        balanced = max(float(np.abs(part).max(initial=0.0)) for part in (q, P @ x))
         offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
-        terms = abs(float(self.x @ (self.program.P @ self.x))) + abs(float(self.program.q @ self.x))
+        terms = abs(float(x @ (P @ x))) + abs(float(q @ x))
         force = max((float(np.abs(z).max(initial=0.0)) for z in self.dual.values()), default=0.0)
         sizes = np.array([balanced, offset, terms, force])
         found = np.array([self.dual_residual(), self.primal_residual(), self.duality_gap(), self.dual_violation()])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy import sparse
@@ -26,77 +27,77 @@ class FixedPointState:
     stalled: str | None = None
 
 
-def _start(problem: ScaledProblem, r: FloatArray, top: FloatArray, settings: ConicSettings) -> FixedPointState:
-    program = force_program(problem, top, settings)
-    return FixedPointState(r, r, Memory(), program, problem.antisymmetric_part())
-
-
-def _passed(
-    rule: TrescaFixedPoint | DeSaxceFixedPoint,
-    problem: ScaledProblem,
-    state: FixedPointState,
-    law: ContactFunction,
-    shift: FloatArray,
-    radius: FloatArray,
-) -> FixedPointState:
-    """Program and polish at the point x, then the acceleration; what the program leaves out is its load
-    (W - Wᵀ)/2 x - ε x + shift."""
-    carried = state.antisymmetric @ state.point
-    r = state.program.solve(problem.q + carried + shift, radius, state.point)
-    # the polish takes the whole W: at the fixed point nothing is left to carry
-    r = polish(problem, law, r, problem.q + shift, rule.settings.polish)
-    memory, point = rule.acceleration.advance(state.memory, state.point, r)
-    return replace(state, r=r, point=point, memory=memory)
-
-
 @dataclass(frozen=True)
-class TrescaFixedPoint:
-    """r <- argmin ½ r·W r + q·r over r_n >= 0, |r_t| <= s, with the threshold s = mu r_n of the last point.
-
-    ``acceleration`` acts on r. Needs no dual-cone velocity to exist, but can cycle undamped.
-    """
+class _FixedPoint:
+    """What both have: ``acceleration`` acts on r, ``settings`` are those of the programs."""
 
     acceleration: Acceleration = field(default_factory=Anderson)
     settings: ConicSettings = field(default_factory=ConicSettings)
+    label: ClassVar[str]
 
     @property
     def name(self) -> str:
-        """Label: tresca-Damped, tresca-Anderson."""
-        return f"tresca-{type(self.acceleration).__name__}"
+        """Label: tresca-Damped, tresca-Anderson, de-saxce-Damped, de-saxce-Anderson."""
+        return f"{self.label}-{type(self.acceleration).__name__}"
+
+    def _start(self, problem: ScaledProblem, r: FloatArray, top: FloatArray) -> FixedPointState:
+        program = force_program(problem, top, self.settings)
+        return FixedPointState(r, r, Memory(), program, problem.antisymmetric_part())
+
+    def _pass(
+        self,
+        problem: ScaledProblem,
+        state: FixedPointState,
+        law: ContactFunction,
+        shift: FloatArray,
+        radius: FloatArray,
+    ) -> FixedPointState:
+        """Program and polish at the point x, then the acceleration; what the program leaves out is its load
+        (W - Wᵀ)/2 x - ε x + shift."""
+        carried = state.antisymmetric @ state.point
+        r = state.program.solve(problem.q + carried + shift, radius, state.point)
+        # the polish takes the whole W: at the fixed point nothing is left to carry
+        r = polish(problem, law, r, problem.q + shift, self.settings.polish)
+        memory, point = self.acceleration.advance(state.memory, state.point, r)
+        return replace(state, r=r, point=point, memory=memory)
+
+
+@dataclass(frozen=True)
+class TrescaFixedPoint(_FixedPoint):
+    """r <- argmin ½ r·W r + q·r over r_n >= 0, |r_t| <= s, with the threshold s = mu r_n of the last point.
+
+    Needs no dual-cone velocity to exist, but can cycle undamped.
+    """
+
+    label: ClassVar[str] = "tresca"
 
     def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
         """Set up the program."""
-        return _start(problem, r, np.zeros_like(problem.mu), self.settings)
+        return self._start(problem, r, np.zeros_like(problem.mu))
 
     def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
         """One program and one acceleration step."""
         threshold = problem.mu * np.maximum(problem.by_contact(state.point)[:, 0], 0.0)
-        return _passed(self, problem, state, TrescaMap(threshold), np.zeros(problem.size), threshold)
+        return self._pass(problem, state, TrescaMap(threshold), np.zeros(problem.size), threshold)
 
 
 @dataclass(frozen=True)
-class DeSaxceFixedPoint:
+class DeSaxceFixedPoint(_FixedPoint):
     """r <- argmin ½ r·W r + (q + s n)·r over r in K_mu, with the shift s = mu |u_t| of the last point.
 
     Each program is that of Acary, Cadoux, Lemaréchal and Malick, unbounded where no velocity is in the dual
     cone.
     """
 
-    acceleration: Acceleration = field(default_factory=Anderson)
-    settings: ConicSettings = field(default_factory=ConicSettings)
-
-    @property
-    def name(self) -> str:
-        """Label: de-saxce-Damped, de-saxce-Anderson."""
-        return f"de-saxce-{type(self.acceleration).__name__}"
+    label: ClassVar[str] = "de-saxce"
 
     def init(self, problem: ScaledProblem, r: FloatArray) -> FixedPointState:
         """Set up the program."""
-        return _start(problem, r, problem.mu, self.settings)
+        return self._start(problem, r, problem.mu)
 
     def step(self, problem: ScaledProblem, state: FixedPointState) -> FixedPointState:
         """One program and one acceleration step."""
         u = problem.by_contact(problem.velocity(state.point))
         shift = np.zeros(u.shape)
         shift[:, 0] = problem.mu * norm(u[:, 1:])
-        return _passed(self, problem, state, ConeMap(), shift.ravel(), np.zeros_like(problem.mu))
+        return self._pass(problem, state, ConeMap(), shift.ravel(), np.zeros_like(problem.mu))
