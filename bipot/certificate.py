@@ -31,7 +31,7 @@ import numpy as np
 from bipot.errors import require, require_number
 from bipot.laws.coulomb import cone_violation, natural_map
 from bipot.laws.material import Material
-from bipot.laws.tensors import equivalent_stress, norm
+from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
 
 EPS = 8 * float(np.finfo(float).eps)

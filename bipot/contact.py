@@ -28,9 +28,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
-from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene import Scene, free_along
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)

@@ -30,9 +30,9 @@ from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
 from bipot.iterate import Examined, Iterate
-from bipot.laws.tensors import norm
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 STICKS = 1e-8

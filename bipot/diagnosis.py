@@ -13,9 +13,9 @@ from scipy.linalg import null_space
 from bipot.certificate import Bounds
 from bipot.contact import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
-from bipot.laws.tensors import norm
 from bipot.response import State
 from bipot.system import System
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 

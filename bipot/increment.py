@@ -20,11 +20,11 @@ from bipot.determinacy import least_moved
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Examined, Increment, Iterate
-from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
 from bipot.system import System as System
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 RUNAWAY = 10.0
@@ -240,13 +240,14 @@ def advance(start: State, solved: Solved) -> State:
 def _predicted(increment: Increment, cache: Cache) -> Floats:
     """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
 
-    Where no tool moves or slips along the body, nothing drives it: it stays, for its material knows no time. Where
+    Where no tool, support or load moves or changes, nothing drives it: it stays, for its material knows no time. Where
     tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
     it over the last motion, which opens them further.
     """
     start, rows, space = increment.start, increment.rows, increment.system.body.space
     x = cache.pace.predict(start, increment.tau).ravel()[space.free]
-    if np.array_equal(rows.gap, start.gap) and not rows.slip.any():
+    same = np.array_equal(rows.gap, start.gap) and np.array_equal(increment.load_ahead, increment.load_before)
+    if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)
     carried = float(start.forces[:, 0] @ start.gap)
     going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))

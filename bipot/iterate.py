@@ -24,10 +24,10 @@ import scipy.sparse as sp
 from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
 from bipot.contact import LEAST_MOTION
 from bipot.fem.strain import Scratch
-from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.system import System
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 DEFAULT = Bounds()
@@ -61,6 +61,11 @@ class Increment:
         return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.start.tau)
 
     @cached_property
+    def load_ahead(self) -> Floats:
+        """Nodal loads (a, d) of the end where the body is at the start."""
+        return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.tau)
+
+    @cached_property
     def travel(self) -> Floats:
         """Displacement (tools, d) of each tool."""
         return self.system.candidates.travel(self.start.tau, self.tau)
@@ -87,7 +92,7 @@ class Increment:
         moved = float(norm(state.displacement).max())
         length = max(self.reach, float(norm(self.driven).max())) or moved
         if not length:
-            new = norm(self.system.loading.forces(scene.origin(state.nodes), self.tau) - self.load_before)
+            new = norm(self.load_ahead - self.load_before)
             yielding = float((new / self.system.rigidity.nodal).max())
             length = max(size * stress / young, yielding, LEAST_MOTION * size)
         reached = max(young * length / size, stress)

@@ -17,10 +17,10 @@ from bipot.fem.kinematics import Kinematics
 from bipot.fem.orientation import refuse_folded
 from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
-from bipot.laws.tensors import deviatoric_basis, identity, trace
 from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene import Scene
+from bipot.tensors import deviatoric_basis, identity, trace
 from bipot.typing import Floats, read_only
 
 

@@ -12,9 +12,9 @@ from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
-from bipot.laws.tensors import equivalent_stress, norm
 from bipot.response import State
 from bipot.system import System
+from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Floats
 
 PLACED = 1e-9

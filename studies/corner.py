@@ -38,10 +38,10 @@ from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
-from bipot.laws.tensors import identity, trace
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
+from bipot.tensors import identity, trace
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from bipot.typing import Floats
 from studies.tables import text, write_csv, write_hdf5

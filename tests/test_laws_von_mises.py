@@ -9,7 +9,14 @@ from scipy.optimize import minimize, minimize_scalar
 
 from bipot.errors import NotConverged, SceneError
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
-from bipot.laws.tensors import (
+from bipot.laws.von_mises import (
+    Elasticity,
+    consistent_tangent,
+    continuum_tangent,
+    radial_return,
+    yield_function,
+)
+from bipot.tensors import (
     deviator,
     deviatoric_basis,
     deviatoric_projector,
@@ -17,13 +24,6 @@ from bipot.laws.tensors import (
     equivalent_stress,
     identity,
     trace,
-)
-from bipot.laws.von_mises import (
-    Elasticity,
-    consistent_tangent,
-    continuum_tangent,
-    radial_return,
-    yield_function,
 )
 
 STEEL = Elasticity(210e3, 0.3)

@@ -19,7 +19,7 @@ import bipot
 ROOT = Path(__file__).parents[1]
 
 LAYERS = (
-    ("errors", "frozen", "progress", "typing"),
+    ("errors", "frozen", "progress", "tensors", "typing"),
     ("conic", "laws", "mesh"),
     ("certificate", "coulomb", "fem"),
     ("loads", "programs", "scene", "schedule"),

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 
 from bipot.errors import require
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

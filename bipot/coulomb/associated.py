@@ -19,7 +19,7 @@ from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import scale
 from bipot.errors import require
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 _SYMMETRIC = 1e-6
 

@@ -23,7 +23,7 @@ from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.coulomb.solver import Solver
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15

@@ -20,7 +20,7 @@ from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
 from bipot.conic.solver import Accuracy
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
 from bipot.errors import ProgramError
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7

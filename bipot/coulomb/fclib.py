@@ -19,7 +19,7 @@ from scipy import sparse
 
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
 from bipot.errors import BipotError
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 if TYPE_CHECKING:
     import h5py

@@ -12,7 +12,7 @@ from bipot.coulomb.acceleration import Acceleration, Anderson, Memory
 from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
-from bipot.laws.tensors import FloatArray, norm
+from bipot.tensors import FloatArray, norm
 
 
 @dataclass(frozen=True, eq=False)

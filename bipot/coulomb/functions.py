@@ -13,7 +13,7 @@ import numpy as np
 from bipot.errors import require
 from bipot.laws import coulomb
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 class Linearised(NamedTuple):

@@ -18,7 +18,7 @@ from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ import numpy as np
 
 from bipot.coulomb.problem import CoulombProblem
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import FloatArray, norm
+from bipot.tensors import FloatArray, norm
 
 _EPS, _TIE = float(np.finfo(np.float64).eps), 1.0 + 1e-9
 

@@ -9,7 +9,7 @@ from scipy.sparse import linalg as sparse_linalg
 from bipot.coulomb.functions import Linearised
 from bipot.coulomb.scaling import Blocks, ScaledProblem
 from bipot.errors import ProgramError
-from bipot.laws.tensors import BoolArray, FloatArray
+from bipot.tensors import BoolArray, FloatArray
 
 
 def _dense_jacobian(W: FloatArray, du: FloatArray, dr: FloatArray) -> FloatArray:

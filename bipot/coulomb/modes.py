@@ -25,7 +25,7 @@ from bipot.coulomb.solver import Limits, run
 from bipot.errors import require
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 MOST_CONTACTS = 6
 _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))

@@ -13,7 +13,7 @@ from bipot.coulomb.functions import AlartCurnier, ContactFunction, Linearised
 from bipot.coulomb.linear import factorised, jacobian, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 _SHORTEST = 1e-3
 _DECREASE = 0.1

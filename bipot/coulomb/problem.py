@@ -16,7 +16,7 @@ from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
 from bipot.errors import ProgramError, require, require_count
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
 
 LARGEST = 1e100

@@ -9,7 +9,7 @@ from bipot.coulomb.linear import newton_direction
 from bipot.coulomb.newton import LineSearch, linearise, merit
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
 # Newton passes: a quick success; and how many to wait for |F| to be halved in nine.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from bipot.coulomb.problem import Affine, CoulombProblem, columns
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 # Above this many rows and below this filling a sparse factorisation beats a dense one.
 DENSE_ROWS = 300

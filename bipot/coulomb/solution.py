@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bipot.coulomb.judgement import judge
 from bipot.coulomb.problem import CoulombProblem
 from bipot.laws import coulomb
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 class Outcome(Enum):

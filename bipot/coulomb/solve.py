@@ -16,7 +16,7 @@ from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.errors import InfeasibleProgram, require, require_tuple, require_type
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 @dataclass(frozen=True)

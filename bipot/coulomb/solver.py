@@ -19,7 +19,7 @@ from bipot.coulomb.problem import LARGEST, CoulombProblem
 from bipot.coulomb.scaling import ScaledProblem, scale
 from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.errors import ProgramError, require, require_count, require_number, require_type
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
 
 

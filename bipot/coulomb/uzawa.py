@@ -10,7 +10,7 @@ from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 _SHRINK, _GROW = 2.0 / 3.0, 1.5
 _TOO_LONG, _SHORT = 0.9, 0.3

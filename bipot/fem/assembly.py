@@ -15,8 +15,8 @@ from scipy.linalg import null_space
 from bipot.fem.elements import Quadrature, Reference, quad8
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
-from bipot.laws.tensors import contract
 from bipot.mesh import Mesh
+from bipot.tensors import contract
 from bipot.typing import Floats, Ints
 
 

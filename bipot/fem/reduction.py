@@ -2,7 +2,7 @@ r"""What the coordinates of a mesh stand for: a constant embedding of the entrie
 
 The displacement gradient H (3, 3) has the entries g in R^m of a :class:`Reduction`, H[i, j] = g_a, and zeros elsewhere:
 m = 5 where the plane is a meridian (the fifth is the hoop strain u_1 / r), 4 in plane strain, 9 in space. A Mandel
-vector has s = 4 components in a plane and 6 in space, in the order of :mod:`bipot.laws.tensors`.
+vector has s = 4 components in a plane and 6 in space, in the order of :mod:`bipot.tensors`.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Reference
 from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted
 from bipot.fem.reduction import Geometry, Reduction
-from bipot.laws.tensors import contract
+from bipot.tensors import contract
 from bipot.typing import Floats, Ints
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.laws.projections import project_cone
-from bipot.laws.tensors import BoolArray, FloatArray, norm
+from bipot.tensors import BoolArray, FloatArray, norm
 
 Friction = FloatArray | float
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_positive
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 _WHY = "(softening makes the energy of an increment non-convex)"
 

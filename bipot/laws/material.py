@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bipot.errors import require_type
-from bipot.laws.tensors import FloatArray
 from bipot.laws.von_mises import Elasticity, Returned, TangentKind
+from bipot.tensors import FloatArray
 
 
 @runtime_checkable

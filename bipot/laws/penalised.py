@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import require
 from bipot.laws.projections import DiscSlope, project_disc
-from bipot.laws.tensors import FloatArray
+from bipot.tensors import FloatArray
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.laws.tensors import BoolArray, FloatArray, norm
+from bipot.tensors import BoolArray, FloatArray, norm
 
 
 def unit(t: FloatArray) -> FloatArray:

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from bipot.laws.tensors import BoolArray, FloatArray, deviator, equivalent_strain, norm
 from bipot.laws.von_mises import Returned, TangentKind, VonMises, continuum_tangent, yield_function
+from bipot.tensors import BoolArray, FloatArray, deviator, equivalent_strain, norm
 
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_number, require_type
 from bipot.laws.hardening import Hardening
-from bipot.laws.tensors import (
+from bipot.tensors import (
     BoolArray,
     FloatArray,
     contract,

@@ -15,8 +15,8 @@ from typing import TypeVar
 import numpy as np
 
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone
-from bipot.laws.tensors import norm
 from bipot.programs.data import ContactRows
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 
@@ -60,7 +60,8 @@ class Pieces:
 
         ``threshold`` (f,) is that of the friction rows where it is frozen.
         """
-        closed = r[:, 0] - scale * motion[:, 0] > 0
+        # What touches without a force may press: Newton's matrix is then regular where only contacts hold the body.
+        closed = r[:, 0] - scale * motion[:, 0] >= 0
         if before is not None:
             held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
             weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
