@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,51 +23,18 @@ from bipot.errors import (
     require_positive,
     require_type,
 )
+from bipot.facets import ON_EDGE, Facets, require_facets
 from bipot.frozen import FrozenMap
-from bipot.typing import Bools, Floats, Ints, as_array, read_only
+from bipot.mesh_files import of_meshio, of_skfem
+from bipot.typing import Floats, Ints, as_array, read_only
 
-NODES, ON_EDGE = 8, 3
+NODES = 8
 
 PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
 UNBOUNDED = ": eight-node quadrilaterals, the element whose orientation is bounded all over (fem/orientation.py)"
 
 FARTHEST = 1e6
 """From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
-
-
-@dataclass(frozen=True)
-class Facets:
-    """The different edges of elements: ``nodes`` (f, 3) as end, middle, end, ``shared`` (f,) by two elements.
-
-    They run anticlockwise around the element ``owner`` (f,), the first that has them.
-
-    ``crowded`` are edges of more than two elements, or of two that lie on the same side.
-    """
-
-    nodes: Ints
-    shared: Bools
-    crowded: Ints
-    owner: Ints
-
-    @staticmethod
-    def of(elements: Ints) -> Facets:
-        """The edges of elements (e, 8): those of an element run anticlockwise, so neighbours run opposite ways."""
-        every = np.stack([elements[:, :4], elements[:, 4:], np.roll(elements[:, :4], -1, axis=1)], axis=2)
-        every = every.reshape(-1, ON_EDGE)
-        _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
-        count = np.bincount(place.ravel())
-        forward = np.bincount(place.ravel(), weights=np.where(every[:, 0] < every[:, 2], 1, -1))
-        nodes = every[first]
-        return Facets(nodes, count > 1, nodes[(count > 2) | ((count == 2) & (forward != 0))], first // 4)
-
-    def find(self, edges: Ints) -> Ints:
-        """Which facet has the three nodes of each edge (f, 3), in whatever order; -1 if none."""
-        # A mid-side node is on one edge only, so it tells which.
-        which = np.full(int(max(self.nodes.max(), edges.max())) + 1, -1, dtype=np.intp)
-        which[self.nodes[:, 1]] = np.arange(len(self.nodes))
-        found = which[edges].max(axis=1)
-        same = (np.sort(edges, axis=1) == np.sort(self.nodes[found], axis=1)).all(axis=1)
-        return np.where(same & (found >= 0), found, -1)
 
 
 @dataclass(frozen=True)
@@ -99,10 +67,39 @@ class Mesh:
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
-        _require_facets(self._facets)
+        require_facets(self._facets)
         _require_one_part(elements)
         boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+
+    @classmethod
+    def from_skfem(cls, mesh: Any) -> Mesh:
+        """A MeshQuad2 of scikit-fem (its ninth node dropped) or a MeshQuad (straight), with its named boundaries.
+
+        Raises:
+            SceneError: another kind of mesh; a mid-side node that is not between its corners.
+
+        >>> import skfem
+        >>> sorted(Mesh.from_skfem(skfem.MeshQuad().refined(1).with_defaults()).boundaries)
+        ['bottom', 'left', 'right', 'top']
+        """
+        return cls(*of_skfem(mesh))
+
+    @classmethod
+    def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
+        """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
+
+        Cells are quadrilaterals of four (mid-sides are added), eight or nine nodes (the ninth is dropped). Boundaries
+        are named sets of line cells; numbers of line cells in the cell data ``tag`` (by default physical groups of
+        Gmsh), called as in ``names``, the file, or by the number; and node sets that are nodes of outer edges,
+        none left over. Other sets are left out.
+
+        Raises:
+            SceneError: a file that is missing or not readable, meshio that is not installed; no quadrilaterals, cells
+                of several kinds or of three dimensions; z coordinates that differ; nodes in another order; a
+                boundary that is no edge of a cell; an unknown ``tag``, or a number that no line has.
+        """
+        return cls(*of_meshio(source, tag, names))
 
     @cached_property
     def _facets(self) -> Facets:
@@ -225,16 +222,6 @@ def _require_elements(elements: Ints, count: int) -> None:
     require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
     orphans = np.setdiff1d(np.arange(count), elements)
     require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")
-
-
-def _require_facets(facets: Facets) -> None:
-    """Every edge has at most two elements, one a side, and its own mid-side node."""
-    crowded = facets.crowded[:1].tolist()
-    allowed = "of one element a side (none overlap, all numbered anticlockwise)"
-    require(not crowded, "mesh.elements", f"edge {crowded}", allowed)
-    middle, count = np.unique(facets.nodes[:, 1], return_counts=True)
-    hanging = np.union1d(middle[count > 1], np.intersect1d(middle, facets.nodes[:, [0, 2]]))
-    require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
 
 
 def _require_one_part(elements: Ints) -> None:
