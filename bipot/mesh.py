@@ -30,6 +30,12 @@ from bipot.typing import Floats, Ints, as_array, read_only
 
 NODES = 8
 
+Grading = tuple[float, float]
+"""Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next."""
+
+UNIFORM = (1.0, 1.0)
+SMALLEST = 1e-8
+
 PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
 UNBOUNDED = ": eight-node quadrilaterals, the element whose orientation is bounded all over (fem/orientation.py)"
 
@@ -147,40 +153,50 @@ class Mesh:
         return float(np.ptp(self.nodes, axis=0).max())
 
 
-def cylinder(radius: float, height: float, n_r: int, n_z: int) -> Mesh:
-    """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side.
+def cylinder(radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+    """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
 
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 8)
     """
     require_positive(radius=radius, height=height)
-    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), ("axis", "side", "base", "top"))
+    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"))
 
 
-def block(width: float, height: float, n_x: int, n_y: int) -> Mesh:
-    """Rectangle [0, width] x [0, height] with boundaries left, right, base, top."""
+def block(width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM) -> Mesh:
+    """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
+
+    >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
+    3
+    """
     require_positive(width=width, height=height)
-    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), ("left", "right", "base", "top"))
+    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"))
 
 
-def ring(inner: float, outer: float, height: float, n_r: int, n_z: int) -> Mesh:
-    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top."""
+def ring(inner: float, outer: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z."""
     require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), ("bore", "side", "base", "top"))
+    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"))
 
 
 def _rectangle(
-    x: tuple[float, float], y: tuple[float, float], counts: tuple[int, int], names: tuple[str, str, str, str]
+    x: tuple[float, float],
+    y: tuple[float, float],
+    counts: tuple[int, int],
+    grading: Grading,
+    names: tuple[str, str, str, str],
 ) -> Mesh:
     """Tensor mesh of Q8; ``names`` are those of the sides x0, x1, y0, y1."""
     for count, axis in zip(counts, ("first", "second"), strict=True):
         require_count(count, f"elements along the {axis} axis")
+    require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
+    along = [_graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
     # scikit-fem takes long to import, and a mesh given by its arrays needs none of it.
     import skfem
 
-    quads = skfem.MeshQuad.init_tensor(np.linspace(*x, counts[0] + 1), np.linspace(*y, counts[1] + 1))
+    quads = skfem.MeshQuad.init_tensor(*along)
     corners, ends = quads.p.T, quads.facets.T
     middle = corners[ends].mean(axis=1)
     # scikit-fem numbers a tensor mesh's quads clockwise: reversed, the first reference axis is the first of space.
@@ -189,6 +205,19 @@ def _rectangle(
     sides = zip(names, (0, 0, 1, 1), (*x, *y), strict=True)
     boundaries = {name: edges[middle[:, axis] == at] for name, axis, at in sides}
     return Mesh(np.vstack([corners, middle]), elements.astype(np.intp), boundaries)
+
+
+def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
+    """Ends (count + 1,) of elements whose sizes grow by one factor, the last ``ratio`` times the first."""
+    require_positive(grading=ratio)
+    ends = np.linspace(start, end, count + 1)
+    if ratio != 1 and count > 1:
+        # Of the largest size, so that no ratio is too large for a number.
+        sizes = float(ratio) ** (np.arange(count) / (count - 1) - (ratio > 1))
+        ends[1:-1] = start + (end - start) * np.cumsum(sizes / sizes.sum())[:-1]
+        apart = bool((np.diff(ends) > SMALLEST * (end - start)).all())
+        require(apart, "grading", ratio, f"such that no element is smaller than {SMALLEST:g} of the side")
+    return ends
 
 
 def _require_near(nodes: Floats) -> None:
