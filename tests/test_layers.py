@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     ("errors", "frozen", "progress", "typing"),
-    ("abaqus", "conic", "facets", "laws", "mesh", "mesh_files"),
+    ("abaqus", "conic", "facets", "laws", "mesh", "mesh_files", "paths"),
     ("certificate", "coulomb", "fem"),
     ("loads", "programs", "scene", "schedule"),
     ("contact", "overlap", "response", "system", "traction"),
