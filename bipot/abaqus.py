@@ -12,10 +12,18 @@ PLAIN = {"3": "S3", "4": "S4", "6": "STRI65", "8": "S8R"}
 PLANE = re.compile(r"(?im)^(\*ELEMENT\b[^\n]*\bTYPE\s*=\s*)C(?:PE|PS|PEG|AX)([3468])[A-Z]*\b")
 
 
-def plain_types(path: Path) -> io.StringIO:
+class Text(io.StringIO):
+    """The text of a file, which still says where it is: other files may be included from there."""
+
+    def __init__(self, text: str, path: Path) -> None:
+        super().__init__(text)
+        self.name = str(path)
+
+
+def plain_types(path: Path) -> Text:
     """The file's text, solids of plane strain, plane stress and revolution under the names of plain shapes.
 
     They differ in mechanics, which no mesh holds.
     """
     text = path.read_text(encoding="utf-8", errors="replace")
-    return io.StringIO(PLANE.sub(lambda found: found[1] + PLAIN[found[2]], text))
+    return Text(PLANE.sub(lambda found: found[1] + PLAIN[found[2]], text), path)

@@ -65,8 +65,9 @@ def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> 
     import meshio
 
     mesh = source if isinstance(source, meshio.Mesh) else _read(source)
+    cells = _quads(mesh)
     edges = _tagged(mesh, tag, names) | _sets_of_lines(mesh)
-    return _parts(_flat(mesh), _quads(mesh), edges, mesh.point_sets)
+    return _parts(_flat(mesh.points, cells), cells, edges, mesh.point_sets)
 
 
 def _read(path: Any) -> Any:
@@ -99,14 +100,16 @@ def _quads(mesh: Any) -> Ints:
     return np.concatenate([block.data for block in blocks])[:, : QUADS[kinds[0]]].astype(np.intp)
 
 
-def _flat(mesh: Any) -> Floats:
-    """Positions (a, 2) of the nodes: a third coordinate is the same for all that cells use."""
-    points = np.asarray(mesh.points, dtype=np.float64)
-    if points.shape[1] == 3:
-        z, used = points[:, 2], np.unique(np.concatenate([block.data.ravel() for block in mesh.cells]))
-        extent = float(np.ptp(points[used], axis=0).max(initial=0.0))
-        depth = float(np.ptp(z[used]))
-        require(depth <= FLAT * extent, "mesh z coordinates", f"over {depth:.3g}", "constant: the mesh is of a plane")
+def _flat(points: Any, cells: Ints) -> Floats:
+    """Positions (a, 2) of the nodes (a, 2 or 3): a third coordinate is the same for all that cells use."""
+    points = np.asarray(points, dtype=np.float64)
+    require(points.ndim == 2 and points.shape[1] in (2, 3), "mesh nodes", points.shape, "of two or three coordinates")
+    require(int(cells.max()) < len(points), "mesh cells", f"node index {cells.max()}", f"below {len(points)} nodes")
+    used = points[np.unique(cells)]
+    require(bool(np.isfinite(used).all()), "mesh nodes", "NaN or infinite", "finite")
+    extent = np.ptp(used, axis=0)
+    depth = float(extent[2:].max(initial=0.0))
+    require(depth <= FLAT * extent.max(), "mesh z coordinates", f"over {depth:.3g}", "constant: the mesh is of a plane")
     return points[:, :2]
 
 
@@ -120,7 +123,9 @@ def _tagged(mesh: Any, tag: str | None, names: Mapping[str, int] | None) -> dict
     require(tag is not None or not names, "names", dict(names or {}), "with the name of the cell data that has them")
     if tag is None:
         return {}
-    blocks = [(b.data, d) for b, d in zip(mesh.cells, mesh.cell_data[tag], strict=True) if b.type in LINES]
+    blocks = [(b.data, np.asarray(d)) for b, d in zip(mesh.cells, mesh.cell_data[tag], strict=True) if b.type in LINES]
+    whole = all(data.ndim == 1 and (data == np.round(data)).all() for _, data in blocks)
+    require(whole, "tag", tag, "cell data of one whole number a cell")
     values = sorted({int(value) for _, data in blocks for value in np.unique(data)})
     called = {int(of[0]): name for name, of in mesh.field_data.items() if len(of) == 2 and of[1] == 1}
     wanted = names or {called.get(value, str(value)): value for value in values if value}
@@ -200,6 +205,7 @@ def _require_order(points: Floats, cells: Ints, straight: bool) -> None:
 
 def _with_middle(name: str, edges: Ints, facets: Facets) -> Ints:
     """The edges (f, 3) as end, middle, end, of ends (f, 2) or end, end, middle (f, 3)."""
+    require(len(edges) > 0, f"mesh boundary {name!r}", "empty", "at least one edge")
     ends, own = np.sort(edges[:, :2], axis=1), np.sort(facets.nodes[:, [0, 2]], axis=1)
     count = int(max(ends.max(), own.max())) + 1
     keys, order = ends @ [count, 1], np.argsort(own @ [count, 1])

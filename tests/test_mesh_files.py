@@ -198,7 +198,11 @@ UNEVEN = in_space(NATIVE.nodes) + np.outer(np.arange(len(NATIVE.nodes)), [0, 0, 
         (altered(cells=[("quad8", NATIVE.elements[:, [0, 4, 1, 5, 2, 6, 3, 7]])]), "node order of cell"),
         (altered(cells=[("quad8", NATIVE.elements[:, [0, 1, 2, 3, 5, 6, 7, 4]])]), "node order of cell"),
         (altered(cells=[("quad", NATIVE.elements[:, [0, 2, 1, 3]])]), "around a convex"),
+        (altered(points=in_space(NATIVE.nodes)[:5]), "mesh cells = 'node index"),
+        (altered(points=NATIVE.nodes[:, :1]), "two or three coordinates"),
+        (altered(points=in_space(NATIVE.nodes) * np.nan), "mesh nodes = 'NaN"),
         (meshio.Mesh(np.array([[0.0, 0.0]]), []), "there are none"),
+        (meshio.Mesh(np.zeros((1, 3)), []), "there are none"),
         (7, "mesh = 7: must be the path"),
     ],
 )
@@ -219,6 +223,30 @@ def test_what_gives_no_plane_mesh_is_refused_by_name(given, words):
 def test_boundaries_that_no_line_has_are_refused(options, words):
     with pytest.raises(SceneError, match=words):
         Mesh.from_meshio(numbered(), **options)
+
+
+@pytest.mark.parametrize("data", [lambda n: np.full(n, 1.5), lambda n: np.ones((n, 2)), lambda n: np.full(n, np.nan)])
+def test_cell_data_of_other_than_whole_numbers_are_refused(data):
+    given = numbered(key="mine")
+    given.cell_data["mine"] = [data(len(block.data)) for block in given.cells]
+    with pytest.raises(SceneError, match="one whole number a cell"):
+        Mesh.from_meshio(given, tag="mine")
+
+
+def test_an_empty_boundary_of_scikit_fem_is_refused():
+    with pytest.raises(SceneError, match="mesh boundary 'none' = 'empty'"):
+        Mesh.from_skfem(tensor().with_boundaries({"none": np.empty(0, int)}))
+
+
+def test_an_abaqus_file_may_include_another(tmp_path):
+    text = written(tmp_path / "body.inp", with_sets()).read_text()
+    head = text.split("*NSET", 1)[0]
+    (tmp_path / "body.inp").write_text(head)
+    (tmp_path / "all.inp").write_text("*HEADING\n*INCLUDE, INPUT=body.inp\n")
+    assert len(Mesh.from_meshio(tmp_path / "all.inp").elements) == len(NATIVE.elements)
+    (tmp_path / "lost.inp").write_text("*HEADING\n*INCLUDE, INPUT=nothing.inp\n")
+    with pytest.raises(SceneError, match=r"nothing\.inp"):
+        Mesh.from_meshio(tmp_path / "lost.inp")
 
 
 def test_names_without_numbers_are_refused():
