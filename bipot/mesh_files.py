@@ -154,7 +154,7 @@ def _joined(edges: list[Ints]) -> Ints:
 
 
 def _parts(points: Floats, cells: Ints, edges: dict[str, Ints], sets: Mapping[str, Any]) -> Parts:
-    """The mesh of cells (e, 4) or (e, 8), edges (f, 2) or (f, 3) as end, end, middle, and sets of nodes."""
+    """The mesh of cells (e, 4) or (e, 8), edges (f, 2) or (f, 3), and sets of nodes."""
     given = cells.shape[1]
     cells = _anticlockwise(points, cells)
     if given == 4:
@@ -204,19 +204,21 @@ def _require_order(points: Floats, cells: Ints, straight: bool) -> None:
 
 
 def _with_middle(name: str, edges: Ints, facets: Facets) -> Ints:
-    """The edges (f, 3) as end, middle, end, of ends (f, 2) or end, end, middle (f, 3)."""
+    """The edges (f, 3) as end, middle, end, of ends (f, 2), or of all three nodes (f, 3) in whatever order."""
     require(len(edges) > 0, f"mesh boundary {name!r}", "empty", "at least one edge")
-    ends, own = np.sort(edges[:, :2], axis=1), np.sort(facets.nodes[:, [0, 2]], axis=1)
-    count = int(max(ends.max(), own.max())) + 1
-    keys, order = ends @ [count, 1], np.argsort(own @ [count, 1])
-    place = np.searchsorted((own @ [count, 1])[order], keys).clip(max=len(order) - 1)
-    found = facets.nodes[order[place]]
-    same = (np.sort(found[:, [0, 2]], axis=1) == ends).all(axis=1)
-    if edges.shape[1] == 3:
-        same &= found[:, 1] == edges[:, 2]
-    lost = edges[~same][:1].tolist()
+    found = facets.find(edges) if edges.shape[1] == 3 else _between(edges, facets)
+    lost = edges[found < 0][:1].tolist()
     require(not lost, f"mesh boundary {name!r}", lost, "edges of cells")
-    return found
+    return facets.nodes[found]
+
+
+def _between(ends: Ints, facets: Facets) -> Ints:
+    """Which facet has the ends (f, 2); -1 if none."""
+    ends, own = np.sort(ends, axis=1), np.sort(facets.nodes[:, [0, 2]], axis=1)
+    unit = [int(max(ends.max(), own.max())) + 1, 1]
+    order = np.argsort(own @ unit)
+    found = order[np.searchsorted((own @ unit)[order], ends @ unit).clip(max=len(order) - 1)]
+    return np.where((own[found] == ends).all(axis=1), found, -1)
 
 
 def _covered(members: Ints, facets: Facets, given: int) -> Ints:

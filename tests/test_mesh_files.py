@@ -100,6 +100,13 @@ def test_lines_of_either_kind_are_edges(line):
     assert_native(Mesh.from_meshio(numbered(kinds=("quad8", line))))
 
 
+def test_edges_with_the_middle_in_the_middle_are_edges():
+    """So Gmsh writes them for Abaqus."""
+    given = numbered()
+    cells = [(b.type, b.data if b.dim == 2 else b.data[:, [0, 2, 1]]) for b in given.cells]
+    assert_native(Mesh.from_meshio(meshio.Mesh(given.points, cells, {}, given.cell_data, given.field_data)))
+
+
 def test_straight_cells_get_their_mid_sides():
     mesh = Mesh.from_meshio(numbered(kinds=("quad", "line")))
     assert sorted(mesh.boundaries) == sorted(NAMES)
