@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,51 +23,24 @@ from bipot.errors import (
     require_positive,
     require_type,
 )
+from bipot.facets import ON_EDGE, Facets, require_facets
 from bipot.frozen import FrozenMap
-from bipot.typing import Bools, Floats, Ints, as_array, read_only
+from bipot.mesh_files import of_meshio, of_skfem
+from bipot.typing import Floats, Ints, as_array, read_only
 
-NODES, ON_EDGE = 8, 3
+NODES = 8
+
+Grading = tuple[float, float]
+"""Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next."""
+
+UNIFORM = (1.0, 1.0)
+SMALLEST = 1e-8
 
 PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
 UNBOUNDED = ": eight-node quadrilaterals, the element whose orientation is bounded all over (fem/orientation.py)"
 
 FARTHEST = 1e6
 """From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
-
-
-@dataclass(frozen=True)
-class Facets:
-    """The different edges of elements: ``nodes`` (f, 3) as end, middle, end, ``shared`` (f,) by two elements.
-
-    They run anticlockwise around the element ``owner`` (f,), the first that has them.
-
-    ``crowded`` are edges of more than two elements, or of two that lie on the same side.
-    """
-
-    nodes: Ints
-    shared: Bools
-    crowded: Ints
-    owner: Ints
-
-    @staticmethod
-    def of(elements: Ints) -> Facets:
-        """The edges of elements (e, 8): those of an element run anticlockwise, so neighbours run opposite ways."""
-        every = np.stack([elements[:, :4], elements[:, 4:], np.roll(elements[:, :4], -1, axis=1)], axis=2)
-        every = every.reshape(-1, ON_EDGE)
-        _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
-        count = np.bincount(place.ravel())
-        forward = np.bincount(place.ravel(), weights=np.where(every[:, 0] < every[:, 2], 1, -1))
-        nodes = every[first]
-        return Facets(nodes, count > 1, nodes[(count > 2) | ((count == 2) & (forward != 0))], first // 4)
-
-    def find(self, edges: Ints) -> Ints:
-        """Which facet has the three nodes of each edge (f, 3), in whatever order; -1 if none."""
-        # A mid-side node is on one edge only, so it tells which.
-        which = np.full(int(max(self.nodes.max(), edges.max())) + 1, -1, dtype=np.intp)
-        which[self.nodes[:, 1]] = np.arange(len(self.nodes))
-        found = which[edges].max(axis=1)
-        same = (np.sort(edges, axis=1) == np.sort(self.nodes[found], axis=1)).all(axis=1)
-        return np.where(same & (found >= 0), found, -1)
 
 
 @dataclass(frozen=True)
@@ -99,10 +73,39 @@ class Mesh:
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
-        _require_facets(self._facets)
+        require_facets(self._facets)
         _require_one_part(elements)
         boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+
+    @classmethod
+    def from_skfem(cls, mesh: Any) -> Mesh:
+        """A MeshQuad2 of scikit-fem (its ninth node dropped) or a MeshQuad (straight), with its named boundaries.
+
+        Raises:
+            SceneError: another kind of mesh; a mid-side node that is not between its corners.
+
+        >>> import skfem
+        >>> sorted(Mesh.from_skfem(skfem.MeshQuad().refined(1).with_defaults()).boundaries)
+        ['bottom', 'left', 'right', 'top']
+        """
+        return cls(*of_skfem(mesh))
+
+    @classmethod
+    def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
+        """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
+
+        Cells are quadrilaterals of four (mid-sides are added), eight or nine nodes (the ninth is dropped). Boundaries
+        are named sets of line cells; numbers of line cells in the cell data ``tag`` (by default physical groups of
+        Gmsh), called as in ``names``, the file, or by the number; and node sets that are nodes of outer edges,
+        none left over. Other sets are left out.
+
+        Raises:
+            SceneError: a file that is missing or not readable, meshio that is not installed; no quadrilaterals, cells
+                of several kinds or of three dimensions; z coordinates that differ; nodes in another order; a
+                boundary that is no edge of a cell; an unknown ``tag``, or a number that no line has.
+        """
+        return cls(*of_meshio(source, tag, names))
 
     @cached_property
     def _facets(self) -> Facets:
@@ -150,40 +153,50 @@ class Mesh:
         return float(np.ptp(self.nodes, axis=0).max())
 
 
-def cylinder(radius: float, height: float, n_r: int, n_z: int) -> Mesh:
-    """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side.
+def cylinder(radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+    """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
 
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 8)
     """
     require_positive(radius=radius, height=height)
-    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), ("axis", "side", "base", "top"))
+    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"))
 
 
-def block(width: float, height: float, n_x: int, n_y: int) -> Mesh:
-    """Rectangle [0, width] x [0, height] with boundaries left, right, base, top."""
+def block(width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM) -> Mesh:
+    """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
+
+    >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
+    3
+    """
     require_positive(width=width, height=height)
-    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), ("left", "right", "base", "top"))
+    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"))
 
 
-def ring(inner: float, outer: float, height: float, n_r: int, n_z: int) -> Mesh:
-    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top."""
+def ring(inner: float, outer: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z."""
     require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), ("bore", "side", "base", "top"))
+    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"))
 
 
 def _rectangle(
-    x: tuple[float, float], y: tuple[float, float], counts: tuple[int, int], names: tuple[str, str, str, str]
+    x: tuple[float, float],
+    y: tuple[float, float],
+    counts: tuple[int, int],
+    grading: Grading,
+    names: tuple[str, str, str, str],
 ) -> Mesh:
     """Tensor mesh of Q8; ``names`` are those of the sides x0, x1, y0, y1."""
     for count, axis in zip(counts, ("first", "second"), strict=True):
         require_count(count, f"elements along the {axis} axis")
+    require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
+    along = [_graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
     # scikit-fem takes long to import, and a mesh given by its arrays needs none of it.
     import skfem
 
-    quads = skfem.MeshQuad.init_tensor(np.linspace(*x, counts[0] + 1), np.linspace(*y, counts[1] + 1))
+    quads = skfem.MeshQuad.init_tensor(*along)
     corners, ends = quads.p.T, quads.facets.T
     middle = corners[ends].mean(axis=1)
     # scikit-fem numbers a tensor mesh's quads clockwise: reversed, the first reference axis is the first of space.
@@ -192,6 +205,19 @@ def _rectangle(
     sides = zip(names, (0, 0, 1, 1), (*x, *y), strict=True)
     boundaries = {name: edges[middle[:, axis] == at] for name, axis, at in sides}
     return Mesh(np.vstack([corners, middle]), elements.astype(np.intp), boundaries)
+
+
+def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
+    """Ends (count + 1,) of elements whose sizes grow by one factor, the last ``ratio`` times the first."""
+    require_positive(grading=ratio)
+    ends = np.linspace(start, end, count + 1)
+    if ratio != 1 and count > 1:
+        # Of the largest size, so that no ratio is too large for a number.
+        sizes = float(ratio) ** (np.arange(count) / (count - 1) - (ratio > 1))
+        ends[1:-1] = start + (end - start) * np.cumsum(sizes / sizes.sum())[:-1]
+        apart = bool((np.diff(ends) > SMALLEST * (end - start)).all())
+        require(apart, "grading", ratio, f"such that no element is smaller than {SMALLEST:g} of the side")
+    return ends
 
 
 def _require_near(nodes: Floats) -> None:
@@ -225,16 +251,6 @@ def _require_elements(elements: Ints, count: int) -> None:
     require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
     orphans = np.setdiff1d(np.arange(count), elements)
     require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")
-
-
-def _require_facets(facets: Facets) -> None:
-    """Every edge has at most two elements, one a side, and its own mid-side node."""
-    crowded = facets.crowded[:1].tolist()
-    allowed = "of one element a side (none overlap, all numbered anticlockwise)"
-    require(not crowded, "mesh.elements", f"edge {crowded}", allowed)
-    middle, count = np.unique(facets.nodes[:, 1], return_counts=True)
-    hanging = np.union1d(middle[count > 1], np.intersect1d(middle, facets.nodes[:, [0, 2]]))
-    require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
 
 
 def _require_one_part(elements: Ints) -> None:

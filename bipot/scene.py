@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from numbers import Real
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
@@ -35,6 +34,7 @@ from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import RAMP, Amplitude, Load
 from bipot.mesh import Mesh, cylinder
+from bipot.paths import Path, checked, multiples, pair
 from bipot.typing import Bools, Floats, Ints, read_only
 
 LARGEST_MU = 1e12
@@ -82,9 +82,10 @@ class FlatTool:
     """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
 
     It translates by ``travel`` times the ``path``, piecewise linear through (tau, multiple) with tau from 0 to 1: the
-    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. The nodes of the mesh boundaries ``candidates``
-    may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what
-    touches at the start of an increment stays tied.
+    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component
+    of ``travel``: (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries
+    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
+    welds: what touches at the start of an increment stays tied.
 
     Raises:
         SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
@@ -96,12 +97,12 @@ class FlatTool:
     travel: tuple[float, float]
     candidates: tuple[str, ...]
     mu: float
-    path: tuple[tuple[float, float], ...] = ((0.0, 0.0), (1.0, 1.0))
+    path: Path = ((0.0, 0.0), (1.0, 1.0))
     mu_at: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("point", "normal", "travel"):
-            object.__setattr__(self, name, _pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
+            object.__setattr__(self, name, pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
         require_number(self.mu, "mu")
         require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
@@ -119,16 +120,10 @@ class FlatTool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_path(self) -> None:
-        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1, the first multiple 0"
-        require(isinstance(self.path, tuple | list), "tool.path", self.path, allowed)
-        object.__setattr__(self, "path", tuple(_pair(point, "tool.path", allowed) for point in self.path))
-        taus = np.array([tau for tau, _ in self.path])
-        rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
-        require(rising and self.path[0][1] == 0, "tool.path", self.path, allowed)
+        object.__setattr__(self, "path", checked(self.path, "tool.path"))
         require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
-        reach = max(abs(x) for x in self.travel)
-        for change in np.diff([multiple for _, multiple in self.path]).tolist():
-            require_magnitude(float(change) * reach, "tool.travel times a stretch of its path", LARGEST_LENGTH)
+        for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
+            require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
     @property
     def welded(self) -> bool:
@@ -149,8 +144,14 @@ class FlatTool:
         >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
         array([ 0. , -1.8])
         """
-        start, end = np.interp([tau, tau_end], *np.transpose(self.path))
-        return (end - start) * np.array(self.travel)
+        taus, multiples = self._multiples
+        start, end = np.transpose([np.interp([tau, tau_end], taus, own) for own in multiples.T])
+        return (end - start) * np.array(self.travel, dtype=np.float64)
+
+    @cached_property
+    def _multiples(self) -> tuple[Floats, Floats]:
+        """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
+        return multiples(self.path)
 
 
 @dataclass(frozen=True)
@@ -303,11 +304,3 @@ def upsetting(
         configuration=configuration,
         copies=2,
     )
-
-
-def _pair(value: object, field: str, allowed: str) -> tuple[float, float]:
-    """``value`` as two finite numbers."""
-    pair: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
-    numbers = [isinstance(x, Real) and not isinstance(x, bool) and bool(np.isfinite(float(x))) for x in pair]
-    require(numbers == [True, True], field, value, allowed)
-    return float(pair[0]), float(pair[1])

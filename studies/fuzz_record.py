@@ -112,7 +112,7 @@ def _contacts(scene: Scene, node: Ints, tool: Ints, tau: float, tau_end: float) 
     point = np.array([t.point for t in scene.tools])
     begun, ended = (np.array([_moved(t, at) for t in scene.tools]) for at in (tau, tau_end))
     # A difference of multiples: positions of a tool far away would lose small travels.
-    motion = np.array([_multiple(t, tau_end) - _multiple(t, tau) for t in scene.tools])[:, None]
+    motion = np.array([_multiple(t, tau_end) - _multiple(t, tau) for t in scene.tools]).reshape(-1, 2)
     mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
     return Contacts(
         node=node,
@@ -120,13 +120,14 @@ def _contacts(scene: Scene, node: Ints, tool: Ints, tau: float, tau_end: float) 
         mu=mu,
         offset=np.vecdot(normal, point + begun)[tool],
         offset_end=np.vecdot(normal, point + ended)[tool],
-        motion=(motion * np.array([t.travel for t in scene.tools]))[tool],
+        motion=(motion * np.array([t.travel for t in scene.tools]).reshape(-1, 2))[tool],
     )
 
 
-def _multiple(tool: FlatTool, tau: float) -> float:
-    taus, multiples = np.transpose(tool.path)
-    return float(np.interp(tau, taus, multiples))
+def _multiple(tool: FlatTool, tau: float) -> Floats:
+    """Multiples (d,) of the travel's components."""
+    taus = [point[0] for point in tool.path]
+    return np.array([np.interp(tau, taus, [np.ravel(m)[k % np.size(m)] for _, m in tool.path]) for k in range(2)])
 
 
 def _moved(tool: FlatTool, tau: float) -> Floats:

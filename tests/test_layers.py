@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     ("errors", "frozen", "progress", "tensors", "typing"),
-    ("conic", "laws", "mesh"),
+    ("abaqus", "conic", "facets", "laws", "mesh", "mesh_files", "paths"),
     ("certificate", "coulomb", "fem"),
     ("loads", "programs", "scene", "schedule"),
     ("contact", "overlap", "response", "system", "traction"),
@@ -37,7 +37,7 @@ LAYERS = (
 IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"fem", "mesh", "scene"}}
 """Rooms that do not know others, though these are no higher: neither directly nor through what they import."""
 
-OPTIONAL = {"matplotlib": {"plot"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
+OPTIONAL = {"matplotlib": {"plot"}, "meshio": {"mesh_files"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
 """Packages that the library can live without, and the rooms that import them."""
 
 HIDDEN = {"bipot": {"march"}, "bipot.coulomb": {"existence", "solve"}}

@@ -46,6 +46,49 @@ def test_size_is_the_largest_extent():
     assert cylinder(5.0, 7.0, 1, 1).size == 7.0
 
 
+@pytest.mark.parametrize("ratio", [8.0, 0.2])
+@pytest.mark.parametrize(
+    ("make", "start", "names"),
+    [
+        (lambda grading: cylinder(7.0, 3.0, 3, 4, grading), 0.0, ("axis", "side")),
+        (lambda grading: block(7.0, 3.0, 3, 4, grading), 0.0, ("left", "right")),
+        (lambda grading: ring(2.0, 9.0, 3.0, 3, 4, grading), 2.0, ("bore", "side")),
+    ],
+)
+def test_sizes_grow_by_one_factor_to_the_asked_ratio(make, start, names, ratio):
+    mesh = make((ratio, 1 / ratio))
+    for name, axis, count in (("base", 0, 3), (names[0], 1, 4)):
+        ends = np.unique(mesh.nodes[mesh.boundary(name)[:, [0, 2]]][..., axis])
+        sizes = np.diff(ends)
+        asked = (ratio, 1 / ratio)[axis]
+        np.testing.assert_allclose(sizes[1:] / sizes[:-1], asked ** (1 / (count - 1)))
+        assert len(mesh.boundary(name)) == count
+    np.testing.assert_array_equal(mesh.nodes.min(axis=0), [start, 0.0])
+    np.testing.assert_array_equal(mesh.nodes.max(axis=0), [start + 7.0, 3.0])
+
+
+def test_without_grading_nothing_changes():
+    """Bit for bit: no uniform mesh goes through powers and sums."""
+    plain, given = block(0.7, 0.3, 7, 3), block(0.7, 0.3, 7, 3, grading=(1, 1))
+    np.testing.assert_array_equal(plain.nodes, given.nodes)
+    np.testing.assert_array_equal(np.unique(plain.nodes[plain.elements[:, :4], 0]), np.linspace(0.0, 0.7, 8))
+
+
+@pytest.mark.parametrize("grading", [0.0, -1.0, np.inf, np.nan, "2", True, None, 1e300, 1e-300])
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_grading_that_is_none_is_refused(grading, axis):
+    given = [1.0, 1.0]
+    given[axis] = grading
+    with pytest.raises(SceneError, match="grading"):
+        block(1.0, 1.0, 3, 3, tuple(given))
+
+
+@pytest.mark.parametrize("grading", [2.0, (1.0,), (1.0, 1.0, 1.0), "ab"])
+def test_gradings_are_a_pair(grading):
+    with pytest.raises(SceneError, match="grading"):
+        ring(1.0, 2.0, 1.0, 2, 2, grading)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

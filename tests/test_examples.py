@@ -1,0 +1,90 @@
+"""Every example runs, prints what it finds, and that is right; run shorter than shown, the physics is the same."""
+
+import ast
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+FOLDER = Path(__file__).parents[1] / "examples"
+NAMES = sorted(path.stem for path in FOLDER.glob("*.py"))
+
+
+@pytest.fixture
+def run(capsys):
+    """Run ``main`` of an example with short settings: its answer, and something was printed."""
+
+    def run(name, **settings):
+        spec = importlib.util.spec_from_file_location(name, FOLDER / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        spec.loader.exec_module(module)
+        assert capsys.readouterr().out == ""
+        found = module.main(**settings)
+        assert capsys.readouterr().out.strip()
+        return found
+
+    return run
+
+
+def test_friction_adds_to_the_force_of_a_block_between_platens(run):
+    forces = run("platens", increments=6, friction=(0.0, 0.3))
+    # Without friction the block stays one: volume gives its width, strain its stress.
+    strain = 2 / np.sqrt(3) * np.log(1 / 0.9)
+    uniform = 2 / np.sqrt(3) * (100.0 + 200.0 * strain) * 20.0 / 0.9
+    assert forces[0.0] == pytest.approx(uniform, rel=5e-3)
+    assert forces[0.3] > 1.2 * forces[0.0]
+
+
+def test_the_bore_of_a_ring_opens_or_closes_by_friction(run):
+    changes = run("ring_compression", increments=6, reduction=0.1, friction=(0.02, 0.3))
+    assert changes[0.02] > 0.02
+    assert changes[0.3] < -0.02
+
+
+def test_a_tube_is_elastic_first_and_then_gives_way(run):
+    rows = np.array(run("tube", increments=4))
+    p, u, elastic = rows.T
+    assert p[-1] == 160.0
+    np.testing.assert_allclose(u[p <= 80], elastic[p <= 80], rtol=2e-3)
+    assert u[-1] > 1.15 * elastic[-1]
+
+
+def test_an_upset_cylinder_springs_back_by_its_elastic_strain(run):
+    loaded, free, expected = run("springback", increments=4)
+    assert loaded == pytest.approx(4.5)
+    assert free - loaded == pytest.approx(expected - loaded, rel=1e-2)
+
+
+def test_friction_is_mu_times_the_normal_force_where_all_slides(run):
+    rows = np.array(run("press_then_slide", increments=6))
+    tau, ratio = rows.T
+    np.testing.assert_allclose(ratio[tau <= 0.5], 0.0, atol=1e-9)
+    np.testing.assert_allclose(ratio[tau > 0.8], 0.2, rtol=1e-9)
+
+
+def test_a_table_is_given_back_by_force_and_area(run):
+    strain, stress, table = np.array(run("hardening_table", increments=10)).T
+    assert strain[-1] > 0.2
+    np.testing.assert_allclose(stress[strain > 0], table[strain > 0], rtol=1e-4)
+
+
+def test_a_mesh_of_a_file_has_its_boundaries_and_marches(run):
+    assert run("mesh_from_file", increments=2) == {"axis": 3, "side": 3, "base": 3, "top": 3}
+
+
+def test_every_example_has_a_test():
+    tested = {
+        node.args[0].value
+        for node in ast.walk(ast.parse(Path(__file__).read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "run"
+    }
+    assert sorted(tested) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_of_the_library_an_example_needs_public_names_alone(name):
+    tree = ast.parse((FOLDER / f"{name}.py").read_text(encoding="utf-8"))
+    modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    modules += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
+    assert [m for m in modules if m.startswith("bipot") and m != "bipot"] == []
