@@ -21,6 +21,7 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.paths import Path
 from bipot.scene import FlatTool, Scene, Support
 from studies.independent_element import orientation
 
@@ -192,7 +193,7 @@ def _tool(
     boundaries: tuple[str, ...],
     gap: float,
     mu: float,
-    path: tuple[tuple[float, float], ...],
+    path: Path,
 ) -> FlatTool:
     """A plane ``gap`` away from the nearest node of its boundaries."""
     nodes = mesh.nodes[mesh.boundary_nodes(*boundaries)]
