@@ -41,6 +41,9 @@ CARRIES = 1e-8
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
 
+ALIGNED = 1e-9
+"""A motion along the tangent below this fraction of the whole is round-off of the frame."""
+
 NEAR = 4.0
 """A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
 
@@ -129,12 +132,35 @@ class Candidates:
                 worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
         return worst
 
+    def dragged(self, tau: float, tau_end: float) -> Floats:
+        """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal."""
+        moved = self._approach(tau, tau_end)
+        small = np.abs(moved[:, 1]) <= ALIGNED * norm(moved)
+        return np.where(self.tangent_free | small, 0.0, -moved[:, 1])
+
+    def torn(self, gap: Floats, nodes: Floats, tau: float, tau_end: float) -> int | None:
+        """A node in touch with a welded tool that a support drives off it, or along it; None if there is none."""
+        size, driven = self.scene.mesh.size, self.scene.driven(tau_end) - self.scene.driven(tau)
+        along = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool] & touches(gap, size)
+        slipping = self.node[along & (self.dragged(tau, tau_end) != 0)]
+        if slipping.size:
+            return int(slipping[0])
+        for tool, held in zip(self.scene.tools, self.held, strict=True):
+            apart = norm(driven[held] - tool.moved(tau, tau_end)) > TOUCHES * size
+            near = touches(tool.distance(nodes[held], tau), size)
+            if tool.welded and (apart & near).any():
+                return int(held[apart & near][0])
+        return None
+
+    def _approach(self, tau: float, tau_end: float) -> Floats:
+        """Motion (c, d) of the tools relative to what is prescribed of the candidates, in their frames."""
+        driven = self.scene.driven(tau_end) - self.scene.driven(tau)
+        return np.vecdot(self.frames, (self.travel(tau, tau_end)[self.tool] - driven[self.node])[:, None])
+
     def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
         """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""
         normal_rows, tangent_rows = self._operators
-        driven = self.scene.driven(tau_end) - self.scene.driven(tau)
-        moved = np.vecdot(self.frames, (self.travel(tau, tau_end)[self.tool] - driven[self.node])[:, None])
-        mu = self.mu
+        moved, mu = self._approach(tau, tau_end), self.mu
         welded = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
         tied = welded & touches(gap, self.scene.mesh.size)
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))

@@ -167,7 +167,8 @@ def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
 
 def _rigid(iterate: Iterate) -> Floats:
     """Rigid motions (n, m) that the supports allow where the increment starts."""
-    return iterate.increment.system.rigid_at(iterate.increment.start.nodes)
+    increment = iterate.increment
+    return increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:

@@ -21,7 +21,7 @@ from bipot.typing import Floats
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
-    return _blocked(system, tau) or _inside(system, state) or _unheld(system, state)
+    return _blocked(system, tau) or _inside(system, state) or _unheld(system, state, tau)
 
 
 def _blocked(system: System, tau: float) -> str | None:
@@ -48,9 +48,10 @@ def _inside(system: System, state: State) -> str | None:
     )
 
 
-def _unheld(system: System, state: State) -> str | None:
+def _unheld(system: System, state: State, tau: float) -> str | None:
+    """A body that is free to move, unless its loads press it back."""
     motion = free_motion(system, state)
-    if motion is None:
+    if motion is None or np.vdot(system.loading.forces(state.nodes, tau), motion) < 0:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""

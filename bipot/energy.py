@@ -67,7 +67,7 @@ class Energies:
         before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
-        r = (1 - theta) * start.forces + theta * end.forces
+        r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
         motion = solved.rows.motion(solved.response.x)
         opened = motion[:, 0] - start.gap
         contacts = system.candidates
@@ -78,7 +78,7 @@ class Energies:
             self.work + tools + loads + float(np.vdot(r[:, 0], opened)),
             self.elastic + float(np.vdot(S, elastic)),
             self.plastic + float(np.vdot(S, end.plastic_strain - flowed)),
-            self.friction - float(np.vdot(r[:, 1:], motion[:, 1:])),
+            self.friction - float(np.vdot(r[:, 1:], motion[:, 1:]) + r[:, 1] @ increment.dragged),
         )
 
 
@@ -92,5 +92,7 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    before = system.reactions(element_force(placed, start.stress), increment.load_before, start.forces)
+    before = system.reactions(
+        element_force(placed, start.stress), increment.load_before, increment.rubbed(start.forces)
+    )
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

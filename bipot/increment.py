@@ -179,10 +179,12 @@ def solve_increment(
 
 
 def _refuse_blocked(increment: Increment, bounds: Bounds) -> None:
-    """Refuse a tool that ends in a node held along its normal: it is in no form's contact law, and no motion helps."""
+    """Refuse a tool that ends in a node held along its normal, and a weld torn by a support: no motion helps."""
     inside = increment.inside / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
+    if increment.torn is not None:
+        raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
 
 
 def _refuse_runaway(iterate: Iterate) -> None:

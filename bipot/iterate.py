@@ -56,6 +56,26 @@ class Increment:
         return scene.driven(self.tau) - scene.driven(self.start.tau)
 
     @cached_property
+    def dragged(self) -> Floats:
+        """Known slips (c,) of candidates that supports hold or drive along the tangent, zero where that is free.
+
+        No unknown knows of the friction there, which goes from tool to support.
+        """
+        return self.system.candidates.dragged(self.start.tau, self.tau)
+
+    def rubbed(self, r: Floats) -> Floats:
+        """Contact forces r (c, d) with the friction -mu r_n sign(slip) where the slip is known: of tool and support."""
+        mu = np.where(np.isfinite(self.rows.mu), self.rows.mu, 0.0)
+        out = r.copy()
+        out[:, 1] -= mu * r[:, 0] * np.sign(self.dragged)
+        return out
+
+    @cached_property
+    def torn(self) -> int | None:
+        """A node that a support drives off or along a tool it is welded to."""
+        return self.system.candidates.torn(self.start.gap, self.start.nodes, self.start.tau, self.tau)
+
+    @cached_property
     def load_before(self) -> Floats:
         """Nodal loads (a, d) at the start."""
         return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.start.tau)
@@ -92,7 +112,8 @@ class Increment:
         moved = float(norm(state.displacement).max())
         length = max(self.reach, float(norm(self.driven).max())) or moved
         if not length:
-            new = norm(self.load_ahead - self.load_before)
+            space = self.system.body.space
+            new = norm(space.spread((self.load_ahead - self.load_before).ravel()[space.free]))
             yielding = float((new / self.system.rigidity.nodal).max())
             length = max(size * stress / young, yielding, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
@@ -164,12 +185,12 @@ class Iterate:
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return self.increment.system.candidates.resultant(r)
+        return self.increment.system.candidates.resultant(self.increment.rubbed(r))
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
         system = self.increment.system
-        return system.reactions(self.response.element_forces, self.nodal_load, r)
+        return system.reactions(self.response.element_forces, self.nodal_load, self.increment.rubbed(r))
 
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
@@ -225,7 +246,8 @@ class Examined:
     def balance(self) -> Balance:
         """Nodal residuals and what they are measured by."""
         space, bounds = self.increment.system.body.space, self.bounds
-        loads = self.iterate.nodal_load
+        # What acts on held unknowns goes into the supports: it measures nothing.
+        loads = space.spread(self.iterate.load)
         force = space.force_scale(self.response.element_forces, loads)
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
         return Balance(

@@ -22,6 +22,8 @@ from bipot.fem.surface import edge_mass, outward_area, outward_area_by_nodes
 from bipot.mesh import Mesh
 from bipot.typing import Floats, Ints, as_numbers
 
+LARGEST_MULTIPLE = 1e12
+
 
 @dataclass(frozen=True)
 class Amplitude:
@@ -40,6 +42,8 @@ class Amplitude:
         tau = table[:, 0]
         rising = bool(np.isfinite(table).all() and (np.diff(tau) > 0).all() and tau[0] == 0 and tau[-1] == 1)
         require(rising, "amplitude.points", self.points, allowed)
+        for multiple in table[:, 1].tolist():
+            require_magnitude(multiple, "amplitude.points, a multiple", LARGEST_MULTIPLE)
         object.__setattr__(self, "points", tuple((float(t), float(m)) for t, m in table))
 
     def at(self, tau: float) -> float:
@@ -137,6 +141,7 @@ class PointForce:
 
     def __post_init__(self) -> None:
         require_count(self.node, "point force.node", 0)
+        object.__setattr__(self, "node", int(self.node))
         _check(self, "point force")
 
     def check(self, mesh: Mesh) -> None:
@@ -160,6 +165,7 @@ class Pressure:
 
     def __post_init__(self) -> None:
         require_number(self.pressure, "pressure.pressure")
+        object.__setattr__(self, "pressure", float(self.pressure))
         require_magnitude(self.pressure, "pressure.pressure", LARGEST_STRESS)
         _check(self, "pressure")
 

@@ -154,7 +154,7 @@ def _increments(
     cache, energies = Cache(), Energies()
     largest = float(np.abs(state.forces).max(initial=0.0))
     number = 0
-    for target in schedule.times():
+    for target in schedule.landing_on(system.body.scene.kinks):
         size, known = target - state.tau, frozenset[int]()
         least = size / 2**control.cuts
         while state.tau < target:
@@ -197,7 +197,7 @@ def _increments(
                 state,
                 accepted,
                 solved,
-                system.candidates.resultant(solved.r),
+                solved.iterate.tool_forces(solved.r),
                 energies,
                 attempt.form,
                 passes,

@@ -133,7 +133,7 @@ class Body:
         Raises:
             InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
         """
-        start, du = self.scene.origin(response.state.nodes), response.du
+        start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
         refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
 

@@ -32,7 +32,7 @@ from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import RAMP, Amplitude, Load
+from bipot.loads import RAMP, Amplitude, Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import Path, checked, multiples, pair
 from bipot.typing import Bools, Floats, Ints, read_only
@@ -67,6 +67,7 @@ class Prescribed(Support):
     def __post_init__(self) -> None:
         super().__post_init__()
         require_number(self.displacement, "prescribed.displacement")
+        object.__setattr__(self, "displacement", float(self.displacement))
         require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
         require_magnitude(self.displacement, "prescribed.displacement", LARGEST_LENGTH)
         require_type(self.amplitude, Amplitude, "prescribed.amplitude")
@@ -188,7 +189,8 @@ class Scene:
         )
         self._check_driven()
         self._check_axis()
-        for load in self.loads:
+        for k, load in enumerate(self.loads):
+            require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
         for k, tool in enumerate(self.tools):
             self._check_candidates(tool, f"tools[{k}]")
@@ -201,6 +203,14 @@ class Scene:
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
+        moving = [s.amplitude for s in self.supports if isinstance(s, Prescribed)]
+        taus = {tau for amplitude in (*moving, *(load.amplitude for load in self.loads)) for tau, _ in amplitude.points}
+        taus |= {tau for tool in self.tools for tau, _ in tool.path}
+        return tuple(sorted(tau for tau in taus if 0 < tau < 1))
 
     def origin(self, nodes: Floats) -> Floats:
         """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""

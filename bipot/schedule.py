@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from bipot.errors import require, require_count, require_number
+
+SAME = 1e-9
+"""Pseudo-times nearer to each other are one."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,11 @@ class Schedule:
             require_number(landing, "landing")
             require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
         require(len(set(self.landings)) == len(self.landings), "landings", self.landings, "different")
+
+    def landing_on(self, kinks: Iterable[float]) -> list[float]:
+        """The scheduled pseudo-times, and the ``kinks`` that they leave out: between two nothing changes its rate."""
+        times = self.times()
+        return sorted([*times, *(kink for kink in kinks if np.abs(np.array(times) - kink).min() > SAME)])
 
     def times(self) -> list[float]:
         """The scheduled pseudo-times, the last one exactly 1."""

@@ -96,9 +96,9 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
-    loads = system.loading.forces(nodes, start.tau)
-    residual = body.space.vector(forces) - loads.ravel()[body.space.free] - contacts.load(start.forces)
-    off, scale = float(norm(body.space.spread(residual)).max()), body.space.force_scale(forces, loads)
+    loads = system.loading.forces(nodes, start.tau).ravel()[body.space.free]
+    residual = body.space.spread(body.space.vector(forces) - loads - contacts.load(start.forces))
+    off, scale = float(norm(residual).max()), body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.displacement).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from bipot.errors import SceneError
+from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Form, Newton, Tangent
@@ -18,7 +19,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Amplitude, BodyForce, Load, PointForce, Pressure, Traction
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, ring
-from bipot.scene import Prescribed, Scene, Support
+from bipot.scene import FlatTool, Prescribed, Scene, Support
 from tests.scenes import PLANES
 
 FORMS = [Newton(), Tangent(), Dissipation()]
@@ -211,3 +212,100 @@ def test_bad_prescriptions_are_refused_by_name():
         bar(supports=(Prescribed("base", 1, 1.0),))
     with pytest.raises(SceneError, match=r"scene\.loads"):
         bar(loads=("weight",))
+
+
+def pressed(*extra: Load, held: tuple[Support, ...] = ()) -> Scene:
+    """A plastic block under a traction, its base held in both directions."""
+    mesh = block(2.0, 1.0, 2, 2)
+    supports = (Support("base", 0), Support("base", 1), *held)
+    material = VonMises(Elasticity(1000.0, 0.3), Linear(1.0, 100.0))
+    return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, loads=(Traction("top", (0.0, -1.5)), *extra))
+
+
+@pytest.mark.parametrize("form", FORMS, ids=named)
+@pytest.mark.parametrize(
+    "load", [PointForce(0, (1e9, 1e9)), Traction("base", (1e6, 1e6))], ids=["point force", "traction"]
+)
+def test_a_load_on_held_nodes_goes_into_the_support_and_measures_nothing(form, load):
+    alone, loaded = (last(scene, Schedule(4), form) for scene in (pressed(), pressed(load)))
+    np.testing.assert_allclose(loaded.state.nodes, alone.state.nodes, rtol=0, atol=1e-8)
+    assert loaded.solved.certificate.resolution.equilibrium < 1e-9
+
+
+def dragging(mu: float, pulled: float) -> Scene:
+    """A strip pressed on a tool at rest, both ends driven along it."""
+    mesh = block(2.0, 0.5, 2, 1)
+    ends = tuple(Prescribed(name, 0, pulled, Amplitude(((0, 0), (0.5, 0), (1, 1)))) for name in ("left", "right"))
+    press = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    tool = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), mu)
+    loads = (Traction("top", (0.0, -3.0), press),)
+    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1000.0, 0.0)), ends, (tool,), loads=loads)
+
+
+def test_what_a_support_drives_along_a_tool_rubs_on_it():
+    """All five contacts slip, the corners by what is prescribed: the tool feels mu N, and the energies know it."""
+    *_, before, end = march(dragging(0.3, 0.3), Schedule(8), Control(Newton()))
+    (push, pull) = end.tool_forces[0, 1], end.tool_forces[0, 0]
+    assert push == pytest.approx(6.0, rel=1e-6)
+    assert pull == pytest.approx(-0.3 * push, rel=1e-9)
+    reactions = end.solved.iterate.reactions(end.solved.r)
+    assert reactions[:, 0].sum() == pytest.approx(0.3 * push, rel=1e-6)
+    assert end.energies.friction - before.energies.friction == pytest.approx(0.3 * push * 0.3 / 4, rel=2e-2)
+    assert abs(end.energies.energy_error) < 1e-2
+
+
+@pytest.mark.parametrize("scene", [dragging(np.inf, 0.3)], ids=["along"])
+def test_a_weld_that_a_support_tears_is_refused(scene):
+    with pytest.raises(IncrementFailed, match="against the tool that it is welded to"):
+        last(scene, Schedule(4), Newton())
+
+
+def test_a_weld_that_a_support_lifts_is_refused():
+    mesh = block(1.0, 1.0, 2, 2)
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), np.inf)
+    supports = (Support("base", 1), Prescribed("left", 1, -0.1), Support("right", 0))
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1.0, 0.3)), supports[1:], (tool,))
+    with pytest.raises(IncrementFailed, match="against the tool that it is welded to"):
+        last(scene, Schedule(2), Newton())
+
+
+def test_a_body_turned_inside_out_is_refused_in_small_strain_too():
+    scene = replace(bar(supports=(Prescribed("top", 1, -8.0),)), configuration=Configuration.SMALL)
+    with pytest.raises(IncrementFailed, match="not positive"):
+        last(scene, Schedule(2), Newton())
+
+
+def test_a_march_lands_on_every_corner_of_an_amplitude():
+    there_and_back = Amplitude(((0.0, 0.0), (0.3, 1.0), (1.0, 0.0)))
+    scene = replace(pressed(), loads=(Traction("top", (0.0, -1.5), there_and_back),))
+    steps = list(march(scene, Schedule(1), Control(Newton())))
+    assert [a.state.tau for a in steps] == [0.3, 1.0]
+    assert steps[-1].state.peeq.max() > 1e-3
+
+
+def test_magnitudes_are_plain_numbers_whatever_they_came_as():
+    for value in (np.float16(2.0), np.float32(2.0), Fraction(2), 2):
+        assert type(Pressure("top", value).pressure) is float
+        assert type(Prescribed("top", 1, value).displacement) is float
+    with pytest.raises(SceneError, match=r"amplitude\.points"):
+        Amplitude(((0.0, 0.0), (1.0, 1e300)))
+
+
+def test_a_load_without_forces_is_refused():
+    class Nothing:
+        amplitude = Amplitude()
+
+        def check(self, mesh: Mesh) -> None:
+            pass
+
+    with pytest.raises(SceneError, match=r"scene\.loads\[0\].*gives its forces"):
+        bar(loads=(Nothing(),))
+
+
+def test_a_floating_body_in_small_strain_with_loads_in_balance_is_solved():
+    """Its free rotation is that of the body at rest."""
+    scene = bar((Traction("top", (0.0, 300.0)), Traction("base", (0.0, -300.0))))
+    scene = replace(scene, supports=(), configuration=Configuration.SMALL)
+    end = last(scene, Schedule(5), Newton())
+    np.testing.assert_allclose(end.state.stress[..., 1], 300.0, rtol=1e-6)
+    assert end.solved.undetermined

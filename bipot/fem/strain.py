@@ -4,7 +4,8 @@ r"""Strain measures: where an increment's strain and equilibrium are evaluated, 
 rotation; the stress is rotated by the whole; equilibrium, hence B and the volumes, at x_n + dU. With H the displacement
 gradient at the end, that at the middle is H (I - H/2)^-1. The rotation of spin w is the angle 2 atan(|w|/2).
 ``paper``: strain, B and volumes on x_n, no rotation (the geometry follows by (30) afterwards).
-``small``: the same on the configuration at rest: small strain, in which a limit load is a plateau.
+``small``: the same on the configuration at rest: small strains and rotations, in which a limit load is a plateau where
+the element has one. Gaps are those of where the body has come to, which is asked not to be folded.
 
 The element tangent d f / d dU: in the last two nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
 rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress as H' has
@@ -112,9 +113,7 @@ class Fixed:
         return element_stiffness(kin, stresses.moduli)
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """Start and end; the body at rest alone where that is all there is."""
-        if self.at_rest:
-            return {"at rest": nodes}
+        """Start and end."""
         return {"at the end of the increment": nodes + du, "at the start of the increment": nodes}
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
