@@ -84,6 +84,14 @@ def test_the_python_example_runs_and_prints_a_certified_line_an_increment(capsys
     assert all("bipotential gap" in line and float(line.rsplit(maxsplit=1)[1]) < 1e-7 for line in lines)
 
 
+def test_the_tube_of_the_page_on_scenes_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", text(ROOT / "docs" / "scenes.md"), re.DOTALL)
+    exec(compile(code, "scenes.md", "exec"), {})
+    outer = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()]
+    assert len(outer) == 10
+    assert 200.08 < outer[-1] < 200.2
+
+
 def test_the_two_commands_open_the_readme_and_are_in_the_makefile():
     for command in ("run", "test"):
         assert f"make {command} " in text(README)[:800]
