@@ -13,12 +13,14 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import VonMises
+from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import FlatTool, Scene
 from bipot.typing import Floats, Ints
 from studies.independent_contact import FREE
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
+from studies.independent_loads import Applied, nodal_loads
 
 
 def setting_of(scene: Scene) -> Setting:
@@ -37,6 +39,8 @@ def setting_of(scene: Scene) -> Setting:
         yield_stress=_curve(scene.material.hardening),
         held=held,
         size=float(np.ptp(scene.mesh.nodes, axis=0).max()),
+        rest=scene.mesh.nodes,
+        small=scene.configuration is Configuration.SMALL,
     )
 
 
@@ -72,6 +76,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
+        loads=_loads(scene, setting, start, end),
     )
 
 
@@ -100,6 +105,45 @@ def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
     out = np.zeros((len(scene.tools), *scene.mesh.nodes.shape))
     out[tool, node] = state.forces[:, :1] * normal + state.forces[:, 1:] * tangent
     return out
+
+
+def _loads(scene: Scene, setting: Setting, start: State, end: State) -> tuple[Floats, Floats, Floats]:
+    """Nodal forces at start and end, each where equilibrium is asked, and the sizes of those at the end."""
+    s, paper = setting, scene.configuration is Configuration.PAPER
+    begun, ended = (s.rest, s.rest) if s.small else (start.nodes, start.nodes if paper else end.nodes)
+    at = [
+        nodal_loads(_applied(scene, state.tau), s.rest, nodes, s.elements, s.quadrature, s.axisymmetric)
+        for state, nodes in ((start, begun), (end, ended))
+    ]
+    return at[0][0], at[1][0], at[1][1]
+
+
+def _applied(scene: Scene, tau: float) -> Applied:
+    """The loads at a time, in plain numbers."""
+    nodes, body, edges, traction, pressure = scene.mesh.nodes, np.zeros(2), list[Ints](), list[Floats](), list[float]()
+    point = np.zeros(nodes.shape)
+    for load in scene.loads:
+        taus, multiples = np.transpose(load.amplitude.points)
+        now = float(np.interp(tau, taus, multiples))
+        if isinstance(load, BodyForce):
+            body += now * np.array(load.vector)
+        elif isinstance(load, PointForce):
+            point[load.node] += now * np.array(load.vector)
+        elif isinstance(load, Traction | Pressure):
+            mine = scene.mesh.boundaries[load.boundary]
+            pushes = isinstance(load, Pressure)
+            edges += list(mine)
+            traction += [np.zeros(2) if pushes else now * np.array(load.vector)] * len(mine)
+            pressure += [now * load.pressure if pushes else 0.0] * len(mine)
+    holders = [int(np.flatnonzero(np.isin(scene.mesh.elements, edge).sum(axis=1) == 3)[0]) for edge in edges]
+    return Applied(
+        body=body,
+        edges=np.array(edges, dtype=np.intp).reshape(-1, 3),
+        owner=np.array(holders, dtype=np.intp),
+        traction=np.array(traction).reshape(-1, 2),
+        pressure=np.array(pressure),
+        point=point,
+    )
 
 
 def _moment(state: State) -> Moment:

@@ -19,6 +19,7 @@ from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import Amplitude, BodyForce, Load, PointForce, Pressure, Traction
 from bipot.march import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Path
@@ -64,9 +65,52 @@ def draw(seed: int) -> Drawn:
         quadrature=Quadrature(rng.choice([q.value for q in Quadrature])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
+    scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
     form = str(rng.choice(FORMS, p=SHARES))
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
     return Drawn(body, scene, _schedule(rng, tools, travel > FORMING * size), form, integration)
+
+
+def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
+    """Two of five scenes with one or two loads, up to what makes the body yield, sometimes in small strain."""
+    if rng.random() < 0.6:
+        return scene
+    mesh, edges = scene.mesh, [name for name in scene.mesh.boundaries if name not in ("axis", "base")]
+    area = mesh.size if scene.geometry is Geometry.PLANE_STRAIN else mesh.size**2
+
+    def load() -> Load:
+        size, boundary = stress * 10.0 ** rng.uniform(-5, -0.3), str(rng.choice(edges))
+        way = size * rng.uniform(-1, 1, 2)
+        if scene.geometry is Geometry.AXISYMMETRIC:
+            way[0] *= rng.random() < 0.5
+        vector, amplitude = (float(way[0]), float(way[1])), _amplitude(rng)
+        kind = rng.choice(["pressure", "traction", "body", "point"], p=[0.45, 0.25, 0.2, 0.1])
+        if kind == "pressure":
+            return Pressure(boundary, float(size * rng.choice([1, 1, 1, -1])), amplitude)
+        if kind == "traction":
+            return Traction(boundary, vector, amplitude)
+        if kind == "body":
+            return BodyForce((vector[0] / mesh.size, vector[1] / mesh.size), amplitude)
+        node = int(rng.choice(mesh.boundary_nodes(*edges)))
+        return PointForce(node, (0.1 * area * vector[0], 0.1 * area * vector[1]), amplitude)
+
+    small = rng.random() < 0.25
+    return replace(
+        scene,
+        loads=tuple(load() for _ in range(int(rng.integers(1, 3)))),
+        configuration=Configuration.SMALL if small else scene.configuration,
+    )
+
+
+def _amplitude(rng: Rng) -> Amplitude:
+    """Once, there and back, at once."""
+    every = (
+        ((0.0, 0.0), (1.0, 1.0)),
+        ((0.0, 0.0), (0.5, 1.0), (1.0, float(rng.uniform(-0.5, 0.5)))),
+        ((0.0, 0.0), (0.25, 1.0), (1.0, 1.0)),
+        ((0.0, 1.0), (1.0, 1.0)),
+    )
+    return Amplitude(every[rng.choice(4, p=[0.5, 0.25, 0.15, 0.1])])
 
 
 def _mesh(rng: Rng, body: str, size: float) -> Mesh:

@@ -10,6 +10,7 @@ import numpy as np
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.scene import FlatTool, Scene
 from bipot.typing import Floats, Ints
@@ -53,10 +54,14 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
         Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
     )
     tools = tuple(_moved(tool, lambda x: x * length, lambda x: x * length) for tool in scene.tools)
-    other = replace(
-        scene, mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries), material=material, tools=tools
-    )
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
+    other = replace(
+        scene,
+        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
+        material=material,
+        tools=tools,
+        loads=tuple(_in_units(load, length, stress, force) for load in scene.loads),
+    )
     return Variant("units", other, np.arange(len(mesh.nodes)), np.ones(2), length, force)
 
 
@@ -65,7 +70,8 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
     tools = tuple(_moved(tool, lambda x: x * sign, lambda x: x * sign, lambda n: n * sign) for tool in scene.tools)
-    other = replace(scene, mesh=Mesh(mesh.nodes * sign, mesh.elements[:, ACROSS[axis]], mesh.boundaries), tools=tools)
+    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, ACROSS[axis]], mesh.boundaries)
+    other = replace(scene, mesh=mesh, tools=tools, loads=tuple(_turned(load, sign) for load in scene.loads))
     return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
 
 
@@ -76,7 +82,10 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
     x[nodes] = mesh.nodes
     boundaries = {name: nodes[edges] for name, edges in mesh.boundaries.items()}
     tools = tuple(replace(t, mu_at={int(nodes[a]): mu for a, mu in t.mu_at.items()}) for t in scene.tools)
-    other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries), tools=tools)
+    loads = tuple(
+        replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
+    )
+    other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries), tools=tools, loads=loads)
     return Variant("renumbered", other, nodes, np.ones(2), 1.0, 1.0)
 
 
@@ -96,6 +105,22 @@ def _moved(
         travel=pair(travel(np.array(tool.travel))),
         normal=pair(normal(np.array(tool.normal))),
     )
+
+
+def _in_units(load: Load, length: float, stress: float, force: float) -> Load:
+    if isinstance(load, Pressure):
+        return replace(load, pressure=load.pressure * stress)
+    if isinstance(load, BodyForce | Traction | PointForce):
+        unit = stress / length if isinstance(load, BodyForce) else stress if isinstance(load, Traction) else force
+        return replace(load, vector=(load.vector[0] * unit, load.vector[1] * unit))
+    raise TypeError(f"no units known for {load!r}")
+
+
+def _turned(load: Load, sign: Floats) -> Load:
+    if isinstance(load, BodyForce | Traction | PointForce):
+        # No signed zeros, as for tools.
+        return replace(load, vector=(load.vector[0] * sign[0] + 0.0, load.vector[1] * sign[1] + 0.0))
+    return load
 
 
 def _hardening(curve: Hardening, stress: float) -> Hardening:

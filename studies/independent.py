@@ -70,7 +70,7 @@ def _deviator(t: Floats) -> Floats:
 def measure(setting: Setting, step: Step) -> Measures:
     """All measures of an increment."""
     s, u = setting, step.displacement[setting.elements]
-    start, nodes = step.start.nodes, step.start.nodes + step.displacement
+    start, nodes = s.rest if s.small else step.start.nodes, step.start.nodes + step.displacement
     strained = place(start + step.displacement / 2 if s.midpoint else start, s.elements, s.quadrature, s.axisymmetric)
     ended = place(nodes if s.midpoint else start, s.elements, s.quadrature, s.axisymmetric)
     G = displacement_gradient(strained, u)
@@ -83,7 +83,9 @@ def measure(setting: Setting, step: Step) -> Measures:
     elastic, flow, yielding = _material(s, step, strain, Q, blur)
     stored, spent, plastic = _energies(s, step, strain, Q, ended)
     unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
-    energies = contact.work, stored, spent, contact.spent
+    begun, ended_by, _ = step.loads
+    applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
+    energies = contact.work + applied, stored, spent, contact.spent
     middles = [start + step.displacement / 2] if s.midpoint else []
     return Measures(
         equilibrium=_equilibrium(s, step, ended, blur),
@@ -115,15 +117,17 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     c, count = step.contacts, len(step.end.nodes)
     element = element_forces(placed, step.end.stress)
     forces = step.end.forces[:, :1] * c.normal + step.end.forces[:, 1:] * c.tangent
-    residual = nodal(s.elements, element, count)
+    residual = nodal(s.elements, element, count) - step.loads[1]
     np.subtract.at(residual, c.node, forces)
     residual[s.held] = 0.0
     # What the body carried at the start counts: unloading ends where forces are what solving has left of them.
     carried = [element, element_forces(placed, step.start.stress)]
-    scale = max(float(nodal(s.elements, np.linalg.norm(f, axis=-1), count).max()) for f in carried)
+    acting = np.linalg.norm(np.where(s.held, 0.0, step.loads[1]), axis=1)
+    scale = max(float((nodal(s.elements, np.linalg.norm(f, axis=-1), count) + acting).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
     round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
     np.add.at(round_off, c.node, EPS * np.linalg.norm(forces, axis=1))
+    round_off += EPS * step.loads[2]
     return beyond(np.linalg.norm(residual, axis=1), round_off, scale)
 
 

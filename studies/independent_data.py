@@ -18,7 +18,10 @@ EPS = 64 * float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True)
 class Setting:
-    """What does not change in a run. ``held`` (a, 2) says which components a support fixes."""
+    """What does not change in a run. ``held`` (a, 2) says which components a support fixes.
+
+    ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked.
+    """
 
     elements: Ints
     axisymmetric: bool
@@ -29,6 +32,8 @@ class Setting:
     yield_stress: Callable[[Floats], Floats]
     held: Bools
     size: float
+    rest: Floats
+    small: bool = False
 
     @property
     def shear(self) -> float:
@@ -73,6 +78,7 @@ class Moment:
 class Step:
     """An accepted increment. ``gap`` (c,) is the one stored, or None; ``flow`` that of the increment before, or None.
 
+    ``loads`` are nodal forces (a, 2) at start and end and the sizes (a,) of what they are summed of.
     ``held`` are nodes of the tools' boundaries that supports hold along the normal: no candidates, and without force.
     ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
     before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
@@ -87,6 +93,7 @@ class Step:
     gap: Floats | None
     flow: tuple[Floats, Floats] | None
     largest: float
+    loads: tuple[Floats, Floats, Floats]
     energy: float = 0.0
 
 
