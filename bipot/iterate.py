@@ -169,7 +169,8 @@ class Iterate:
     @cached_property
     def residual(self) -> Floats:
         """Internal forces less the load (n,): what the contacts have to balance."""
-        return self.response.internal - self.load
+        internal = self.response.internal
+        return internal - self.load if self.increment.system.loading.loads else internal
 
     def stiffness(self, kind: TangentKind) -> sp.csc_matrix:
         """K of the convex model."""
@@ -197,7 +198,8 @@ class Iterate:
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), increment.travel)
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
-        return float(tools + np.vdot(self.nodal_load, self.response.du) + driven)
+        loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
+        return float(tools + loads + driven)
 
     def examined(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Examined:
         """The same with contact forces r (c, d), to be certified; ``largest`` is the largest of the run so far."""
@@ -246,8 +248,10 @@ class Examined:
     def balance(self) -> Balance:
         """Nodal residuals and what they are measured by."""
         space, bounds = self.increment.system.body.space, self.bounds
-        # What acts on held unknowns goes into the supports: it measures nothing.
-        loads = space.spread(self.iterate.load)
+        loads = np.zeros((1, 1))
+        if self.increment.system.loading.loads:
+            # What acts on held unknowns goes into the supports: it measures nothing.
+            loads = space.spread(self.iterate.load)
         force = space.force_scale(self.response.element_forces, loads)
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
         return Balance(

@@ -223,9 +223,15 @@ class Scene:
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
         out = np.zeros(self.mesh.nodes.shape)
-        for support in self.supports:
-            out[self.mesh.boundary_nodes(support.boundary), support.direction] = support.at(tau)
+        for support, nodes in self._driven:
+            out[nodes, support.direction] = support.at(tau)
         return out
+
+    @cached_property
+    def _driven(self) -> list[tuple[Prescribed, Ints]]:
+        """Supports that move, and their nodes."""
+        moving = [support for support in self.supports if isinstance(support, Prescribed)]
+        return [(support, self.mesh.boundary_nodes(support.boundary)) for support in moving]
 
     def _check_driven(self) -> None:
         """No node is prescribed two displacements along one axis, and none on a ring's axis moves off it."""

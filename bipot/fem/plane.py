@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.fem.reduction import SQRT2, Geometry, Reduction
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats
 
-UNIT = np.array([1.0, 0.0, 0.0, 1.0])
+UNIT = np.eye(2)
 MANDEL = 4
 
 
@@ -26,17 +26,8 @@ def _rotations() -> Floats:
     return out @ Geometry.AXISYMMETRIC.reduction.symmetric
 
 
-def _transported() -> Ints:
-    """Where the entries (5, 5) of the transport are among the products L_ik R_mj, the hoop's entry and zero."""
-    out = np.full((5, 5), 17)
-    i, j, k, m = np.indices((2, 2, 2, 2))
-    out[2 * j + i, 2 * m + k] = 4 * (2 * k + i) + 2 * j + m
-    out[4, 4] = 16
-    return out
-
-
-ROTATIONS, TRANSPORTED = _rotations(), _transported()
-for _table in (UNIT, ROTATIONS, TRANSPORTED):
+ROTATIONS = _rotations()
+for _table in (UNIT, ROTATIONS):
     _table.flags.writeable = False
 
 
@@ -133,10 +124,11 @@ def strain_by_gradient(
 def _transport(middle: Floats, reduction: Reduction) -> Floats:
     """d g_middle / d g_end (..., m, m): (I - G/2) dg (I + G/2), and 1 - h^2/4 for the hoop strain."""
     shape, m = middle.shape[:-1], middle.shape[-1]
-    half = middle[..., :4] / 2
-    entries = np.empty((*shape, 18))
-    products = entries[..., :16].reshape(*shape, 4, 4)
-    np.multiply((UNIT - half)[..., :, None], (UNIT + half)[..., None, :], out=products)
-    entries[..., 16] = 1 - middle[..., 4] ** 2 / 4 if reduction.ring else 1.0
-    entries[..., 17] = 0.0
-    return entries.take(TRANSPORTED[:m, :m].ravel(), axis=-1).reshape(*shape, m, m)
+    half = (middle[..., :4] / 2).reshape(*shape, 2, 2)
+    # Column by column, g has G transposed: L' and R' are what stands here.
+    left, right = (UNIT - half).swapaxes(-1, -2), UNIT + half
+    out = np.zeros((*shape, m, m))
+    out[..., :4, :4] = (left[..., None, :, None, :] * right[..., :, None, :, None]).reshape(*shape, 4, 4)
+    if reduction.ring:
+        out[..., 4, 4] = 1 - middle[..., 4] ** 2 / 4
+    return out

@@ -34,11 +34,12 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Scratch:
-    """Memory of element tangents, to be used again: D and Z D (e, q, m, dk), K_e (e, dk, dk).
+    """Memory of element tangents, to be used again: Z (e, q, m, m), D and Z D (e, q, m, dk), K_e (e, dk, dk).
 
     These are the largest arrays of a Newton pass. Asked for anew each time, they cost more than what is done with them.
     """
 
+    Z: Floats
     D: Floats
     ZD: Floats
     K: Floats
@@ -46,8 +47,10 @@ class Scratch:
     @staticmethod
     def of(elements: int, points: int, unknowns: int, reduction: Reduction) -> Scratch:
         """For e elements of q points and dk unknowns."""
-        size = (elements, points, len(reduction.entries), unknowns)
-        return Scratch(np.zeros(size), np.empty(size), np.empty((elements, unknowns, unknowns)))
+        m = len(reduction.entries)
+        size = (elements, points, m, unknowns)
+        square = np.empty((elements, points, m, m)), np.empty((elements, unknowns, unknowns))
+        return Scratch(square[0], np.zeros(size), np.empty(size), square[1])
 
 
 @dataclass(frozen=True)
@@ -151,7 +154,7 @@ class Midpoint:
         by_g = forms.strain_by_gradient(reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear)
         # SYMMETRIC' times it: rows are only copied, those of shear twice.
         component, factor = reduction.copied
-        Z = (s.moduli @ by_g).take(component, axis=-2)
+        Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
         Z *= factor
         Z += moving_gradient(s.returned, reduction)
         Z *= kin.volume[..., None, None]

@@ -117,11 +117,10 @@ def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening
     falls strictly, so the root is unique and kinks of σ_Y cannot make it cycle.
     """
     three_g = 3.0 * shear
-    low = np.zeros_like(q)
     excess = q - hardening.yield_stress(peeq)
-    # A little wider than needed, for the root of perfect plasticity to lie strictly inside.
-    high = (1.0 + _ROUND_OFF) * excess / three_g
     dp = excess / (three_g + hardening.slope(peeq))
+    # A little wider than needed, for the root of perfect plasticity to lie strictly inside.
+    low, high = 0.0, (1.0 + _ROUND_OFF) * excess / three_g
     for _ in range(_MAX_ITERATIONS):
         residual = q - three_g * dp - hardening.yield_stress(peeq + dp)
         if (np.abs(residual) <= _ROUND_OFF * q).all():
@@ -154,10 +153,11 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
     s = deviator(trial)
     q = np.sqrt(1.5) * norm(s)
     plastic = np.asarray(q > hardening.yield_stress(peeq))
-    dpeeq = np.zeros(q.shape)
-    if plastic.any():
+    if plastic.all():
+        dpeeq, safe = _plastic_multiplier(q, peeq, elasticity.shear, hardening), q
+    else:
+        dpeeq, safe = np.zeros(q.shape), np.where(plastic, q, 1.0)
         dpeeq[plastic] = _plastic_multiplier(q[plastic], peeq[plastic], elasticity.shear, hardening)
-    safe = np.where(plastic, q, 1.0)
     direction = (np.sqrt(1.5) * plastic / safe)[..., None] * s
     # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
     stress = (hardening.yield_stress(peeq + dpeeq) / safe)[..., None] * s
