@@ -42,7 +42,7 @@ TOUCHES = 1e-9
 """A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
 
 ALIGNED = 1e-9
-"""A motion along the tangent below this fraction of the whole is round-off of the frame."""
+"""A motion along the tangent below this fraction of what tool and support move by is round-off."""
 
 NEAR = 4.0
 """A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
@@ -134,8 +134,10 @@ class Candidates:
 
     def dragged(self, tau: float, tau_end: float) -> Floats:
         """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal."""
-        moved = self._approach(tau, tau_end)
-        small = np.abs(moved[:, 1]) <= ALIGNED * norm(moved)
+        moved, driven = self._approach(tau, tau_end), self.scene.driven(tau_end) - self.scene.driven(tau)
+        # Against what both move by: that they move together is a difference of round-off.
+        lengths = norm(self.travel(tau, tau_end))[self.tool] + norm(driven[self.node])
+        small = np.abs(moved[:, 1]) <= ALIGNED * lengths
         return np.where(self.tangent_free | small, 0.0, -moved[:, 1])
 
     def torn(self, gap: Floats, nodes: Floats, tau: float, tau_end: float) -> int | None:

@@ -150,7 +150,11 @@ def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
     rubs = carries(r)[rows.frictional]
-    along = slip * (rubs / np.where(length > 0, length, 1.0))[:, None]
+    # At the edge of the cone without a slip, one would go against the friction.
+    pull, still = r[rows.frictional, 1:], length == 0
+    ahead = np.where(still[:, None], -pull, slip)
+    size = norm(ahead)
+    along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
     forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
     A = np.vstack([rows.G_n @ N, forward])
     b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
@@ -183,19 +187,25 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
 
 
 def _independent(iterate: Iterate, active: Active, here: Bools) -> int:
-    """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force."""
+    """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force, or of what
+    they forbid, where that is less: forces of two normals that are one are not determined by the slips they cause.
+    """
     rows, motion = iterate.rows, iterate.motion
-    out: list[Floats] = []
+    out, forbidden = list[Floats](), list[Floats]()
     for c in np.flatnonzero(active.closed & here):
         normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
         tangents = rows_of(rows.G_t, _slips(rows, np.arange(rows.count) == c)).toarray()
+        forbidden += [normal, tangents] if active.still[c] else [normal]
         if active.still[c]:
             out += [normal, tangents]
         else:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
             out.append(normal - rows.mu[c] * slip @ tangents if len(tangents) else normal)
-    directions = np.vstack(out)
-    return int(np.linalg.matrix_rank(directions, tol=RANK * np.abs(directions).max(initial=1.0)))
+    return min(_rank(np.vstack(out)), _rank(np.vstack(forbidden)))
+
+
+def _rank(A: Floats) -> int:
+    return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
 
 
 def cleaned(motion: Floats) -> Floats:

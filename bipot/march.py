@@ -108,7 +108,7 @@ class Accepted:
 
     @property
     def unique(self) -> bool:
-        """Whether nothing is undetermined and the first suited form found the answer at once.
+        """Whether no other answer is nearby (nothing is undetermined) and the first suited form found it at once.
 
         What was found after failures and cuts may be one of several exact answers to so long an increment.
         """

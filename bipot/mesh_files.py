@@ -102,7 +102,9 @@ def _quads(mesh: Any) -> Ints:
 
 def _flat(points: Any, cells: Ints) -> Floats:
     """Positions (a, 2) of the nodes (a, 2 or 3): a third coordinate is the same for all that cells use."""
-    points = np.asarray(points, dtype=np.float64)
+    given = np.asarray(points)
+    require(given.dtype.kind in "iuf", "mesh nodes", f"of type {given.dtype}", "numbers")
+    points = given.astype(np.float64)
     require(points.ndim == 2 and points.shape[1] in (2, 3), "mesh nodes", points.shape, "of two or three coordinates")
     require(int(cells.max()) < len(points), "mesh cells", f"node index {cells.max()}", f"below {len(points)} nodes")
     used = points[np.unique(cells)]
@@ -124,13 +126,19 @@ def _tagged(mesh: Any, tag: str | None, names: Mapping[str, int] | None) -> dict
     if tag is None:
         return {}
     blocks = [(b.data, np.asarray(d)) for b, d in zip(mesh.cells, mesh.cell_data[tag], strict=True) if b.type in LINES]
-    whole = all(data.ndim == 1 and (data == np.round(data)).all() for _, data in blocks)
+    whole = all(d.ndim == 1 and d.dtype.kind in "iuf" and bool(np.isfinite(d).all()) for _, d in blocks)
+    whole = whole and all((data == np.round(data)).all() for _, data in blocks)
     require(whole, "tag", tag, "cell data of one whole number a cell")
     values = sorted({int(value) for _, data in blocks for value in np.unique(data)})
     called = {int(of[0]): name for name, of in mesh.field_data.items() if len(of) == 2 and of[1] == 1}
-    wanted = names or {called.get(value, str(value)): value for value in values if value}
+    numbered = [(called.get(value, str(value)), value) for value in values if value]
+    twice = len({name for name, _ in numbered}) < len(numbered)
+    require(bool(names) or not twice, "mesh boundaries", [name for name, _ in numbered], "of different names")
+    wanted = names or dict(numbered)
     for name, value in wanted.items():
-        require(value in values, f"names[{name!r}]", value, f"one of the lines' {tag}: {values}")
+        require(
+            np.ndim(value) == 0 and value in values, f"names[{name!r}]", value, f"one of the lines' {tag}: {values}"
+        )
     return {name: _joined([edges[data == value] for edges, data in blocks]) for name, value in wanted.items()}
 
 
@@ -140,10 +148,20 @@ def _sets_of_lines(mesh: Any) -> dict[str, Ints]:
     for name, sets in mesh.cell_sets.items():
         # meshio keeps numbers of another kind there under names of its own.
         members = [] if name.startswith("gmsh:") else list(zip(mesh.cells, sets, strict=False))
-        members = [(block, which) for block, which in members if which is not None and len(which)]
+        members = [(block, which) for block, which in members if which is not None and np.size(which)]
         if members and all(block.type in LINES for block, _ in members):
-            found[name] = _joined([block.data[which] for block, which in members])
+            found[name] = _joined([block.data[_members(which, len(block.data), name)] for block, which in members])
     return found
+
+
+def _members(which: Any, count: int, name: str) -> Ints:
+    """Numbers (n,) of the members of a set among ``count`` cells, given as numbers or as yes and no."""
+    chosen = np.asarray(which)
+    if chosen.dtype.kind == "b" and chosen.shape == (count,):
+        return np.flatnonzero(chosen)
+    whole = chosen.ndim == 1 and chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < count)).all())
+    require(whole, f"mesh set {name!r}", f"{chosen.dtype} of shape {chosen.shape}", f"numbers of its {count} cells")
+    return chosen.astype(np.intp)
 
 
 def _joined(edges: list[Ints]) -> Ints:

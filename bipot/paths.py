@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require, require_magnitude
 from bipot.typing import Floats
 
 Multiple = float | tuple[float, float]
 """Of the whole travel, or of each of its components."""
 
 Path = tuple[tuple[float, Multiple], ...]
+
+LARGEST_MULTIPLE = 1e100
 
 POINTS = (
     "pairs (tau, multiple) with tau increasing from 0 to 1, the first multiple 0; a multiple is a number, or a pair"
@@ -31,6 +33,8 @@ def checked(path: object, field: str) -> Path:
     taus = np.array([tau for tau, _ in points])
     rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
     require(rising and not np.any(points[0][1]), field, path, POINTS)
+    for multiple in np.ravel([np.broadcast_to(multiple, 2) for _, multiple in points]).tolist():
+        require_magnitude(multiple, f"{field}, a multiple", LARGEST_MULTIPLE)
     return points
 
 
@@ -42,9 +46,16 @@ def multiples(path: Path) -> tuple[Floats, Floats]:
 def pair(value: object, field: str, allowed: str) -> tuple[float, float]:
     """``value`` as two finite numbers."""
     given: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
-    numbers = [isinstance(x, Real) and not isinstance(x, bool) and bool(np.isfinite(float(x))) for x in given]
-    require(numbers == [True, True], field, value, allowed)
+    require(len(given) == 2 and all(map(_finite, given)), field, value, allowed)
     return float(given[0]), float(given[1])
+
+
+def _finite(x: object) -> bool:
+    """Whether ``x`` is a number that a float can hold."""
+    try:
+        return isinstance(x, Real) and not isinstance(x, bool) and bool(np.isfinite(float(x)))
+    except OverflowError:
+        return False
 
 
 def _point(point: object, field: str) -> tuple[float, Multiple]:

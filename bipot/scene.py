@@ -106,6 +106,7 @@ class FlatTool:
             object.__setattr__(self, name, pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
         require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
         require_number(self.mu, "mu")
+        object.__setattr__(self, "mu", float(self.mu))
         require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
         require_type(self.mu_at, Mapping, "mu_at")
         require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")

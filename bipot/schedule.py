@@ -39,7 +39,7 @@ class Schedule:
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
         object.__setattr__(self, "landings", tuple(self.landings))
         require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
-        require(0 <= self.first, "first", self.first, ">= 0")
+        require(self.first == 0 or self.first >= SAME, "first", self.first, f"zero, or at least {SAME:g}")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
         begin = self._start_up()[-1]
@@ -51,7 +51,9 @@ class Schedule:
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
         """The scheduled pseudo-times, and the ``kinks`` that they leave out: between two nothing changes its rate."""
         times = self.times()
-        return sorted([*times, *(kink for kink in kinks if np.abs(np.array(times) - kink).min() > SAME)])
+        # Zero is where the march starts: a rise in no time at all is one of the first increment.
+        known = np.array([0.0, *times])
+        return sorted([*times, *(kink for kink in kinks if np.abs(known - kink).min() > SAME)])
 
     def times(self) -> list[float]:
         """The scheduled pseudo-times, the last one exactly 1."""

@@ -309,3 +309,61 @@ def test_a_floating_body_in_small_strain_with_loads_in_balance_is_solved():
     end = last(scene, Schedule(5), Newton())
     np.testing.assert_allclose(end.state.stress[..., 1], 300.0, rtol=1e-6)
     assert end.solved.undetermined
+
+
+@pytest.mark.parametrize("pulled", [0.1, 0.3, 0.7])
+@pytest.mark.parametrize("mu", [0.3, np.inf])
+def test_what_moves_with_its_tool_does_not_rub_on_it(mu, pulled):
+    """The slip of a node driven along with the tool is round-off: no friction, and no weld is torn."""
+    mesh, move = block(1.0, 1.0, 2, 2), Amplitude(((0.0, 0.0), (0.4, 0.0), (1.0, 1.0)))
+    supports = (Support("base", 1), Prescribed("top", 0, pulled, move))
+    path = ((0.0, (0.0, 0.0)), (0.4, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (pulled, -0.01), ("top",), mu, path)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1000.0, 0.3)), supports, (tool,))
+    for accepted in march(scene, Schedule(5), Control(Newton())):
+        assert accepted.tool_forces[0, 1] < -1.0
+        assert abs(accepted.tool_forces[0, 0]) < 1e-6
+
+
+def test_forces_that_two_tools_share_on_one_node_are_said_to_be_undetermined():
+    """A split die: two tools on one plane, with and without friction, both under the common node, which slides."""
+    mesh = block(2.0, 1.0, 4, 2)
+    edges = mesh.boundary("base")
+    middle = mesh.nodes[edges[:, 1], 0]
+    halves = {"near": edges[middle < 1.0], "far": edges[middle > 1.0]}
+    mesh = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, **halves})
+    dies = [FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), (name,), mu) for name, mu in (("near", 0.3), ("far", 0.0))]
+    loads = (Traction("top", (0.0, -5.0)), Traction("top", (6.0, 0.0), Amplitude(((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)))))
+    spring = (Prescribed("left", 0, 0.01, Amplitude(((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)))),)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1000.0, 0.3)), spring, tuple(dies), loads=loads)
+    end = last(scene, Schedule(4), Tangent())
+    shared = np.intersect1d(halves["near"], halves["far"])
+    assert end.solved.undetermined == (f"forces at node {shared[0]}",)
+    assert not end.unique
+
+
+def test_a_tool_that_slides_in_touch_without_a_force_is_solved():
+    mesh = block(1.0, 1.0, 2, 2)
+    for travel in (0.01, 0.1, 0.013):
+        tool = FlatTool((0.0, 1.0), (0.0, -1.0), (travel, 0.0), ("top",), 0.3)
+        supports = (Support("base", 1), Support("base", 0))
+        scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1000.0, 0.3)), supports, (tool,))
+        for form in (Newton(), Tangent()):
+            end = last(scene, Schedule(2), form)
+            assert not end.solved.r.any() or np.abs(end.solved.r).max() < 1e-9
+
+
+@pytest.mark.parametrize("early", [5e-324, 1e-300, 1e-12])
+def test_a_load_that_rises_in_no_time_is_one_of_the_first_increment(early):
+    at_once = Amplitude(((0.0, 0.0), (early, 1.0), (1.0, 1.0)))
+    steps = list(march(bar((Traction("top", (0.0, 300.0), at_once),)), Schedule(2), Control(Newton())))
+    assert [a.state.tau for a in steps] == [0.5, 1.0]
+    with pytest.raises(SceneError, match="first"):
+        Schedule(2, first=1e-300)
+
+
+def test_numbers_that_no_float_holds_are_refused_by_name():
+    for path in (((0.0, 0.0), (1.0, 10**400)), ((0.0, 0.0), (0.5, 1e308), (1.0, -1e308))):
+        with pytest.raises(SceneError, match=r"tool\.path"):
+            FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -1.0), ("top",), 0.3, path)
+    assert FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -1.0), ("top",), Fraction(1, 2)).mu == 0.5

@@ -295,3 +295,33 @@ def test_without_meshio_the_words_say_what_to_install(monkeypatch):
 def test_other_meshes_than_of_quads_are_refused(given):
     with pytest.raises(SceneError, match="MeshQuad"):
         Mesh.from_skfem(given)
+
+
+@pytest.mark.parametrize("members", [[99], [-1], [0.5], ["a"], 3], ids=str)
+def test_sets_of_no_cells_are_refused_by_name(members):
+    mesh = numbered()
+    mesh.cell_sets = {"odd": [None, members, *[None] * (len(mesh.cells) - 2)]}
+    with pytest.raises(SceneError, match="mesh set 'odd'"):
+        Mesh.from_meshio(mesh)
+
+
+def test_sets_given_as_yes_and_no_are_boundaries():
+    mesh = numbered()
+    mesh.cell_data, mesh.field_data = {}, {}
+    mesh.cell_sets = {"chosen": [None, np.ones(len(mesh.cells[1].data), bool), *[None] * (len(mesh.cells) - 2)]}
+    assert set(Mesh.from_meshio(mesh).boundaries) == {"chosen"}
+
+
+def test_a_name_that_is_another_s_number_is_refused():
+    mesh = numbered()
+    mesh.field_data = {"2": np.array([1, 1])}
+    with pytest.raises(SceneError, match="of different names"):
+        Mesh.from_meshio(mesh)
+
+
+@pytest.mark.parametrize("tags", [["a"], [1j], [np.inf]], ids=str)
+def test_cell_data_that_are_no_numbers_are_refused(tags):
+    mesh = numbered()
+    mesh.cell_data["gmsh:physical"] = [np.array(tags * len(block.data)) for block in mesh.cells]
+    with pytest.raises(SceneError, match="one whole number a cell"):
+        Mesh.from_meshio(mesh)
