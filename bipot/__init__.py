@@ -32,11 +32,13 @@ from bipot.history import Recorder, load
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Amplitude, BodyForce, PointForce, Pressure, Traction
+from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.march import Accepted, Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
-from bipot.scene import FlatTool, Prescribed, Scene, Support, upsetting
+from bipot.paths import Amplitude
+from bipot.scene import Prescribed, Scene, Support, upsetting
 from bipot.schedule import Schedule
+from bipot.tools import FlatTool
 
 __version__ = "0.1.0"
 

@@ -169,7 +169,7 @@ class Bounds:
 def certify(
     contact: ContactFields, material: MaterialFields, balance: Balance, size: float, work: float
 ) -> Certificate:
-    """Recompute the certificate (formulas in the module docstring); body size, work of the tools."""
+    """Recompute the certificate (formulas in the module docstring); body size, external work."""
     gaps, losses = contact_gaps(contact), material_gaps(material)
     contact_gap, material_gap = float(gaps.sum()), float(losses.sum())
     excess = equivalent_stress(material.stress) / material.yield_stress - 1

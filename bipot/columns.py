@@ -83,7 +83,7 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """
     meanings = {
-        "work": "work of the tools",
+        "work": "work of tools, loads and supports",
         "elastic": "elastic energy",
         "plastic": "plastic dissipation and energy stored by hardening",
         "friction": "frictional dissipation",

@@ -68,7 +68,7 @@ class Energies:
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
-        motion = solved.rows.motion(solved.response.x)
+        motion = solved.iterate.motion
         opened = motion[:, 0] - start.gap
         contacts = system.candidates
         tools = float(np.vdot(contacts.resultant(r), increment.travel))

@@ -131,7 +131,8 @@ def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dic
         return out
 
     force = np.zeros(scene.mesh.nodes.shape)
-    np.add.at(force, candidates.node, candidates.vectors(r))
+    increment = accepted.solved.iterate.increment
+    np.add.at(force, candidates.node, candidates.vectors(increment.rubbed(r)))
     gap = accepted.solved.rows.motion(accepted.solved.response.x)[:, 0]
     return {
         "velocity": padded(accepted.state.velocity),

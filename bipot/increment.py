@@ -23,6 +23,7 @@ from bipot.iterate import Examined, Increment, Iterate
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
+from bipot.schedule import SAME
 from bipot.system import System as System
 from bipot.tensors import norm
 from bipot.typing import Floats
@@ -244,10 +245,13 @@ def _predicted(increment: Increment, cache: Cache) -> Floats:
 
     Where no tool, support or load moves or changes, nothing drives it: it stays, for its material knows no time. Where
     tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
-    it over the last motion, which opens them further.
+    it over the last motion, which opens them further. From a corner of a path or an amplitude on, the last motion says
+    nothing of the next: what was fast may be slow.
     """
     start, rows, space = increment.start, increment.rows, increment.system.body.space
     x = cache.pace.predict(start, increment.tau).ravel()[space.free]
+    if any(abs(kink - start.tau) <= SAME for kink in increment.system.body.scene.kinks):
+        return np.zeros_like(x)
     same = np.array_equal(rows.gap, start.gap) and np.array_equal(increment.load_ahead, increment.load_before)
     if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)

@@ -15,53 +15,12 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from bipot.errors import LARGEST_STRESS, require, require_count, require_magnitude, require_number, require_type
-from bipot.fem.elements import Reference
+from bipot.fem.assembly import Space
 from bipot.fem.kinematics import gradients
-from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass, outward_area, outward_area_by_nodes
 from bipot.mesh import Mesh
-from bipot.typing import Floats, Ints, as_numbers
-
-LARGEST_MULTIPLE = 1e12
-
-
-@dataclass(frozen=True)
-class Amplitude:
-    """A multiple of pseudo-time, piecewise linear through the ``points`` (tau, multiple), tau rising from 0 to 1.
-
-    >>> Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 0.2))).at(0.75)
-    0.6
-    """
-
-    points: tuple[tuple[float, float], ...] = ((0.0, 0.0), (1.0, 1.0))
-
-    def __post_init__(self) -> None:
-        allowed = "pairs (tau, multiple) with tau increasing from 0 to 1"
-        table = as_numbers(self.points, "amplitude.points")
-        require(table.ndim == 2 and table.shape[1] == 2 and len(table) > 1, "amplitude.points", self.points, allowed)
-        tau = table[:, 0]
-        rising = bool(np.isfinite(table).all() and (np.diff(tau) > 0).all() and tau[0] == 0 and tau[-1] == 1)
-        require(rising, "amplitude.points", self.points, allowed)
-        for multiple in table[:, 1].tolist():
-            require_magnitude(multiple, "amplitude.points, a multiple", LARGEST_MULTIPLE)
-        object.__setattr__(self, "points", tuple((float(t), float(m)) for t, m in table))
-
-    def at(self, tau: float) -> float:
-        """The multiple at ``tau``."""
-        taus, multiples = zip(*self.points, strict=True)
-        return float(np.interp(tau, taus, multiples))
-
-
-RAMP = Amplitude()
-
-
-@dataclass(frozen=True)
-class Place:
-    """The body at rest that loads act on."""
-
-    mesh: Mesh
-    geometry: Geometry
-    reference: Reference
+from bipot.paths import RAMP, Amplitude, pair
+from bipot.typing import Floats, Ints
 
 
 @runtime_checkable
@@ -82,7 +41,7 @@ class Load(Protocol):
 class Dead(Load, Protocol):
     """A load whose nodal forces the motion of the body leaves alone."""
 
-    def forces(self, place: Place) -> Floats:
+    def forces(self, space: Space) -> Floats:
         """Nodal forces (a, d) at multiple one."""
         ...
 
@@ -95,16 +54,16 @@ class BodyForce:
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
-        _check(self, "body force")
+        _take_vector(self, "body force")
 
     def check(self, mesh: Mesh) -> None:
         """It acts everywhere."""
 
-    def forces(self, place: Place) -> Floats:
+    def forces(self, space: Space) -> Floats:
         """int N_a b dV."""
-        mesh = place.mesh
-        volume = gradients(mesh.nodes, mesh.elements, place.reference, place.geometry).volume
-        share = np.bincount(mesh.elements.ravel(), (volume @ place.reference.values).ravel())
+        mesh = space.mesh
+        volume = gradients(mesh.nodes, mesh.elements, space.reference, space.geometry).volume
+        share = np.bincount(mesh.elements.ravel(), (volume @ space.reference.values).ravel())
         return np.outer(share, self.vector)
 
 
@@ -117,16 +76,17 @@ class Traction:
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
-        _check(self, "traction")
+        require_type(self.boundary, str, "traction.boundary")
+        _take_vector(self, "traction")
 
     def check(self, mesh: Mesh) -> None:
         """The boundary is one of the mesh's surface."""
         _surface(self.boundary, mesh, "traction.boundary")
 
-    def forces(self, place: Place) -> Floats:
+    def forces(self, space: Space) -> Floats:
         """int N_a t dA."""
-        edges, out = place.mesh.boundary(self.boundary), np.zeros(place.mesh.nodes.shape)
-        share = edge_mass(place.mesh.nodes, edges, place.geometry).sum(axis=2)
+        edges, out = space.mesh.boundary(self.boundary), np.zeros(space.mesh.nodes.shape)
+        share = edge_mass(space.mesh.nodes, edges, space.geometry).sum(axis=2)
         np.add.at(out, edges, share[..., None] * np.array(self.vector))
         return out
 
@@ -142,15 +102,15 @@ class PointForce:
     def __post_init__(self) -> None:
         require_count(self.node, "point force.node", 0)
         object.__setattr__(self, "node", int(self.node))
-        _check(self, "point force")
+        _take_vector(self, "point force")
 
     def check(self, mesh: Mesh) -> None:
         """The node exists."""
         require(self.node < len(mesh.nodes), "point force.node", self.node, f"in [0, {len(mesh.nodes)})")
 
-    def forces(self, place: Place) -> Floats:
+    def forces(self, space: Space) -> Floats:
         """The vector at the node."""
-        out = np.zeros(place.mesh.nodes.shape)
+        out = np.zeros(space.mesh.nodes.shape)
         out[self.node] = self.vector
         return out
 
@@ -164,10 +124,10 @@ class Pressure:
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
+        require_type(self.boundary, str, "pressure.boundary")
         require_number(self.pressure, "pressure.pressure")
         object.__setattr__(self, "pressure", float(self.pressure))
-        require_magnitude(self.pressure, "pressure.pressure", LARGEST_STRESS)
-        _check(self, "pressure")
+        _require_bounded(self.pressure, self.amplitude, "pressure.pressure")
 
     def check(self, mesh: Mesh) -> None:
         """The boundary is one of the mesh's surface."""
@@ -178,7 +138,7 @@ class Pressure:
 class Loading:
     """The loads of a body, ready to be asked for nodal forces."""
 
-    place: Place
+    space: Space
     loads: Sequence[Load] = field(default=())
 
     def forces(self, nodes: Floats, tau: float) -> Floats:
@@ -187,39 +147,41 @@ class Loading:
         for load, dead in self._dead:
             out += load.amplitude.at(tau) * dead
         for load, edges, _ in self._followers:
-            area = outward_area(nodes, edges, self.place.geometry)
+            area = outward_area(nodes, edges, self.space.geometry)
             np.add.at(out, edges, -load.amplitude.at(tau) * load.pressure * area)
         return out
 
     def add_stiffness(self, K: Floats, nodes: Floats, tau: float) -> None:
         """Add minus the derivative of the forces with respect to ``nodes`` to element matrices K (e, dk, dk)."""
         for load, edges, owner in self._followers:
-            slopes = outward_area_by_nodes(nodes, edges, self.place.geometry)
-            number = np.argmax(self.place.mesh.elements[owner][:, None, :] == edges[:, :, None], axis=2)
+            slopes = outward_area_by_nodes(nodes, edges, self.space.geometry)
+            number = np.argmax(self.space.mesh.elements[owner][:, None, :] == edges[:, :, None], axis=2)
             dofs = (2 * number[:, :, None] + np.arange(2)).reshape(len(edges), -1)
             at = owner[:, None, None], dofs[:, :, None], dofs[:, None, :]
             np.add.at(K, at, load.amplitude.at(tau) * load.pressure * slopes)
 
     @cached_property
     def _dead(self) -> list[tuple[Dead, Floats]]:
-        return [(load, load.forces(self.place)) for load in self.loads if isinstance(load, Dead)]
+        return [(load, load.forces(self.space)) for load in self.loads if isinstance(load, Dead)]
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
         """Pressures with their edges (f, 3), run anticlockwise, and whose elements they are (f,)."""
-        return [(load, *self.place.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
+        return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
 
 
-def _check(load: BodyForce | Traction | PointForce | Pressure, what: str) -> None:
-    require_type(load.amplitude, Amplitude, f"{what}.amplitude")
-    if not isinstance(load, Pressure):
-        vector = as_numbers(load.vector, f"{what}.vector")
-        finite = vector.shape == (2,) and bool(np.isfinite(vector).all())
-        require(finite, f"{what}.vector", load.vector, "two finite numbers")
-        require_magnitude(float(np.abs(vector).max()), f"{what}.vector", LARGEST_STRESS)
-        object.__setattr__(load, "vector", (float(vector[0]), float(vector[1])))
-    if not isinstance(load, BodyForce | PointForce):
-        require_type(load.boundary, str, f"{what}.boundary")
+def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
+    """The load's vector as two plain numbers."""
+    vector = pair(load.vector, f"{what}.vector", "two finite numbers")
+    object.__setattr__(load, "vector", vector)
+    _require_bounded(max(map(abs, vector)), load.amplitude, f"{what}.vector")
+
+
+def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
+    """A magnitude that stays one of numbers at its largest multiple."""
+    require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
+    require_magnitude(size, field, LARGEST_STRESS)
+    require_magnitude(size * amplitude.largest, f"{field} times its amplitude", LARGEST_STRESS)
 
 
 def _surface(boundary: str, mesh: Mesh, label: str) -> None:

@@ -1,7 +1,9 @@
-"""How far along its travel a tool is: points (tau, multiple) of a piecewise linear path, checked and read."""
+"""Multiples of pseudo-time, piecewise linear through points (tau, multiple): how far a tool is, how large a load."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from numbers import Real
 from typing import Any
 
@@ -11,29 +13,30 @@ from bipot.errors import require, require_magnitude
 from bipot.typing import Floats
 
 Multiple = float | tuple[float, float]
-"""Of the whole travel, or of each of its components."""
+"""Of the whole, or of each of its components."""
 
 Path = tuple[tuple[float, Multiple], ...]
 
+POINTS = "pairs (tau, multiple) with tau increasing from 0 to 1"
+
 LARGEST_MULTIPLE = 1e100
 
-POINTS = (
-    "pairs (tau, multiple) with tau increasing from 0 to 1, the first multiple 0; a multiple is a number, or a pair"
-)
+STRAIGHT = 1e-12
+"""Of the largest multiple: what a point may be off the line of its neighbours without being a corner."""
 
 
-def checked(path: object, field: str) -> Path:
-    """``path`` as plain numbers; raises SceneError unless it leads from (0, 0) to tau = 1.
+def checked(path: object, field: str, allowed: str) -> Path:
+    """``path`` as plain numbers; raises SceneError, saying what is ``allowed``, unless it leads from tau = 0 to 1.
 
-    >>> checked([(0, 0), (0.5, (0, 1)), (1, [1, 1])], "path")
+    >>> checked([(0, 0), (0.5, (0, 1)), (1, [1, 1])], "path", POINTS)
     ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
     """
-    require(isinstance(path, tuple | list), field, path, POINTS)
-    points: Path = tuple(_point(point, field) for point in path)  # type: ignore[attr-defined]
+    require(isinstance(path, tuple | list), field, path, allowed)
+    points: Path = tuple(_point(point, field, allowed) for point in path)  # type: ignore[attr-defined]
     taus = np.array([tau for tau, _ in points])
     rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
-    require(rising and not np.any(points[0][1]), field, path, POINTS)
-    for multiple in np.ravel([np.broadcast_to(multiple, 2) for _, multiple in points]).tolist():
+    require(rising, field, path, allowed)
+    for multiple in multiples(points)[1].ravel().tolist():
         require_magnitude(multiple, f"{field}, a multiple", LARGEST_MULTIPLE)
     return points
 
@@ -41,6 +44,18 @@ def checked(path: object, field: str) -> Path:
 def multiples(path: Path) -> tuple[Floats, Floats]:
     """Pseudo-times (k,) and multiples (k, d) of a path."""
     return np.array([tau for tau, _ in path]), np.array([np.broadcast_to(multiple, 2) for _, multiple in path])
+
+
+def corners(path: Path) -> tuple[float, ...]:
+    """Pseudo-times in (0, 1) at which the rate changes.
+
+    >>> corners(((0.0, 0.0), (0.2, 0.2), (0.5, 0.5), (1.0, 0.0)))
+    (0.5,)
+    """
+    taus, values = multiples(path)
+    part = ((taus[1:-1] - taus[:-2]) / (taus[2:] - taus[:-2]))[:, None]
+    off = np.abs(values[1:-1] - (values[:-2] + part * (values[2:] - values[:-2]))).max(axis=1)
+    return tuple(taus[1:-1][off > STRAIGHT * np.abs(values).max()].tolist())
 
 
 def pair(value: object, field: str, allowed: str) -> tuple[float, float]:
@@ -58,8 +73,41 @@ def _finite(x: object) -> bool:
         return False
 
 
-def _point(point: object, field: str) -> tuple[float, Multiple]:
+def _point(point: object, field: str, allowed: str) -> tuple[float, Multiple]:
     """One point of a path."""
     if isinstance(point, tuple | list) and len(point) == 2 and isinstance(point[1], tuple | list | np.ndarray):
-        return pair((point[0], 0.0), field, POINTS)[0], pair(point[1], field, POINTS)
-    return pair(point, field, POINTS)
+        return pair((point[0], 0.0), field, allowed)[0], pair(point[1], field, allowed)
+    return pair(point, field, allowed)
+
+
+@dataclass(frozen=True)
+class Amplitude:
+    """A multiple of pseudo-time, piecewise linear through the ``points`` (tau, multiple), tau rising from 0 to 1.
+
+    >>> Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 0.2))).at(0.75)
+    0.6
+    """
+
+    points: tuple[tuple[float, float], ...] = ((0.0, 0.0), (1.0, 1.0))
+
+    def __post_init__(self) -> None:
+        points = checked(self.points, "amplitude.points", POINTS)
+        require(all(isinstance(m, float) for _, m in points), "amplitude.points", self.points, POINTS)
+        object.__setattr__(self, "points", points)
+
+    def at(self, tau: float) -> float:
+        """The multiple at ``tau``."""
+        taus, values = self._table
+        return float(np.interp(tau, taus, values[:, 0]))
+
+    @property
+    def largest(self) -> float:
+        """The largest multiple without its sign."""
+        return float(np.abs(self._table[1]).max())
+
+    @cached_property
+    def _table(self) -> tuple[Floats, Floats]:
+        return multiples(self.points)
+
+
+RAMP = Amplitude()

@@ -6,7 +6,6 @@ consistent set (N, mm, MPa or N, m, Pa).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -28,16 +27,14 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.frozen import FrozenMap
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import RAMP, Amplitude, Dead, Load, Pressure
+from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
-from bipot.paths import Path, checked, multiples, pair
+from bipot.paths import RAMP, Amplitude, corners
+from bipot.tools import FlatTool
 from bipot.typing import Bools, Floats, Ints, read_only
-
-LARGEST_MU = 1e12
 
 
 @dataclass(frozen=True)
@@ -69,91 +66,14 @@ class Prescribed(Support):
         require_number(self.displacement, "prescribed.displacement")
         object.__setattr__(self, "displacement", float(self.displacement))
         require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
-        require_magnitude(self.displacement, "prescribed.displacement", LARGEST_LENGTH)
         require_type(self.amplitude, Amplitude, "prescribed.amplitude")
+        for size in (self.displacement, self.displacement * self.amplitude.largest):
+            require_magnitude(size, "prescribed.displacement, its amplitude with it", LARGEST_LENGTH)
         require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
 
     def at(self, tau: float) -> float:
         """The displacement at pseudo-time ``tau``."""
         return self.displacement * self.amplitude.at(tau)
-
-
-@dataclass(frozen=True)
-class FlatTool:
-    """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
-
-    It translates by ``travel`` times the ``path``, piecewise linear through (tau, multiple) with tau from 0 to 1: the
-    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component
-    of ``travel``: (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries
-    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
-    welds: what touches at the start of an increment stays tied.
-
-    Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded.
-    """
-
-    point: tuple[float, float]
-    normal: tuple[float, float]
-    travel: tuple[float, float]
-    candidates: tuple[str, ...]
-    mu: float
-    path: Path = ((0.0, 0.0), (1.0, 1.0))
-    mu_at: Mapping[int, float] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for name in ("point", "normal", "travel"):
-            object.__setattr__(self, name, pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
-        require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
-        require_number(self.mu, "mu")
-        object.__setattr__(self, "mu", float(self.mu))
-        require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
-        require_type(self.mu_at, Mapping, "mu_at")
-        require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
-        for node, mu in self.mu_at.items():
-            require_count(node, "mu_at node", 0)
-            require_number(mu, f"mu_at[{node}]")
-            require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
-        object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
-        self._check_path()
-        object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
-        require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
-        different = len(set(self.candidates)) == len(self.candidates)
-        require(different, "tool.candidates", self.candidates, "different boundaries")
-
-    def _check_path(self) -> None:
-        object.__setattr__(self, "path", checked(self.path, "tool.path"))
-        require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
-        for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
-            require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
-
-    @property
-    def welded(self) -> bool:
-        """Whether contact points are tied instead of sliding."""
-        return bool(np.isinf(self.mu))
-
-    def offset(self, tau: float) -> float:
-        """n . x of the plane's points at pseudo-time tau."""
-        return float(np.dot(self.normal, np.add(self.point, self.moved(0.0, tau))))
-
-    def distance(self, x: Floats, tau: float) -> Floats:
-        """Gaps (…) of points x (…, d) to the plane at pseudo-time tau."""
-        return x @ np.array(self.normal) - self.offset(tau)
-
-    def moved(self, tau: float, tau_end: float) -> Floats:
-        """Displacement (d,) from pseudo-time ``tau`` to ``tau_end``.
-
-        >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
-        array([ 0. , -1.8])
-        """
-        taus, multiples = self._multiples
-        start, end = np.transpose([np.interp([tau, tau_end], taus, own) for own in multiples.T])
-        return (end - start) * np.array(self.travel, dtype=np.float64)
-
-    @cached_property
-    def _multiples(self) -> tuple[Floats, Floats]:
-        """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
-        return multiples(self.path)
 
 
 @dataclass(frozen=True)
@@ -205,13 +125,12 @@ class Scene:
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
-    @property
+    @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
-        moving = [s.amplitude for s in self.supports if isinstance(s, Prescribed)]
-        taus = {tau for amplitude in (*moving, *(load.amplitude for load in self.loads)) for tau, _ in amplitude.points}
-        taus |= {tau for tool in self.tools for tau, _ in tool.path}
-        return tuple(sorted(tau for tau in taus if 0 < tau < 1))
+        moving = [support for support in self.supports if isinstance(support, Prescribed)]
+        paths = [*(part.amplitude.points for part in (*moving, *self.loads)), *(tool.path for tool in self.tools)]
+        return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
     def origin(self, nodes: Floats) -> Floats:
         """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""

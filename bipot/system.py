@@ -11,7 +11,7 @@ from bipot.certificate import EPS
 from bipot.contact import Candidates, candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
-from bipot.loads import Loading, Place
+from bipot.loads import Loading
 from bipot.response import Body, State, body_space, rest
 from bipot.scene import Scene
 from bipot.typing import Floats
@@ -39,8 +39,7 @@ class System:
     @cached_property
     def loading(self) -> Loading:
         """The scene's loads."""
-        scene = self.body.scene
-        return Loading(Place(scene.mesh, scene.geometry, self.body.space.reference), scene.loads)
+        return Loading(self.body.space, self.body.scene.loads)
 
     def reactions(self, element_forces: Floats, load: Floats, r: Floats) -> Floats:
         """Forces (a, d) of the supports that balance element forces (e, dk), nodal loads (a, d), contacts r (c, d)."""

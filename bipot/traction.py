@@ -37,7 +37,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
 from bipot.laws.coulomb import status
 from bipot.programs.data import ContactRows
-from bipot.scene import FlatTool
+from bipot.tools import FlatTool
 from bipot.typing import Bools, Floats, Ints
 
 SLIP_TOLERANCE = 1e-6

@@ -16,7 +16,8 @@ from bipot.laws.von_mises import VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.march import Accepted
 from bipot.response import State
-from bipot.scene import FlatTool, Scene
+from bipot.scene import Scene
+from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
 from studies.independent_contact import FREE
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full

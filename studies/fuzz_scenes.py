@@ -19,11 +19,12 @@ from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Amplitude, BodyForce, Load, PointForce, Pressure, Traction
+from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.march import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
-from bipot.paths import Path
-from bipot.scene import FlatTool, Scene, Support
+from bipot.paths import Amplitude, Path
+from bipot.scene import Scene, Support
+from bipot.tools import FlatTool
 from studies.independent_element import orientation
 
 Rng = np.random.Generator

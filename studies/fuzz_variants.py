@@ -12,7 +12,8 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
-from bipot.scene import FlatTool, Scene
+from bipot.scene import Scene
+from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5), 1: (3, 2, 1, 0, 6, 5, 4, 7)}

@@ -12,7 +12,8 @@ from bipot.errors import BipotError
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.march import Accepted, Schedule
 from bipot.mesh import Mesh
-from bipot.scene import FlatTool, Scene, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.tools import FlatTool
 
 SMALL = 0.001
 

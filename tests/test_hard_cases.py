@@ -20,7 +20,8 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
 from bipot.march import Control, Schedule, march, system_of
-from bipot.scene import FlatTool, upsetting
+from bipot.scene import upsetting
+from bipot.tools import FlatTool
 from studies import hard_cases, hard_programs
 from studies.hard_scenes import Outcome, Settings, cases
 

@@ -50,3 +50,15 @@ def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back
 def test_nothing_is_predicted_from_rest():
     system = system_of(scene())
     assert not _predicted(Increment(system, system.rest(), 1.0), Cache()).any()
+
+
+@pytest.mark.parametrize("early", [1e-1, 1e-3, 1e-6])
+def test_a_fast_stretch_is_not_predicted_to_go_on_into_a_slow_one(early):
+    """The same path on another clock: what the body comes to is the same, without a cut."""
+    ends = []
+    for corner in (0.5, early):
+        moving = scene(tools=(tool(path=((0.0, 0.0), (corner, 1.0), (1.0, 1.1))),))
+        steps = list(march(moving, Schedule(4), Control(Newton())))
+        assert not any(a.cuts for a in steps)
+        ends.append(steps[-1].tool_forces)
+    np.testing.assert_allclose(ends[1], ends[0], rtol=2e-2)

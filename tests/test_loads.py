@@ -16,10 +16,12 @@ from bipot.iterate import Increment
 from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Amplitude, BodyForce, Load, PointForce, Pressure, Traction
+from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.march import Accepted, Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, ring
-from bipot.scene import FlatTool, Prescribed, Scene, Support
+from bipot.paths import Amplitude
+from bipot.scene import Prescribed, Scene, Support
+from bipot.tools import FlatTool
 from tests.scenes import PLANES
 
 FORMS = [Newton(), Tangent(), Dissipation()]
@@ -367,3 +369,16 @@ def test_numbers_that_no_float_holds_are_refused_by_name():
         with pytest.raises(SceneError, match=r"tool\.path"):
             FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -1.0), ("top",), 0.3, path)
     assert FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -1.0), ("top",), Fraction(1, 2)).mu == 0.5
+
+
+@pytest.mark.parametrize("share", [0.5, 1 - 1e-9, 1.0])
+@pytest.mark.parametrize("form", [Newton(), Tangent()], ids=named)
+def test_a_block_pulled_by_up_to_its_friction_stays_and_what_is_free_is_said(form, share):
+    mesh = block(2.0, 1.0, 4, 2)
+    tool = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3)
+    loads = (Traction("top", (3.0 * share, -10.0)),)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(210_000.0, 0.3)), (), (tool,), loads=loads)
+    end = last(scene, Schedule(1), form)
+    np.testing.assert_allclose(end.tool_forces[0], [-6.0 * share, 20.0], rtol=1e-6)
+    assert np.abs(end.state.nodes - mesh.nodes).max() < 1e-3
+    assert end.unique == (share < 1 - 1e-8)

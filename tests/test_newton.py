@@ -24,7 +24,8 @@ from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.scene import FlatTool, Scene, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.tools import FlatTool
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)

@@ -27,7 +27,8 @@ from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
-from bipot.scene import FlatTool, Geometry, Support, upsetting
+from bipot.scene import Geometry, Support, upsetting
+from bipot.tools import FlatTool
 from tests.scenes import posed
 
 TIGHT = Accuracy(1e-11)

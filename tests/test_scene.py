@@ -8,7 +8,8 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, cylinder
-from bipot.scene import FlatTool, Scene, Support, upsetting
+from bipot.scene import Scene, Support, upsetting
+from bipot.tools import FlatTool
 
 
 @pytest.mark.parametrize(

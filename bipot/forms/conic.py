@@ -1,8 +1,9 @@
 """The two conic forms: exact contact with a frozen threshold or shift, the material as tangent energy or dissipation.
 
-Both end a pass with a semismooth Newton step on a quadratic model: interior-point answers stall where strict
-complementarity fails. `tangent` polishes its own program; `dissipation` takes the step of the tangent model at its
-answer, and keeps it only if equilibrium and the exact law are then met better.
+Both take semismooth Newton steps on a quadratic model: interior-point answers stall where strict complementarity fails.
+`tangent` takes them first, on the model of its own program, and poses that where they do not end exactly, to polish its
+answer; `dissipation` takes one of the tangent model at its answer, and keeps it only if equilibrium and the exact law
+are then met better.
 """
 
 from __future__ import annotations

@@ -1,0 +1,104 @@
+"""Rigid tools: a surface that moves, what may touch it, and its friction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from bipot.errors import (
+    LARGEST_LENGTH,
+    require,
+    require_count,
+    require_magnitude,
+    require_number,
+    require_tuple,
+    require_type,
+)
+from bipot.frozen import FrozenMap
+from bipot.paths import POINTS, Path, checked, multiples, pair
+from bipot.typing import Floats
+
+LARGEST_MU = 1e12
+
+
+@dataclass(frozen=True)
+class FlatTool:
+    """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
+
+    It translates by ``travel`` times the ``path``, piecewise linear through (tau, multiple) with tau from 0 to 1: the
+    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component
+    of ``travel``: (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries
+    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
+    welds: what touches at the start of an increment stays tied.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
+            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded.
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+    travel: tuple[float, float]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path = ((0.0, 0.0), (1.0, 1.0))
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("point", "normal", "travel"):
+            object.__setattr__(self, name, pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
+        require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
+        require_number(self.mu, "mu")
+        object.__setattr__(self, "mu", float(self.mu))
+        require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
+        require_type(self.mu_at, Mapping, "mu_at")
+        require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
+        for node, mu in self.mu_at.items():
+            require_count(node, "mu_at node", 0)
+            require_number(mu, f"mu_at[{node}]")
+            require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
+        object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
+        self._check_path()
+        object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
+        require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
+        different = len(set(self.candidates)) == len(self.candidates)
+        require(different, "tool.candidates", self.candidates, "different boundaries")
+
+    def _check_path(self) -> None:
+        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
+        object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
+        require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
+        require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
+        for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
+            require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
+
+    @property
+    def welded(self) -> bool:
+        """Whether contact points are tied instead of sliding."""
+        return bool(np.isinf(self.mu))
+
+    def offset(self, tau: float) -> float:
+        """n . x of the plane's points at pseudo-time tau."""
+        return float(np.dot(self.normal, np.add(self.point, self.moved(0.0, tau))))
+
+    def distance(self, x: Floats, tau: float) -> Floats:
+        """Gaps (…) of points x (…, d) to the plane at pseudo-time tau."""
+        return x @ np.array(self.normal) - self.offset(tau)
+
+    def moved(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (d,) from pseudo-time ``tau`` to ``tau_end``.
+
+        >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
+        array([ 0. , -1.8])
+        """
+        taus, multiples = self._multiples
+        start, end = np.transpose([np.interp([tau, tau_end], taus, own) for own in multiples.T])
+        return (end - start) * np.array(self.travel, dtype=np.float64)
+
+    @cached_property
+    def _multiples(self) -> tuple[Floats, Floats]:
+        """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
+        return multiples(self.path)
