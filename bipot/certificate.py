@@ -3,7 +3,8 @@ r"""How far an increment is from the law: numbers recomputed from the returned f
 Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion u = (g + du_n, du_t),
 stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
-* equilibrium: largest nodal residual over the largest nodal sum of |element forces|;
+* equilibrium: largest nodal residual over the largest nodal sum of |element forces|, or that of a tool over the force
+  that drives it;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
 * law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
@@ -84,16 +85,22 @@ class MaterialFields:
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off."""
+    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off.
+
+    Residuals ``pushed`` (m,) of tools that forces drive are measured by these, ``push`` (m,).
+    """
 
     residual: Floats
     force: float
     blur: float
+    pushed: Floats
+    push: Floats
 
     @property
     def equilibrium(self) -> float:
-        """The largest residual over the force."""
-        return _ratio(float(np.abs(self.residual).max(initial=0.0)), self.force)
+        """The largest residual over the force it is measured by."""
+        tools = [_ratio(abs(off), own) for off, own in zip(self.pushed.tolist(), self.push.tolist(), strict=True)]
+        return max(_ratio(float(np.abs(self.residual).max(initial=0.0)), self.force), *tools, 0.0)
 
     @property
     def resolution(self) -> float:

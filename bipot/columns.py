@@ -62,7 +62,9 @@ FLOW_GAP = Column("flow_gap", "dissipation that the direction of the stored flow
 OVERLAP = Column(
     "overlap",
     "largest penetration anywhere on the edges that may touch a tool over body size",
-    lambda system, a: overlap(system.body.scene, a.state.nodes, a.state.tau),
+    lambda system, a: overlap(
+        system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
+    ),
 )
 ENERGY_ERROR = Column(
     "energy_error",

@@ -1,9 +1,9 @@
 r"""From geometry to affine contact operators: the only place that knows what touches what.
 
-For the increment dU (free unknowns) of one step, per candidate c
+For the increment dU (free displacements, and translations of tools that a force drives) of one step, per candidate c
 
-    gap at the end        g + G_n dU         (n,)      with g = gap at the start against the tool's end position,
-    relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion,
+    gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
+    relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion along it,
 
 both relative to the tool, in its frame (:func:`frames`): n from the tool into the body, t = (n_y, -n_x). Dual to them
 are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free and the tool has friction.
@@ -31,6 +31,7 @@ from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene import Scene, free_along
 from bipot.tensors import norm
+from bipot.tools import ACROSS, FlatTool
 from bipot.typing import Bools, Floats, Ints
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
@@ -78,29 +79,20 @@ class Candidates:
         """Normal and tangent (c, d, d) of each candidate: those of the tools, which do not turn."""
         return frames(_normals(self.scene))[self.tool]
 
-    def distance(self, nodes: Floats, tau: float) -> Floats:
-        """Gap (c,) of the configuration ``nodes`` (a, 2) to the tools' position at ``tau``, good to its round-off."""
+    def distance(self, nodes: Floats, placed: Floats) -> Floats:
+        """Gap (c,) of ``nodes`` (a, 2) to the tools displaced by ``placed`` (k, d), good to its round-off."""
         gap = np.empty(len(self.node))
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
-            gap[mine] = tool.distance(nodes[self.node[mine]], tau)
+        for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
+            gap[mine] = tool.distance(nodes[self.node[mine]], moved)
         return gap
 
-    def travel(self, tau: float, tau_end: float) -> Floats:
-        """Displacement (k, d) of each tool from pseudo-time ``tau`` to ``tau_end``."""
-        return np.array([tool.moved(tau, tau_end) for tool in self.scene.tools]).reshape(-1, 2)
-
-    def reach(self, gap: Floats, tau: float, tau_end: float) -> float:
-        """The longest travel of a tool that may matter to the body: one out of :data:`REACH` is no scale.
+    def reach(self, gap: Floats, travel: Floats) -> float:
+        """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
         ``gap`` (c,) is that at the end if the body rests.
         """
         near = (self._owned & (gap <= REACH * self.scene.mesh.size)).any(axis=1)
-        return float(norm(self.travel(tau, tau_end))[near].max(initial=0.0))
-
-    def length(self, rows: ContactRows, x: Floats, tau: float, tau_end: float) -> float:
-        """How far tools go in the increment by x (n,) on ``rows``, or nodes where the tools rest; never zero."""
-        moved = max(float(norm(self.space.spread(x)).max()), LEAST_MOTION * self.scene.mesh.size)
-        return self.reach(rows.gap, tau, tau_end) or moved
+        return float(norm(travel)[near].max(initial=0.0))
 
     def vectors(self, r: Floats) -> Floats:
         """Contact forces r (c, d) on the body as vectors (c, d)."""
@@ -115,56 +107,69 @@ class Candidates:
         normal, tangent = self._operators
         return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
 
+    def pushed(self, values: Floats) -> Floats:
+        """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
+        by_force = [tool.driven_by is not None for tool in self.scene.tools]
+        return self._owned[by_force] @ values
+
     @cached_property
     def held(self) -> tuple[Ints, ...]:
         """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal."""
         mesh, owned = self.scene.mesh, zip(self._owned, self.scene.tools, strict=True)
         return tuple(np.setdiff1d(mesh.boundary_nodes(*tool.candidates), self.node[mine]) for mine, tool in owned)
 
-    def driven_into(self, tau: float) -> DrivenInto:
-        """The tool that at ``tau`` is deepest in a node that supports hold along its normal: no motion gets it out."""
-        worst, placed = DrivenInto(0, 0, 0.0), self.scene.mesh.nodes + self.scene.driven(tau)
-        for k, (tool, nodes) in enumerate(zip(self.scene.tools, self.held, strict=True)):
-            plane, level = tool.offset(tau), placed[nodes] @ np.array(tool.normal)
+    def driven_into(self, placed: Floats, driven: Floats) -> DrivenInto:
+        """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
+
+        Tools are displaced by ``placed`` (k, d) since rest, held nodes by what is ``driven`` (a, d).
+        """
+        worst, nodes_at = DrivenInto(0, 0, 0.0), self.scene.mesh.nodes + driven
+        for k, (tool, nodes, moved) in enumerate(zip(self.scene.tools, self.held, placed, strict=True)):
+            plane, level = tool.offset(moved), nodes_at[nodes] @ np.array(tool.normal)
             # What round-off of the two positions makes of their difference is no depth.
             depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
             if len(nodes) and depth.max() > worst.depth:
                 worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
         return worst
 
-    def dragged(self, tau: float, tau_end: float) -> Floats:
-        """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal."""
-        moved, driven = self._approach(tau, tau_end), self.scene.driven(tau_end) - self.scene.driven(tau)
+    def dragged(self, travel: Floats, driven: Floats) -> Floats:
+        """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal.
+
+        In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
+        """
+        moved = self._approach(travel, driven)
         # Against what both move by: that they move together is a difference of round-off.
-        lengths = norm(self.travel(tau, tau_end))[self.tool] + norm(driven[self.node])
+        lengths = norm(travel)[self.tool] + norm(driven[self.node])
         small = np.abs(moved[:, 1]) <= ALIGNED * lengths
         return np.where(self.tangent_free | small, 0.0, -moved[:, 1])
 
-    def torn(self, gap: Floats, nodes: Floats, tau: float, tau_end: float) -> int | None:
-        """A node in touch with a welded tool that a support drives off it, or along it; None if there is none."""
-        size, driven = self.scene.mesh.size, self.scene.driven(tau_end) - self.scene.driven(tau)
-        along = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool] & touches(gap, size)
-        slipping = self.node[along & (self.dragged(tau, tau_end) != 0)]
+    def torn(self, start: Touching, travel: Floats, driven: Floats) -> int | None:
+        """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
+
+        ``start`` is where the increment starts, ``travel`` and ``driven`` as in :meth:`dragged`.
+        """
+        size = self.scene.mesh.size
+        along = self._welded & touches(start.gap, size)
+        slipping = self.node[along & (self.dragged(travel, driven) != 0)]
         if slipping.size:
             return int(slipping[0])
-        for tool, held in zip(self.scene.tools, self.held, strict=True):
-            apart = norm(driven[held] - tool.moved(tau, tau_end)) > TOUCHES * size
-            near = touches(tool.distance(nodes[held], tau), size)
+        for tool, held, placed, moved in zip(self.scene.tools, self.held, start.placed, travel, strict=True):
+            apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
+            near = touches(tool.distance(start.nodes[held], placed), size)
             if tool.welded and (apart & near).any():
                 return int(held[apart & near][0])
         return None
 
-    def _approach(self, tau: float, tau_end: float) -> Floats:
-        """Motion (c, d) of the tools relative to what is prescribed of the candidates, in their frames."""
-        driven = self.scene.driven(tau_end) - self.scene.driven(tau)
-        return np.vecdot(self.frames, (self.travel(tau, tau_end)[self.tool] - driven[self.node])[:, None])
+    def _approach(self, travel: Floats, driven: Floats) -> Floats:
+        """Motion (c, d) of the tools along their paths relative to what is prescribed of the candidates, in their
+        frames."""
+        return np.vecdot(self.frames, (travel[self.tool] - driven[self.node])[:, None])
 
-    def rows(self, gap: Floats, tau: float, tau_end: float) -> ContactRows:
-        """Operators of the increment from ``tau`` to ``tau_end`` that starts with the gaps (c,)."""
+    def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
+        """Operators of an increment that starts with the gaps (c,); ``travel`` and ``driven`` as in :meth:`dragged`."""
         normal_rows, tangent_rows = self._operators
-        moved, mu = self._approach(tau, tau_end), self.mu
-        welded = np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
-        tied = welded & touches(gap, self.scene.mesh.size)
+        moved, mu = self._approach(travel, driven), self.mu
+        tied = self._welded & touches(gap, self.scene.mesh.size)
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
         return ContactRows(
             normal_rows,
@@ -177,6 +182,11 @@ class Candidates:
         )
 
     @cached_property
+    def _welded(self) -> Bools:
+        """Whether the candidate's tool welds (c,)."""
+        return np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
+
+    @cached_property
     def _owned(self) -> Bools:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
@@ -187,11 +197,27 @@ class Candidates:
         return self._operator(self.frames[:, 0]), self._operator(self.frames[:, 1])
 
     def _operator(self, direction: Floats) -> sp.csr_matrix:
-        """Rows ``direction . dU_node`` on the free unknowns (held ones do not move)."""
-        dofs = self.space.position[2 * self.node[:, None] + np.arange(2)]
-        kept = (dofs >= 0) & (direction != 0)
+        """Rows ``direction . (dU_node - dU_tool)``, held nodes and tools along their paths apart."""
+        dofs = np.column_stack([self.space.position[2 * self.node[:, None] + np.arange(2)], self._translation])
+        entries = np.column_stack([direction, -np.vecdot(direction, _led(self.scene)[self.tool])])
+        kept = (dofs >= 0) & (np.abs(entries) > ACROSS * (np.arange(3) == 2))
         ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sp.csr_matrix((direction[kept], dofs[kept], ends), shape=(len(self.node), self.space.size))
+        return sp.csr_matrix((entries[kept], dofs[kept], ends), shape=(len(self.node), self.space.size))
+
+    @cached_property
+    def _translation(self) -> Ints:
+        """The unknown (c,) that is the translation of the candidate's tool, -1 where that goes its path."""
+        by_force = [tool.driven_by is not None for tool in self.scene.tools]
+        number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
+        return number.astype(np.intp)[self.tool]
+
+
+class Touching(NamedTuple):
+    """Where an increment starts: gaps (c,), nodes (a, d), and what the tools have ``placed`` (k, d) since rest."""
+
+    gap: Floats
+    nodes: Floats
+    placed: Floats
 
 
 def frames(normal: Floats) -> Floats:
@@ -228,15 +254,32 @@ def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
-    """Candidate nodes of every tool whose normal motion is free, tool by tool; none where there is no tool."""
+    """Candidate nodes of every tool that can move along its normal, or it against them; none where there is no tool."""
     owned = [scene.mesh.boundary_nodes(*tool.candidates) for tool in scene.tools]
     node = np.concatenate([np.empty(0, np.intp), *owned])
     tool = np.repeat(np.arange(len(owned)), np.array([len(nodes) for nodes in owned], np.intp))
     mu = [scene.tools[k].mu_at.get(a, scene.tools[k].mu) for k, a in zip(tool.tolist(), node.tolist(), strict=True)]
     normal, tangent = np.moveaxis(frames(_normals(scene))[tool], -2, 0)
     free = space.position[2 * node[:, None] + np.arange(2)] >= 0
-    kept, tangent_free = free_along(free, normal), free_along(free, tangent)
+    led = _led(scene)[tool]
+    kept, tangent_free = (
+        free_along(free, direction) | (np.abs(np.vecdot(led, direction)) > ACROSS) for direction in (normal, tangent)
+    )
     return Candidates(scene, space, node[kept], tool[kept], tangent_free[kept], np.array(mu, dtype=np.float64)[kept])
+
+
+def _led(scene: Scene) -> Floats:
+    """Directions (k, d) along which forces drive the tools; zero where none does."""
+    forces = [tool.driven_by for tool in scene.tools]
+    return np.array([np.zeros(2) if force is None else force.direction for force in forces]).reshape(-1, 2)
+
+
+def _across(tool: FlatTool, motion: Floats) -> Floats:
+    """The part of motions (…, d) that a force on the tool does not let go of."""
+    if tool.driven_by is None:
+        return motion
+    direction = tool.driven_by.direction
+    return motion - (motion @ direction)[..., None] * direction
 
 
 def _normals(scene: Scene) -> Floats:

@@ -29,7 +29,8 @@ from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact import carries, touches
-from bipot.iterate import Examined, Iterate
+from bipot.examined import Examined
+from bipot.iterate import Iterate
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
@@ -110,7 +111,7 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
 
 
 def loose_motions(iterate: Iterate, r: Floats) -> Floats:
-    """Rigid motions N (n, m) of the free unknowns, orthonormal, that neither supports nor closed contacts prevent."""
+    """Motions N (n, m) without strain, orthonormal, that neither supports nor closed contacts prevent."""
     rigid = _rigid(iterate)
     if not rigid.size:
         return rigid
@@ -170,9 +171,12 @@ def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
 
 
 def _rigid(iterate: Iterate) -> Floats:
-    """Rigid motions (n, m) that the supports allow where the increment starts."""
+    """Motions (n, m) without strain: rigid ones that the supports allow where the increment starts, and each tool's
+    that a force drives."""
     increment = iterate.increment
-    return increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
+    rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
+    tools = np.eye(len(rigid))[:, len(rigid) - len(iterate.advance) :]
+    return np.hstack([rigid, tools]) if tools.size else rigid
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:

@@ -13,6 +13,7 @@ from scipy.linalg import null_space
 from bipot.certificate import Bounds
 from bipot.contact import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
+from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
@@ -21,13 +22,14 @@ from bipot.typing import Floats
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
-    return _blocked(system, tau) or _inside(system, state) or _unheld(system, state, tau)
+    return _blocked(system, state, tau) or _inside(system, state) or _unheld(system, state, tau)
 
 
-def _blocked(system: System, tau: float) -> str | None:
+def _blocked(system: System, state: State, tau: float) -> str | None:
     """A tool driven into a node that is held along its normal."""
-    found = system.candidates.driven_into(tau)
-    if found.depth <= Bounds().penetration * system.body.scene.mesh.size:
+    scene = system.body.scene
+    found = system.candidates.driven_into(scene.placed(tau, state.translation), scene.driven(tau))
+    if found.depth <= Bounds().penetration * scene.mesh.size:
         return None
     return (
         f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "
@@ -63,7 +65,7 @@ def free_motion(system: System, state: State) -> Floats | None:
     """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
-    rows = system.candidates.rows(state.gap, state.tau, state.tau)
+    rows = Increment(system, state, state.tau).rows
     normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rigid.shape[1]))
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid)

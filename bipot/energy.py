@@ -71,7 +71,7 @@ class Energies:
         motion = solved.iterate.motion
         opened = motion[:, 0] - start.gap
         contacts = system.candidates
-        tools = float(np.vdot(contacts.resultant(r), increment.travel))
+        tools = float(np.vdot(contacts.resultant(r), solved.iterate.tool_travel))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.displacement) + _driven(start, solved, theta))
         return Energies(

@@ -47,8 +47,7 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
         ProgramError: a welded point, or a singular stiffness.
     """
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
-    length = system.candidates.length(rows, iterate.x, accepted.start.tau, accepted.state.tau)
-    near = near_tools(rows, iterate.x, length) | (r != 0).any(axis=1)
+    near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
     taken = rows.take(near)
     K = iterate.stiffness(TangentKind.CONSISTENT)
     f = K @ iterate.x - iterate.residual

@@ -106,14 +106,7 @@ def finish(file: Item) -> None:
 
 def increment_traction(system: System, accepted: Accepted) -> Traction:
     """Recovered traction and status at the end of an accepted increment, on its configuration of equilibrium."""
-    solved, nodes = accepted.solved, equilibrium_nodes(system, accepted)
-    times = accepted.start.tau, accepted.state.tau
-    return traction(system.candidates, solved.rows, solved.response.x, nodes, solved.r, *times)
-
-
-def equilibrium_nodes(system: System, accepted: Accepted) -> Floats:
-    """The configuration (a, d) in which an accepted increment is in equilibrium: ``paper`` stays at its start."""
-    return system.body.scene.balanced(accepted.start.nodes, accepted.state.displacement)
+    return traction(accepted.solved.iterate, accepted.solved.r)
 
 
 def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:
@@ -169,6 +162,8 @@ def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]
         "contact_force": state.forces,
         "gap": state.gap,
         "displacement": state.displacement,
+        "translation": state.translation,
+        "advance": state.advance,
         "length": state.length,
         "force_tol": tractions.force_tol,
         "slip_tol": tractions.slip_tol,
@@ -227,6 +222,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             {
                 **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+                "driven_by": None if t.driven_by is None else repr(t.driven_by),
             }
             for t in scene.tools
         ],

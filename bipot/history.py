@@ -136,6 +136,8 @@ class History:
                 forces=steps["contact_force"][step],
                 gap=steps["gap"][step],
                 displacement=steps["displacement"][step],
+                translation=steps["translation"][step],
+                advance=steps["advance"][step],
                 length=float(steps["length"][step]),
                 flow=_flow(steps, step),
             )

@@ -18,8 +18,9 @@ from bipot.certificate import Bounds, Certificate
 from bipot.conic.problem import Outcome, Timing
 from bipot.determinacy import least_moved
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
+from bipot.examined import Examined
 from bipot.forms import OWN, Cache, Form, Step
-from bipot.iterate import Examined, Increment, Iterate
+from bipot.iterate import Increment, Iterate
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
@@ -153,7 +154,7 @@ def solve_increment(
         iterate, r = step.iterate if type(form) in OWN else increment.at(step.iterate.x), step.r
         iterations, timing = iterations + step.iterations, timing + step.timing
         almost += step.outcome is Outcome.ALMOST
-        examined = iterate.examined(r, largest, limits.bounds)
+        examined = Examined(iterate, r, largest, limits.bounds)
         try:
             accepted = watch.accepts(examined, step)
         finally:
@@ -248,11 +249,11 @@ def _predicted(increment: Increment, cache: Cache) -> Floats:
     it over the last motion, which opens them further. From a corner of a path or an amplitude on, the last motion says
     nothing of the next: what was fast may be slow.
     """
-    start, rows, space = increment.start, increment.rows, increment.system.body.space
-    x = cache.pace.predict(start, increment.tau).ravel()[space.free]
+    start, rows = increment.start, increment.rows
+    x = increment.system.body.space.gather(cache.pace.predict(start, increment.tau))
     if any(abs(kink - start.tau) <= SAME for kink in increment.system.body.scene.kinks):
         return np.zeros_like(x)
-    same = np.array_equal(rows.gap, start.gap) and np.array_equal(increment.load_ahead, increment.load_before)
+    same = np.array_equal(rows.gap, start.gap) and not increment.new_load.any()
     if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)
     carried = float(start.forces[:, 0] @ start.gap)

@@ -1,16 +1,7 @@
-r"""An increment, an iterate of it, and the certificate of that: which fields, which scales, which round-off.
+r"""An increment, and an iterate of it with what hangs on it.
 
-An :class:`Increment` is what all passes share, an :class:`Iterate` a trial end of it with what hangs on it, made when
-first asked for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
-
-Round-off of the internal forces is that of their own assembly,
-
-    eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
-
-summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
-and that of the tools within reach: what an unstressed body is measured by. That of a contact's motion is eps times
-these lengths. Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound,
-it stands for the sum.
+An :class:`Increment` is what all passes share, an :class:`Iterate` a trial end of it; members are made when first asked
+for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
 """
 
 from __future__ import annotations
@@ -21,19 +12,13 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, MaterialFields, certify
-from bipot.contact import LEAST_MOTION
+from bipot.contact import LEAST_MOTION, Touching
 from bipot.fem.strain import Scratch
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
-
-DEFAULT = Bounds()
-
-FAINT = 0.1
-"""Round-off below this fraction of a bound decides nothing about it."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +32,7 @@ class Increment:
     @cached_property
     def rows(self) -> ContactRows:
         """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.start.tau, self.tau)
+        return self.system.candidates.rows(self.start.gap, self.travel, self.driven)
 
     @cached_property
     def driven(self) -> Floats:
@@ -61,7 +46,7 @@ class Increment:
 
         No unknown knows of the friction there, which goes from tool to support.
         """
-        return self.system.candidates.dragged(self.start.tau, self.tau)
+        return self.system.candidates.dragged(self.travel, self.driven)
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -mu r_n sign(slip) where the slip is known: of tool and support."""
@@ -73,7 +58,9 @@ class Increment:
     @cached_property
     def torn(self) -> int | None:
         """A node that a support drives off or along a tool it is welded to."""
-        return self.system.candidates.torn(self.start.gap, self.start.nodes, self.start.tau, self.tau)
+        start = self.start
+        placed = self.system.body.scene.placed(start.tau, start.translation)
+        return self.system.candidates.torn(Touching(start.gap, start.nodes, placed), self.travel, self.driven)
 
     @cached_property
     def load_before(self) -> Floats:
@@ -86,41 +73,51 @@ class Increment:
         return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.tau)
 
     @cached_property
+    def new_load(self) -> Floats:
+        """What comes new on the unknowns (n,) where the body is at the start: nodal loads, and forces on tools."""
+        scene = self.system.body.scene
+        pushed = scene.push(self.tau) - scene.push(self.start.tau)
+        return self.system.body.space.gather(np.append(self.load_ahead - self.load_before, pushed))
+
+    @cached_property
     def travel(self) -> Floats:
-        """Displacement (tools, d) of each tool."""
-        return self.system.candidates.travel(self.start.tau, self.tau)
+        """Displacement (tools, d) of each tool along its path."""
+        return self.system.body.scene.travel(self.start.tau, self.tau)
 
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.start.tau, self.tau)
+        return self.system.candidates.reach(self.rows.gap, self.travel)
 
     @cached_property
     def inside(self) -> float:
         """Depth in a tool of nodes that are held, hence no contacts."""
-        return self.system.candidates.driven_into(self.tau).depth
+        scene = self.system.body.scene
+        placed = scene.placed(self.tau, self.start.translation)
+        return self.system.candidates.driven_into(placed, scene.driven(self.tau)).depth
 
     @cached_property
     def units(self) -> Units:
         """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
 
         Expected is the travel of tools, or what is prescribed; where there is none the motion of the last increment,
-        what would release the stress, what the new loads do to their own nodes, or a small part of the body's size.
+        what would release the stress, what the new loads do to their own nodes and to those of their tools, or a small
+        part of the body's size.
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
         moved = float(norm(state.displacement).max())
         length = max(self.reach, float(norm(self.driven).max())) or moved
         if not length:
-            space = self.system.body.space
-            new = norm(space.spread((self.load_ahead - self.load_before).ravel()[space.free]))
-            yielding = float((new / self.system.rigidity.nodal).max())
-            length = max(size * stress / young, yielding, LEAST_MOTION * size)
+            space, rigidity = self.system.body.space, self.system.rigidity
+            yielding = norm(space.spread(self.new_load)) / rigidity.nodal
+            sinking = np.abs(space.beside(self.new_load)) / rigidity.tools
+            length = max(size * stress / young, *yielding, *sinking, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
         return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
 
     def at(self, x: Floats) -> Iterate:
-        """The iterate of the free displacements x (n,).
+        """The iterate of the unknowns x (n,): free displacements, and translations of tools that forces drive.
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
@@ -137,8 +134,26 @@ class Iterate:
 
     @property
     def x(self) -> Floats:
-        """The free displacements (n,)."""
+        """The unknowns (n,)."""
         return self.response.x
+
+    @property
+    def advance(self) -> Floats:
+        """Of these the translations (m,) of tools along the forces that drive them."""
+        return self.increment.system.body.space.beside(self.x)
+
+    @cached_property
+    def tool_travel(self) -> Floats:
+        """Displacement (tools, d) of each tool."""
+        travel = self.increment.travel
+        return travel + self.increment.system.body.scene.led(self.advance) if self.advance.size else travel
+
+    @property
+    def length(self) -> float:
+        """How far tools go in the increment, or nodes where the tools rest; never zero."""
+        least = LEAST_MOTION * self.increment.system.body.scene.mesh.size
+        moved = max(float(norm(self.response.du).max()), least)
+        return max(self.increment.reach, float(np.abs(self.advance).max(initial=0.0))) or moved
 
     @property
     def rows(self) -> ContactRows:
@@ -163,14 +178,15 @@ class Iterate:
 
     @property
     def load(self) -> Floats:
-        """The loads on the free unknowns (n,)."""
-        return self.nodal_load.ravel()[self.increment.system.body.space.free]
+        """What acts on the unknowns (n,): loads, and the forces on tools."""
+        system = self.increment.system
+        return system.body.space.gather(np.append(self.nodal_load, system.body.scene.push(self.increment.tau)))
 
     @cached_property
     def residual(self) -> Floats:
         """Internal forces less the load (n,): what the contacts have to balance."""
-        internal = self.response.internal
-        return internal - self.load if self.increment.system.loading.loads else internal
+        scene = self.increment.system.body.scene
+        return self.response.internal - self.load if scene.loads or scene.pushed else self.response.internal
 
     def stiffness(self, kind: TangentKind) -> sp.csc_matrix:
         """K of the convex model."""
@@ -196,115 +212,7 @@ class Iterate:
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
-        tools = np.vdot(self.tool_forces(r), increment.travel)
+        tools = np.vdot(self.tool_forces(r), self.tool_travel)
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)
-
-    def examined(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Examined:
-        """The same with contact forces r (c, d), to be certified; ``largest`` is the largest of the run so far."""
-        return Examined(self, r, largest, bounds)
-
-    def certificate(self, r: Floats, largest: float, bounds: Bounds = DEFAULT) -> Certificate:
-        """Every measure, with contact forces r (c, d)."""
-        return self.examined(r, largest, bounds).certificate
-
-
-@dataclass(frozen=True)
-class Examined:
-    """An iterate with contact forces r (c, d) on all candidates' rows, to be certified.
-
-    ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
-    Equilibrium comes first and costs little; the rest is asked where that is met.
-    """
-
-    iterate: Iterate
-    r: Floats
-    largest: float
-    bounds: Bounds = DEFAULT
-
-    @property
-    def increment(self) -> Increment:
-        """The increment that is examined."""
-        return self.iterate.increment
-
-    @property
-    def response(self) -> Response:
-        """The body's response."""
-        return self.iterate.response
-
-    @cached_property
-    def certificate(self) -> Certificate:
-        """Every measure."""
-        size = self.increment.system.body.scene.mesh.size
-        return certify(self._contact(), self._material(), self.balance, size, self.iterate.work(self.r))
-
-    def ratios(self) -> dict[str, float]:
-        """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
-        ratio = self.balance.equilibrium / max(self.bounds.equilibrium, self.balance.resolution)
-        return self.certificate.ratios(self.bounds) if ratio <= 1 else {"equilibrium": ratio}
-
-    @cached_property
-    def balance(self) -> Balance:
-        """Nodal residuals and what they are measured by."""
-        space, bounds = self.increment.system.body.space, self.bounds
-        loads = np.zeros((1, 1))
-        if self.increment.system.loading.loads:
-            # What acts on held unknowns goes into the supports: it measures nothing.
-            loads = space.spread(self.iterate.load)
-        force = space.force_scale(self.response.element_forces, loads)
-        least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
-        return Balance(
-            residual=norm(space.spread(self.iterate.residual - self.iterate.rows.forces(self.r))),
-            force=force,
-            blur=_force_blur(self.increment.system, self.response, self._moved, FAINT * least * force)
-            + EPS * float(np.abs(loads).max()),
-        )
-
-    @cached_property
-    def _moved(self) -> float:
-        """Lengths of the increment (module docstring)."""
-        return float(norm(self.response.du).max()) + self.increment.reach
-
-    def _material(self) -> MaterialFields:
-        response, material = self.response, self.increment.system.body.scene.material
-        kin, returned = response.kinematics, response.returned
-        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(kin.reduction.mandel)
-        points = (-1, kin.reduction.mandel)
-        return MaterialFields(
-            before=response.rotated.reshape(points),
-            stress=returned.stress.reshape(points),
-            plastic_strain=returned.plastic_strain.reshape(points),
-            elastic_stress=sigma_e.reshape(points),
-            peeq=(response.state.peeq + returned.dpeeq).ravel(),
-            weight=kin.volume.ravel(),
-            material=material,
-        )
-
-    def _contact(self) -> ContactFields:
-        rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion
-        present = float(np.abs(r).max(initial=0.0))
-        return ContactFields(
-            r=r,
-            motion=motion,
-            mu=rows.mu,
-            tied=rows.tied,
-            stiffness=self.increment.system.rigidity.contact,
-            largest=max(self.largest, present),
-            present=max(present, float(np.abs(self.response.state.forces).max(initial=0.0))),
-            # A far candidate's gap is never small: what it is rounded to does not matter.
-            blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
-            inside=self.increment.inside,
-        )
-
-
-def _force_blur(system: System, response: Response, moved: float, faint: float) -> float:
-    """Round-off of the internal forces at the node where it is largest, or an estimate below ``faint``."""
-    estimate = system.round_off(response.rotated, moved)
-    if estimate <= faint:
-        return estimate
-    elastic, kin = system.body.scene.material.elasticity, response.kinematics
-    gradient = np.abs(kin.shape).sum(axis=2)
-    stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
-    forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
-    return EPS * float(np.bincount(system.body.scene.mesh.elements.ravel(), forces.ravel()).max())

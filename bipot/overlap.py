@@ -17,14 +17,16 @@ from bipot.scene import Scene
 from bipot.typing import Floats
 
 
-def overlap(scene: Scene, nodes: Floats, tau: float) -> float:
-    """Largest penetration of ``nodes`` (a, 2) and edges into the tools at ``tau``, over the body size; 0 if none.
+def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
+    """Largest penetration of ``nodes`` (a, 2) and edges into the tools, over the body size; 0 if none.
+
+    The tools are displaced by ``placed`` (k, d) since rest.
 
     All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
     """
     deepest = 0.0
-    for tool in scene.tools:
-        gap = tool.distance(nodes[scene.mesh.edges(*tool.candidates)], tau)
+    for tool, moved in zip(scene.tools, placed, strict=True):
+        gap = tool.distance(nodes[scene.mesh.edges(*tool.candidates)], moved)
         deepest = max(deepest, -float(least(gap).min()))
     return deepest / scene.mesh.size
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.certificate import MaterialFields
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.orientation import refuse_folded
@@ -23,6 +24,8 @@ from bipot.scene import Scene
 from bipot.tensors import deviatoric_basis, identity, trace
 from bipot.typing import Floats, read_only
 
+ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement", "translation", "advance")
+
 
 @dataclass(frozen=True)
 class State:
@@ -30,8 +33,9 @@ class State:
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
     (c,) of all candidates; displacement (a, d), length in pseudo-time and flow of the increment that led here. Gaps
-    and displacement are kept as they were found, because positions lose a small travel to their round-off. Arrays are
-    read-only.
+    and displacement are kept as they were found, because positions lose a small travel to their round-off. Of tools
+    that forces drive ``translation`` (m,) is how far they have gone along these since rest, ``advance`` (m,) in the
+    increment that led here. Arrays are read-only.
     """
 
     tau: float
@@ -42,17 +46,25 @@ class State:
     forces: Floats
     gap: Floats
     displacement: Floats
+    translation: Floats
+    advance: Floats
     length: float = 0.0
     flow: Flow | None = None
 
     def __post_init__(self) -> None:
-        for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement"):
+        for name in ARRAYS:
             object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
     @property
     def velocity(self) -> Floats:
         """du/dtau (a, d) of the increment that led here, zero at rest."""
         return self.displacement / self.length if self.length > 0 else np.zeros_like(self.displacement)
+
+    @property
+    def rates(self) -> Floats:
+        """The velocity, node by node, and d translation/dtau (a d + m,)."""
+        rates = self.advance / self.length if self.length > 0 else np.zeros_like(self.advance)
+        return np.concatenate([self.velocity.ravel(), rates])
 
 
 def rest(scene: Scene, gap: Floats) -> State:
@@ -70,17 +82,19 @@ def rest(scene: Scene, gap: Floats) -> State:
         forces=forces,
         gap=gap,
         displacement=np.zeros_like(nodes),
+        translation=np.zeros(len(scene.pushed)),
+        advance=np.zeros(len(scene.pushed)),
     )
 
 
 def body_space(scene: Scene) -> Space:
-    """The scene's displacement space."""
-    return space(scene.mesh, scene.geometry, scene.quadrature, scene.held)
+    """The scene's unknowns: displacements, and translations of tools that forces drive."""
+    return space(scene.mesh, scene.geometry, scene.quadrature, scene.held, len(scene.pushed))
 
 
 @dataclass(frozen=True)
 class Response:
-    """What the body does under the trial displacement ``du`` (a, d) from ``state``, of which x (n,) are the free ones.
+    """What the body does under the trial displacement ``du`` (a, d) from ``state``, of the unknowns x (n,).
 
     ``rotated`` is R sigma_n R', ``element_forces`` (e, 2k) and ``internal`` (n,) the internal forces of the returned
     stress.
@@ -113,7 +127,7 @@ class Body:
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
 
     def respond(self, state: State, x: Floats, driven: Floats | float = 0.0) -> Response:
-        """Response to the free displacements x (n,), and to those of held nodes that are ``driven`` (a, d).
+        """Response to the unknowns x (n,), and to displacements of held nodes that are ``driven`` (a, d).
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
@@ -191,6 +205,21 @@ class Body:
             material.elasticity.shear,
         )
 
+    def fields(self, response: Response) -> MaterialFields:
+        """What the certificate asks of the material at the response."""
+        kin, returned, material = response.kinematics, response.returned, self.scene.material
+        sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(kin.reduction.mandel)
+        points = (-1, kin.reduction.mandel)
+        return MaterialFields(
+            before=response.rotated.reshape(points),
+            stress=returned.stress.reshape(points),
+            plastic_strain=returned.plastic_strain.reshape(points),
+            elastic_stress=sigma_e.reshape(points),
+            peeq=(response.state.peeq + returned.dpeeq).ravel(),
+            weight=kin.volume.ravel(),
+            material=material,
+        )
+
     def advance(self, start: State, response: Response, tau: float, forces: Floats, gap: Floats) -> State:
         """The state after accepting the response: (30), stress and internals as returned.
 
@@ -204,7 +233,7 @@ class Body:
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
-        du = response.du
+        du, advance = response.du, self.space.beside(response.x)
         return State(
             tau=tau,
             nodes=start.nodes + du,
@@ -214,6 +243,8 @@ class Body:
             forces=forces,
             gap=gap,
             displacement=du,
+            translation=start.translation + advance,
+            advance=advance,
             length=tau - start.tau,
             flow=flow,
         )

@@ -33,7 +33,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
-from bipot.tools import FlatTool
+from bipot.tools import FlatTool, Force
 from bipot.typing import Bools, Floats, Ints, read_only
 
 
@@ -129,7 +129,8 @@ class Scene:
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
-        paths = [*(part.amplitude.points for part in (*moving, *self.loads)), *(tool.path for tool in self.tools)]
+        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed)]
+        paths = [*changing, *(tool.path for tool in self.tools)]
         return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
     def origin(self, nodes: Floats) -> Floats:
@@ -139,6 +140,31 @@ class Scene:
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
         """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
         return self.configuration.measure.balanced(self.origin(nodes), du)
+
+    @cached_property
+    def pushed(self) -> tuple[Force, ...]:
+        """The forces (m,) that drive tools, tool by tool."""
+        return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
+
+    def push(self, tau: float) -> Floats:
+        """These (m,) along their directions at pseudo-time ``tau``."""
+        return np.array([force.at(tau) for force in self.pushed])
+
+    def travel(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
+        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
+
+    def placed(self, tau: float, translation: Floats) -> Floats:
+        """Displacement (k, d) of each tool since rest at ``tau``, by ``translation`` (m,) where forces drive it."""
+        return self.travel(0.0, tau) + self.led(translation)
+
+    def led(self, translation: Floats) -> Floats:
+        """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
+        out = np.zeros((len(self.tools), 2))
+        by_force = [k for k, tool in enumerate(self.tools) if tool.driven_by is not None]
+        for k, force, gone in zip(by_force, self.pushed, translation.tolist(), strict=True):
+            out[k] = gone * force.direction
+        return out
 
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""

@@ -62,7 +62,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
-    apart = float(np.abs(start.gap - system.candidates.distance(start.nodes, start.tau)).max(initial=0.0))
+    at_tools = system.candidates.distance(start.nodes, scene.placed(start.tau, start.translation))
+    apart = float(np.abs(start.gap - at_tools).max(initial=0.0))
     allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
     require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
     if start.gap.size:
@@ -96,9 +97,11 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
-    loads = system.loading.forces(nodes, start.tau).ravel()[body.space.free]
-    residual = body.space.spread(body.space.vector(forces) - loads - contacts.load(start.forces))
-    off, scale = float(norm(residual).max()), body.space.force_scale(forces, body.space.spread(loads))
+    loads = body.space.gather(np.append(system.loading.forces(nodes, start.tau), body.scene.push(start.tau)))
+    residual = body.space.vector(forces) - loads - contacts.load(start.forces)
+    at_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
+    off = max(float(norm(body.space.spread(residual)).max()), float(at_tools))
+    scale = body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.displacement).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)

@@ -12,19 +12,22 @@ from bipot.contact import Candidates, candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
 from bipot.loads import Loading
-from bipot.response import Body, State, body_space, rest
+from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene import Scene
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 
 @dataclass(frozen=True)
 class Rigidity:
-    """The body at rest: elastic stiffness of the nodes (a,), the larger of the diagonal's two entries, and that of the
-    contacts' nodes (c,); largest nodal sum of w |N,j| and largest point sum of |N,j|.
+    """The body at rest: elastic stiffness of the nodes (a,), the larger of the diagonal's two entries, that of the
+    contacts' nodes (c,), and its sum (m,) over those of a tool that a force drives; largest nodal sum of w |N,j| and
+    largest point sum of |N,j|.
     """
 
     nodal: Floats
     contact: Floats
+    tools: Floats
     lever: float
     gradient: float
 
@@ -50,14 +53,18 @@ class System:
 
     @cached_property
     def rigid(self) -> Floats:
-        """Rigid motions (n, m) at rest that the supports allow: none where they hold the body."""
-        scene = self.body.scene
-        return rigid_motions(scene.mesh.nodes, self.body.space.free, scene.geometry)
+        """Rigid motions (n, m) of the body at rest that the supports allow: none where they hold it."""
+        return self._rigid_motions(self.body.scene.mesh.nodes)
 
     def rigid_at(self, nodes: Floats) -> Floats:
         """Those in the configuration ``nodes`` (a, d)."""
-        body = self.body
-        return rigid_motions(nodes, body.space.free, body.scene.geometry) if self.rigid.size else self.rigid
+        return self._rigid_motions(nodes) if self.rigid.size else self.rigid
+
+    def _rigid_motions(self, nodes: Floats) -> Floats:
+        """Those with the tools at rest."""
+        space = self.body.space
+        found = rigid_motions(nodes, space.free, self.body.scene.geometry)
+        return np.vstack([found, np.zeros((space.translations, found.shape[1]))]) if space.translations else found
 
     @cached_property
     def shares(self) -> bool:
@@ -81,9 +88,24 @@ class System:
         return Rigidity(
             nodal=nodal,
             contact=nodal[self.candidates.node],
+            tools=self.candidates.pushed(nodal[self.candidates.node]),
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )
+
+    def force_blur(self, response: Response, moved: float, faint: float) -> float:
+        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.iterate).
+
+        An estimate where that is below ``faint``; the lengths of the increment come to ``moved``.
+        """
+        estimate = self.round_off(response.rotated, moved)
+        if estimate <= faint:
+            return estimate
+        elastic, kin = self.body.scene.material.elasticity, response.kinematics
+        gradient = np.abs(kin.shape).sum(axis=2)
+        stress = norm(response.rotated) + (elastic.bulk + 2 * elastic.shear) * moved * gradient.sum(axis=2)
+        forces = ((stress * kin.volume)[:, None, :] @ gradient)[:, 0]
+        return EPS * float(np.bincount(self.body.scene.mesh.elements.ravel(), forces.ravel()).max())
 
     def round_off(self, stress: Floats, moved: float) -> float:
         """An estimate from above of the round-off of a nodal force.
@@ -98,7 +120,7 @@ class System:
     def rest(self) -> State:
         """The state at rest."""
         scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, 0.0))
+        return rest(scene, self.candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))))
 
 
 def system_of(scene: Scene) -> System:

@@ -10,6 +10,7 @@ import numpy as np
 
 from bipot.errors import (
     LARGEST_LENGTH,
+    LARGEST_STRESS,
     require,
     require_count,
     require_magnitude,
@@ -18,10 +19,49 @@ from bipot.errors import (
     require_type,
 )
 from bipot.frozen import FrozenMap
-from bipot.paths import POINTS, Path, checked, multiples, pair
+from bipot.paths import POINTS, RAMP, Amplitude, Path, checked, multiples, pair
 from bipot.typing import Floats
 
 LARGEST_MU = 1e12
+
+ACROSS = 1e-12
+"""A component below this fraction of a vector is round-off of its direction."""
+
+
+@dataclass(frozen=True)
+class Force:
+    """What drives a tool: the force ``vector`` (d,) times the ``amplitude``, on the whole tool.
+
+    A force without a direction, or one that would let go of the body (an amplitude that comes back to zero) leaves
+    the tool's place open: it is refused.
+    """
+
+    vector: tuple[float, float]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", pair(self.vector, "force.vector", "two finite numbers"))
+        require_type(self.amplitude, Amplitude, "force.amplitude")
+        require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
+        for size in (self.size, self.size * self.amplitude.largest):
+            require_magnitude(size, "force.vector, its amplitude with it", LARGEST_STRESS)
+        allowed = "above zero after tau = 0, where it is not below: to let go of the body, move the tool by its path"
+        later = all(multiple > 0 for tau, multiple in self.amplitude.points if tau > 0)
+        require(later and self.amplitude.at(0.0) >= 0, "force.amplitude", self.amplitude.points, allowed)
+
+    @property
+    def size(self) -> float:
+        """|vector|."""
+        return float(np.hypot(*self.vector))
+
+    @property
+    def direction(self) -> Floats:
+        """The unit vector (d,) of the force."""
+        return np.array(self.vector) / self.size
+
+    def at(self, tau: float) -> float:
+        """The force along its direction at pseudo-time ``tau``."""
+        return self.size * self.amplitude.at(tau)
 
 
 @dataclass(frozen=True)
@@ -34,9 +74,12 @@ class FlatTool:
     ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
     welds: what touches at the start of an increment stays tied.
 
+    ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path.
+
     Raises:
         SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded.
+            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool off
+            the body, a path that goes along the force.
     """
 
     point: tuple[float, float]
@@ -46,6 +89,7 @@ class FlatTool:
     mu: float
     path: Path = ((0.0, 0.0), (1.0, 1.0))
     mu_at: Mapping[int, float] = field(default_factory=dict)
+    driven_by: Force | None = None
 
     def __post_init__(self) -> None:
         for name in ("point", "normal", "travel"):
@@ -62,6 +106,7 @@ class FlatTool:
             require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
         object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
         self._check_path()
+        self._check_force()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
@@ -75,21 +120,32 @@ class FlatTool:
         for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
+    def _check_force(self) -> None:
+        require_type(self.driven_by, Force, "tool.driven_by", optional=True)
+        if self.driven_by is None:
+            return
+        direction = self.driven_by.direction
+        presses = float(direction @ self.normal)
+        require(presses >= -ACROSS, "tool.driven_by", self.driven_by.vector, "not against the normal: it pulls off")
+        path = self._multiples[1] * self.travel
+        along = bool((np.abs(path @ direction) <= ACROSS * np.abs(path).max()).all())
+        require(along, "tool.travel", self.travel, f"across the force {self.driven_by.vector}, which moves it along")
+
     @property
     def welded(self) -> bool:
         """Whether contact points are tied instead of sliding."""
         return bool(np.isinf(self.mu))
 
-    def offset(self, tau: float) -> float:
-        """n . x of the plane's points at pseudo-time tau."""
-        return float(np.dot(self.normal, np.add(self.point, self.moved(0.0, tau))))
+    def offset(self, moved: Floats) -> float:
+        """n . x of the plane's points where the tool has ``moved`` (d,) since rest."""
+        return float(np.dot(self.normal, np.add(self.point, moved)))
 
-    def distance(self, x: Floats, tau: float) -> Floats:
-        """Gaps (…) of points x (…, d) to the plane at pseudo-time tau."""
-        return x @ np.array(self.normal) - self.offset(tau)
+    def distance(self, x: Floats, moved: Floats) -> Floats:
+        """Gaps (…) of points x (…, d) to the plane where the tool has ``moved`` (d,) since rest."""
+        return x @ np.array(self.normal) - self.offset(moved)
 
     def moved(self, tau: float, tau_end: float) -> Floats:
-        """Displacement (d,) from pseudo-time ``tau`` to ``tau_end``.
+        """Displacement (d,) along the path from pseudo-time ``tau`` to ``tau_end``.
 
         >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
         array([ 0. , -1.8])

@@ -35,8 +35,8 @@ from scipy.sparse.linalg import splu
 from bipot.contact import Candidates, carries, force_threshold
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
+from bipot.iterate import Iterate
 from bipot.laws.coulomb import status
-from bipot.programs.data import ContactRows
 from bipot.tools import FlatTool
 from bipot.typing import Bools, Floats, Ints
 
@@ -63,17 +63,11 @@ class Traction:
     slip_tol: float
 
 
-def traction(
-    candidates: Candidates, rows: ContactRows, x: Floats, nodes: Floats, r: Floats, tau: float, tau_end: float
-) -> Traction:
-    """Traction and status of the increment from ``tau`` to ``tau_end`` that moved the free unknowns by x (n,).
-
-    ``nodes`` (a, 2) is the configuration of equilibrium, r (c, d) the forces of all candidates on ``rows``.
-    """
-    force_tol = force_threshold(r)
-    slip_tol = SLIP_TOLERANCE * candidates.length(rows, x, tau, tau_end)
-    pressure, shear = recovered_tractions(candidates, nodes, r, carries(r))
-    state = status(r, rows.motion(x), 0.0, rows.mu, force_tol, slip_tol)
+def traction(iterate: Iterate, r: Floats) -> Traction:
+    """Traction and status of contact forces r (c, d) of all candidates at the iterate, where that is in equilibrium."""
+    force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
+    pressure, shear = recovered_tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r))
+    state = status(r, iterate.motion, 0.0, iterate.rows.mu, force_tol, slip_tol)
     return Traction(pressure, shear, state, force_tol, slip_tol)
 
 

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.contact import Candidates
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
@@ -21,6 +22,7 @@ from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene, Support, upsetting
 from bipot.tools import FlatTool
+from bipot.typing import Floats
 
 FIRST = 0.001
 DIRECT = Tangent()
@@ -56,7 +58,7 @@ def posed(mu: float = 0.3, after: int = 6) -> Posed:
     accepted = run(mu)[after - 1]
     system = system_of(upsetting(mu=mu, reduction=0.1, elements=4))
     state, dtau = accepted.state, accepted.state.tau - accepted.start.tau
-    rows = system.candidates.rows(state.gap, state.tau, state.tau + dtau)
+    rows = rows_between(system.candidates, state.gap, state.tau, state.tau + dtau)
     rows = rows.take(rows.gap < 0.2)
     x = (state.velocity * dtau).ravel()[system.body.space.free]
     response = system.body.respond(state, x)
@@ -99,3 +101,9 @@ def refused(make, words):
     """What is made is refused, and the message has these words (a pattern)."""
     with pytest.raises(SceneError, match=words):
         make()
+
+
+def rows_between(candidates: Candidates, gap: Floats, tau: float, end: float) -> ContactRows:
+    """Contact rows of the increment from ``tau`` to ``end`` that starts with the gaps (c,)."""
+    scene = candidates.scene
+    return candidates.rows(gap, scene.travel(tau, end), scene.driven(end) - scene.driven(tau))

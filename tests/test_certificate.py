@@ -15,6 +15,7 @@ from bipot.certificate import (
     contact_gaps,
     material_gaps,
 )
+from bipot.examined import Examined
 from bipot.iterate import Increment, Iterate
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises, radial_return
@@ -39,7 +40,7 @@ def recertify(system, accepted, **changes):
     response, r = changes.get("response", solved.response), changes.get("r", solved.r)
     start = replace(response.state, gap=changes.get("gap", response.state.gap))
     increment = Increment(system, start, accepted.state.tau)
-    return Iterate(increment, response).certificate(r, float(np.abs(solved.r).max()))
+    return Examined(Iterate(increment, response), r, float(np.abs(solved.r).max())).certificate
 
 
 def test_the_accepted_increment_is_certified(system, accepted):
@@ -154,7 +155,8 @@ def contact_fields(r, motion, mu=0.3, *, tied=False, largest=None, present=None,
 
 
 def certified(contact, material, residual=0.0, force=1.0, blur=0.0, size=1.0, work=0.0):
-    return certify(contact, material, Balance(np.array([residual]), force, blur), size, work)
+    balance = Balance(np.array([residual]), force, blur, np.zeros(0), np.zeros(0))
+    return certify(contact, material, balance, size, work)
 
 
 def test_material_gap_is_zero_after_a_return_and_positive_off_it():

@@ -11,6 +11,7 @@ from bipot.contact import CARRIES, LEAST_MOTION, NEAR, REACH, TOUCHES, candidate
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
@@ -18,7 +19,7 @@ from bipot.mesh import block
 from bipot.response import body_space
 from bipot.scene import Scene, Support, upsetting
 from bipot.tools import FlatTool
-from tests.scenes import DIRECT, fresh, path
+from tests.scenes import DIRECT, fresh, path, rows_between
 
 TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))
 
@@ -33,12 +34,12 @@ def test_candidates_are_top_and_side_without_the_held_base_node():
 def test_friction_rows_only_where_the_tangent_is_free():
     """The axis node cannot slip; without friction there are no rows at all."""
     system = fresh(0.3, elements=3)
-    rows = system.candidates.rows(system.rest().gap, 0.0, 0.1)
+    rows = rows_between(system.candidates, system.rest().gap, 0.0, 0.1)
     mesh = system.body.scene.mesh
     axis = np.isin(system.candidates.node, mesh.boundary_nodes("axis"))
     np.testing.assert_array_equal(rows.frictional, np.flatnonzero(~axis))
     smooth = fresh(0.0, elements=3)
-    assert smooth.candidates.rows(smooth.rest().gap, 0.0, 0.1).G_t.shape[0] == 0
+    assert rows_between(smooth.candidates, smooth.rest().gap, 0.0, 0.1).G_t.shape[0] == 0
 
 
 def test_gap_and_slip_operators_measure_the_motion():
@@ -49,7 +50,7 @@ def test_gap_and_slip_operators_measure_the_motion():
     scene = block_scene((tool,))
     space_ = body_space(scene)
     points = candidates(scene, space_)
-    rows = points.rows(points.distance(scene.mesh.nodes, 0.25), 0.25, 0.75)
+    rows = rows_between(points, points.distance(scene.mesh.nodes, scene.travel(0.0, 0.25)), 0.25, 0.75)
     x = rng.normal(size=space_.size) * 0.01
     moved = (scene.mesh.nodes + space_.spread(x))[points.node]
     plane = np.array(tool.point) + 0.75 * np.array(tool.travel)
@@ -66,7 +67,7 @@ def test_gap_and_slip_operators_measure_the_motion():
 def test_welded_points_are_tied_while_touching_and_frictionless_before():
     system = fresh(np.inf, elements=3)
     mesh = system.body.scene.mesh
-    rows = system.candidates.rows(system.rest().gap, 0.0, 0.1)
+    rows = rows_between(system.candidates, system.rest().gap, 0.0, 0.1)
     on_top = np.isin(system.candidates.node, mesh.boundary_nodes("top"))
     np.testing.assert_array_equal(rows.tied, on_top)
     assert set(rows.frictional) <= set(np.flatnonzero(on_top))
@@ -81,9 +82,9 @@ def test_forces_on_the_tools_are_dual_to_their_travel():
     scene = block_scene(tuple(tools))
     points, resting = (system_of(replace(scene, tools=tuple(t))).candidates for t in (tools, still))
     r = rng.normal(size=(len(points.node), 2))
-    gap, x = points.distance(scene.mesh.nodes, 0.25), rng.normal(size=points.space.size)
-    moved, stayed = (c.rows(gap, 0.25, 0.75).motion(x) for c in (points, resting))
-    forces, travel = points.resultant(r), points.travel(0.25, 0.75)
+    gap, x = points.distance(scene.mesh.nodes, scene.travel(0.0, 0.25)), rng.normal(size=points.space.size)
+    moved, stayed = (rows_between(c, gap, 0.25, 0.75).motion(x) for c in (points, resting))
+    forces, travel = points.resultant(r), scene.travel(0.25, 0.75)
     np.testing.assert_allclose(travel, np.tile([0.025, -0.05], (2, 1)), rtol=1e-14)
     for k in range(2):
         mine = points.tool == k
@@ -96,12 +97,12 @@ def test_a_tool_far_from_the_body_is_no_scale():
     far = replace(tool, point=(0.0, 1.0 + 1.01 * REACH * 2.0), travel=(0.0, 7.0))
     for tools, expected in (((tool, far), 0.1), ((far, tool), 0.1), ((far,), 0.0)):
         scene = block_scene(tools)
-        points = system_of(scene).candidates
-        rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 1.0)
-        x = np.full(points.space.size, 1e-3)
-        assert points.reach(rows.gap, 0.0, 1.0) == pytest.approx(expected)
-        assert points.length(rows, x, 0.0, 1.0) == pytest.approx(expected or np.sqrt(2) * 1e-3)
-        assert points.length(rows, 0 * x, 0.0, 1.0) == pytest.approx(expected or LEAST_MOTION * 2.0)
+        system = system_of(scene)
+        increment = Increment(system, system.rest(), 1.0)
+        x = np.full(system.body.space.size, 1e-3)
+        assert increment.reach == pytest.approx(expected)
+        assert increment.at(x).length == pytest.approx(expected or np.sqrt(2) * 1e-3)
+        assert increment.at(0 * x).length == pytest.approx(expected or LEAST_MOTION * 2.0)
 
 
 def test_what_is_closed_and_what_is_near():
@@ -112,7 +113,7 @@ def test_what_is_closed_and_what_is_near():
     assert touches(np.array([-1.0, 1.9 * TOUCHES, 2.1 * TOUCHES]), 2.0).tolist() == [True, True, False]
     scene = block_scene((FlatTool((0.0, 1.2), (0.6, -0.8), (0.0, -0.1), ("top",), 0.3),))
     points = system_of(scene).candidates
-    rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 1.0)
+    rows = rows_between(points, points.distance(scene.mesh.nodes, scene.travel(0.0, 0.0)), 0.0, 1.0)
     x = np.zeros(points.space.size)
     order = np.sort(rows.gap)
     assert near_tools(rows, x, order[2] / NEAR).sum() == 3

@@ -24,6 +24,7 @@ from bipot.scene import upsetting
 from bipot.tools import FlatTool
 from studies import hard_cases, hard_programs
 from studies.hard_scenes import Outcome, Settings, cases
+from tests.scenes import rows_between
 
 SMALL = Settings(2, 3)
 PROMISED = ("newton", "dissipation")
@@ -124,7 +125,7 @@ def test_bad_tools_are_refused(changes: dict, field: str) -> None:
 def test_tool_moves_along_its_path() -> None:
     tool = FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.5)))
     np.testing.assert_allclose(tool.moved(0.25, 0.75), [0, -0.5])
-    assert tool.offset(1.0) == pytest.approx(0.0)
+    assert tool.offset(tool.moved(0.0, 1.0)) == pytest.approx(0.0)
 
 
 def test_mu_of_a_node_holds_there_only() -> None:
@@ -132,7 +133,7 @@ def test_mu_of_a_node_holds_there_only() -> None:
     node = int(scene.mesh.boundary_nodes("top")[-1])
     scene = replace(scene, tools=(replace(scene.tools[0], mu_at={node: 0.0}),))
     points = system_of(scene).candidates
-    rows = points.rows(points.distance(scene.mesh.nodes, 0.0), 0.0, 0.1)
+    rows = rows_between(points, points.distance(scene.mesh.nodes, points.scene.travel(0.0, 0.0)), 0.0, 0.1)
     assert set(rows.mu[points.node == node]) == {0.0}
     assert set(rows.mu[points.node != node]) == {0.2}
     assert node not in points.node[rows.frictional]

@@ -13,6 +13,7 @@ from bipot.march import Control, system_of
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
+from tests.scenes import rows_between
 
 STEEL = Elasticity(210e3, 0.3)
 PRESSED = upsetting(mu=0.2, reduction=0.05, elements=2)
@@ -51,7 +52,7 @@ def test_an_elastic_program_has_no_plastic_variables_and_is_the_quadratic_one():
     system = system_of(RUBBER)
     state = system.rest()
     response = system.body.respond(state, np.zeros(system.body.space.size))
-    rows = system.candidates.rows(state.gap, 0.0, 0.01)
+    rows = rows_between(system.candidates, state.gap, 0.0, 0.01)
     contact = ContactTerms(rows, rows.threshold(np.full((rows.count, 2), 10.0)))
     program = DissipationProgram(system.body.plastic_model(response), np.zeros(len(response.x)), contact)
     conic = program.conic()

@@ -103,7 +103,7 @@ def test_under_friction_residual_stress_is_left_the_same_by_both_forms_and_by_a_
     back = replace(tool, point=(0.0, 4.5), travel=(0.0, 0.05))
     system = system_of(replace(full, tools=(back,)))
     *_, end = march(full, path(0.1, 4), Control(Newton(), (Tangent(), Dissipation())))
-    leaving = replace(end.state, tau=0.0, gap=system.candidates.distance(end.state.nodes, 0.0))
+    leaving = replace(end.state, tau=0.0, gap=system.candidates.distance(end.state.nodes, np.zeros((1, 2))))
     *_, left = march(system.body.scene, Schedule(10), start=leaving)
     assert not left.tool_forces.any()
     np.testing.assert_allclose(left.state.stress, newton.stress, atol=2e-3 * 300.0)

@@ -17,6 +17,9 @@ from bipot.tools import FlatTool
 STEEL = upsetting(mu=0.3).material
 ROOT = np.sqrt(0.5)
 
+REST = np.zeros((1, 2))
+"""No tool has moved."""
+
 
 def under(*normal, point=(0.0, 2.0), candidates=("top",), path=((0.0, 0.0), (1.0, 1.0))):
     """A block 4 x 2 of one element under a tool whose plane goes through ``point``."""
@@ -53,7 +56,7 @@ def with_top(scene, left, middle, right):
 )
 def test_depth_of_a_parabola_is_that_of_its_closed_form(heights, depth):
     scene = under(0.0, -1.0)
-    assert overlap(scene, with_top(scene, *heights), 0.0) == pytest.approx(depth / 4, rel=1e-13, abs=0)
+    assert overlap(scene, with_top(scene, *heights), REST) == pytest.approx(depth / 4, rel=1e-13, abs=0)
 
 
 def test_the_extremum_is_that_of_a_fine_sampling_of_any_edge():
@@ -63,8 +66,8 @@ def test_the_extremum_is_that_of_a_fine_sampling_of_any_edge():
         scene = replace(under(0.0, -1.0), tools=(tool,))
         nodes = scene.mesh.nodes + 0.5 * rng.standard_normal(scene.mesh.nodes.shape)
         points = curved(nodes, scene.mesh.boundary("top"), 2000).reshape(-1, 2)
-        sampled = max(0.0, float((tool.offset(0.3) - points @ np.array(tool.normal)).max()))
-        found = 4 * overlap(scene, nodes, 0.3)
+        sampled = max(0.0, float((tool.offset(tool.moved(0.0, 0.3)) - points @ np.array(tool.normal)).max()))
+        found = 4 * overlap(scene, nodes, scene.travel(0.0, 0.3))
         assert sampled <= found + 1e-12
         assert found == pytest.approx(sampled, rel=1e-5, abs=1e-6)
 
@@ -72,30 +75,34 @@ def test_the_extremum_is_that_of_a_fine_sampling_of_any_edge():
 def test_the_tool_is_where_its_path_has_it_and_the_deepest_tool_counts():
     scene = under(0.0, -1.0, path=((0.0, 0.0), (0.5, 1.0), (1.0, 0.2)))
     nodes = scene.mesh.nodes
-    assert [4 * overlap(scene, nodes, tau) for tau in (0.0, 0.25, 0.5, 1.0)] == pytest.approx([0, 0.5, 1, 0.2])
+    assert [4 * overlap(scene, nodes, scene.travel(0.0, tau)) for tau in (0.0, 0.25, 0.5, 1.0)] == pytest.approx(
+        [0, 0.5, 1, 0.2]
+    )
     far = replace(scene.tools[0], point=(0.0, 9.0))
-    assert overlap(replace(scene, tools=(far, scene.tools[0])), nodes, 0.5) == pytest.approx(0.25)
+    both = replace(scene, tools=(far, scene.tools[0]))
+    assert overlap(both, nodes, both.travel(0.0, 0.5)) == pytest.approx(0.25)
 
 
 def test_only_candidate_boundaries_count_but_held_and_open_nodes_on_them_do():
     scene = under(-ROOT, ROOT, point=(4.5, -0.5), candidates=("right",))
     # The half-space right of the line through (4.5, -0.5) and (5, 0) holds no corner of the block.
-    assert overlap(scene, scene.mesh.nodes, 0.0) == 0
+    assert overlap(scene, scene.mesh.nodes, REST) == 0
     held = under(-ROOT, ROOT, point=(3.5, 0.0), candidates=("right",))
     # The lower right corner is held by the base in one direction, and 0.5/sqrt(2) inside.
-    assert 4 * overlap(held, held.mesh.nodes, 0.0) == pytest.approx(0.5 * ROOT)
+    assert 4 * overlap(held, held.mesh.nodes, REST) == pytest.approx(0.5 * ROOT)
     # Off its candidates the tool may be anywhere.
-    assert overlap(replace(held, tools=(replace(held.tools[0], candidates=("left",)),)), held.mesh.nodes, 0.0) == 0
+    assert overlap(replace(held, tools=(replace(held.tools[0], candidates=("left",)),)), held.mesh.nodes, REST) == 0
 
 
 def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     """Its nodes obey the gap to round-off, its parabola does not."""
     scene = upsetting(mu=0.3, elements=3)
     run = march(scene, Schedule(12, first=0.001 / 0.45), Control(Newton(), (Tangent(), Dissipation())))
-    deepest, at = max(((overlap(scene, a.state.nodes, a.state.tau), a) for a in run), key=lambda pair: pair[0])
+    found = [(overlap(scene, a.state.nodes, scene.travel(0.0, a.state.tau)), a) for a in run]
+    deepest, at = max(found, key=lambda pair: pair[0])
     edges = scene.mesh.edges("top", "side")
     height = curved(at.state.nodes, edges, 1000)[..., 1]
-    sampled = float(height.max() + scene.tools[0].offset(at.state.tau)) / scene.mesh.size
+    sampled = float(height.max() + scene.tools[0].offset(scene.tools[0].moved(0.0, at.state.tau))) / scene.mesh.size
     assert at.solved.certificate.penetration < 1e-9
     assert sampled > 1e-5
     assert deepest == pytest.approx(sampled, rel=1e-4)

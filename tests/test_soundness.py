@@ -12,6 +12,7 @@ from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
 from bipot.march import system_of
 from bipot.mesh import Mesh, block
+from tests.scenes import rows_between
 
 FORMS = (Newton(), Tangent(), Dissipation(), Delassus())
 EXACT = pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name.value)
@@ -132,13 +133,13 @@ def test_the_stored_increment_is_sharper_than_its_positions():
     scene = upsetting(mu=0.3, reduction=1e-12, elements=2)
     accepted = last(scene, Schedule(3), Newton())
     start, end, system = accepted.start, accepted.state, system_of(scene)
-    rows = system.candidates.rows(start.gap, start.tau, end.tau)
+    rows = rows_between(system.candidates, start.gap, start.tau, end.tau)
     stored = rows.motion(end.displacement.ravel()[system.body.space.free])[:, 0]
     travel = np.abs(scene.tools[0].moved(start.tau, end.tau)).max()
     np.testing.assert_allclose(stored, end.gap, atol=1e-15 * travel)
     closed = end.forces[:, 0] > 0
     assert np.abs(end.gap[closed]).max() < 1e-9 * travel
-    by_position = system.candidates.distance(end.nodes, end.tau)
+    by_position = system.candidates.distance(end.nodes, system.body.scene.travel(0.0, end.tau))
     assert np.abs(by_position[closed]).max() > 1e-6 * travel
 
 

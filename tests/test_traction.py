@@ -15,6 +15,7 @@ from bipot.fem.strain import Configuration
 from bipot.fem.surface import edge_mass
 from bipot.forms import Tangent
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.coulomb import Status
 from bipot.march import Control, Schedule, march, system_of
 from bipot.scene import upsetting
@@ -245,7 +246,7 @@ def test_thresholds_are_relative_and_kept_beside_the_data(sticky):
     result = increment_traction(system, last)
     assert result.force_tol == CARRIES * np.linalg.norm(solved.r, axis=1).max()
     assert result.slip_tol == pytest.approx(SLIP_TOLERANCE * 0.2 * 5 * (times[1] - times[0]), rel=1e-12)
-    larger = traction(system.candidates, solved.rows, solved.response.x, last.state.nodes, 1e3 * solved.r, *times)
+    larger = traction(solved.iterate, 1e3 * solved.r)
     np.testing.assert_array_equal(larger.status, result.status)
     np.testing.assert_allclose(larger.recovered_pressure, 1e3 * result.recovered_pressure, rtol=1e-12)
 
@@ -267,10 +268,10 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
 
 def test_a_body_that_moves_between_resting_tools_has_its_own_length(sticky):
     system, last = sticky
-    rows, x, still = last.solved.rows, last.solved.response.x, (last.start.tau, last.start.tau)
+    still, x = Increment(system, last.start, last.start.tau), last.solved.response.x
     largest = np.linalg.norm(last.state.displacement, axis=1).max()
-    assert system.candidates.length(rows, x, *still) == pytest.approx(largest, rel=1e-15)
-    assert system.candidates.length(rows, 0 * x, *still) == LEAST_MOTION * 5
+    assert still.at(x).length == pytest.approx(largest, rel=1e-15)
+    assert still.at(0 * x).length == LEAST_MOTION * 5
 
 
 def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):

@@ -1,6 +1,7 @@
 """Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
 
-Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds.
+Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds. Behind them stand
+the translations of tools that a force drives: no element touches them, they are in contact rows only.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ class Space:
 
     ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
+    ``translations`` m is how many unknowns stand behind the free ones, each with a zero on the diagonal.
     """
 
     mesh: Mesh
@@ -37,17 +39,27 @@ class Space:
     scatter: Ints
     indices: NDArray[np.int32]
     indptr: NDArray[np.int32]
+    translations: int = 0
 
     @property
     def size(self) -> int:
-        """Number n of free unknowns."""
-        return len(self.free)
+        """Number n of unknowns."""
+        return len(self.free) + self.translations
 
     def spread(self, x: Floats) -> Floats:
-        """Nodal field (a, d) from free unknowns (n,), zero where held."""
+        """Nodal field (a, d) from the unknowns (n,), zero where held."""
         full = np.zeros(self.mesh.nodes.size)
-        full[self.free] = x
+        full[self.free] = x[: len(self.free)]
         return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
+
+    def beside(self, x: Floats) -> Floats:
+        """Of the unknowns (n,) the translations (m,)."""
+        return x[len(self.free) :]
+
+    def gather(self, every: Floats) -> Floats:
+        """Unknowns (n,) of a vector for every node, held or not, and the translations behind it (a d + m,)."""
+        free = every[self.free]
+        return np.concatenate([free, every[self.mesh.nodes.size :]]) if self.translations else free
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
         """Sum element matrices (e, dk, dk) into the free-free matrix (n, n)."""
@@ -55,8 +67,8 @@ class Space:
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
 
     def vector(self, element: Floats) -> Floats:
-        """Sum element vectors (e, dk) into the free vector (n,)."""
-        return np.asarray(self.nodal(element).ravel()[self.free], dtype=np.float64)
+        """Sum element vectors (e, dk) into the vector (n,) of the unknowns."""
+        return self.gather(np.append(self.nodal(element), np.zeros(self.translations)))
 
     def nodal(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) at the nodes (a, d), held unknowns included."""
@@ -80,8 +92,8 @@ class Space:
         return float((whole + np.sqrt(np.vecdot(applied, applied))).max())
 
 
-def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space:
-    """The space of a mesh whose unknowns ``held`` (full numbers) are zero."""
+def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0) -> Space:
+    """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``."""
     d = geometry.reduction.dimension
     dofs = (d * mesh.elements[:, :, None] + np.arange(d)).reshape(len(mesh.elements), -1)
     free = np.setdiff1d(np.arange(mesh.nodes.size), held)
@@ -93,9 +105,10 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space
     # Column-major keys sort into CSC order; np.unique hands back each entry's place.
     keys = columns[kept] * len(free) + rows[kept]
     unique, place = np.unique(keys, return_inverse=True)
-    scatter = np.full(kept.shape, len(unique), dtype=np.intp)
+    scatter = np.full(kept.shape, len(unique) + translations, dtype=np.intp)
     scatter[kept] = place
-    counts = np.bincount(unique // len(free), minlength=len(free))
+    counts = np.append(np.bincount(unique // len(free), minlength=len(free)), np.ones(translations, np.intp))
+    behind = len(free) + np.arange(translations)
     return Space(
         mesh,
         geometry,
@@ -104,13 +117,14 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space
         free,
         position,
         scatter.ravel(),
-        (unique % len(free)).astype(np.int32),
+        np.append(unique % len(free), behind).astype(np.int32),
         np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
+        translations,
     )
 
 
 def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
-    """Orthonormal rigid motions (n, m) on the ``free`` unknowns that vanish on the held ones."""
+    """Orthonormal rigid motions (f, m) on the ``free`` unknowns (f,) that vanish on the held ones."""
     d = nodes.shape[1]
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
     axes = np.eye(d)

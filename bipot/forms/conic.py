@@ -75,7 +75,7 @@ class Tangent:
         raw = self._gone_on(iterate, r, state, program) or self._posed(program, r[state.near], state.cache)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
-            tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
+            tried = shortened(iterate, r, state, x, forces, self.halvings, clock)
         else:
             with clock:
                 tried = Tried(iterate.increment.at(x), forces)
@@ -167,7 +167,7 @@ class Tried(NamedTuple):
     whole: bool = True
 
 
-def _shortened(
+def shortened(
     iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
 ) -> Tried:
     """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""

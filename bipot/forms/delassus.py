@@ -6,14 +6,17 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
+import scipy.sparse as sp
+
 from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.conic import tangent_program
+from bipot.forms.conic import shortened, tangent_program
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense
+from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
@@ -24,6 +27,12 @@ USABLE = 1e-8
 
 PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
 """Steps are counted and not timed, so that a march is the same on every machine."""
+
+SOFT = 1e-5
+"""Of a tool's elastic support, the stiffness of a spring that holds it where a force drives it."""
+
+HALVINGS = 3
+"""How often a step that leads away from equilibrium and law is halved."""
 
 FIRST, *REST = DEFAULT_CHAIN
 CHAIN = tuple(stage for stage in REST if not isinstance(stage.solver, GaussSeidel))
@@ -61,6 +70,7 @@ class Delassus:
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, TangentKind.CONSISTENT, clock)
+        program = _softly_held(program, iterate, state)
         condensed = condense(program, state.cache.split(program))
         reduced = reduce(condensed.program)
         built = clock.outside()
@@ -70,13 +80,11 @@ class Delassus:
         near = found.r.reshape(-1, r.shape[1])
         x = condensed.recover(reduced.displacement(near)) * units.length
         solved = clock.outside()
-        with clock:
-            there = iterate.increment.at(x)
-        forces = state.spread(near * units.force)
-        state = state.after(there, forces, exact=True)
+        tried = shortened(iterate, r, state, x, state.spread(near * units.force), HALVINGS, clock)
+        state = state.after(tried.iterate, tried.r, exact=tried.whole, distance=tried.distance)
         outcome = Outcome.SOLVED if found.converged else Outcome.ALMOST
         timing = Timing(built - began, solved - built, clock.seconds)
-        return Step(there, forces, outcome, found.iterations, timing, state.coupling.report), state
+        return Step(tried.iterate, tried.r, outcome, found.iterations, timing, state.coupling.report), state
 
     def _find(self, reduced: Reduced, start: Floats) -> CoulombSolution:
         first = FIRST.solver if self.solver is None else self.solver
@@ -84,3 +92,20 @@ class Delassus:
         if self.solver is not None or found.residual() <= USABLE:
             return found
         return solve(reduced.problem, replace(self.limits, tol=max(self.limits.tol, USABLE)), start, CHAIN)
+
+
+def _softly_held(program: TangentProgram, iterate: Iterate, state: Posed) -> TangentProgram:
+    """With a spring on every tool that a force drives, without tension where the tool is at the iterate.
+
+    Nothing else resists its translation, and W = G K^-1 G' would be infinite. The passes take the spring's pull away:
+    the next one finds the tool where this one leaves it (a proximal point), SOFT of the way off.
+    """
+    space, units = iterate.increment.system.body.space, state.units
+    if not space.translations:
+        return program
+    spring = SOFT * iterate.increment.system.rigidity.tools * (units.length / units.force)
+    K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
+    # Each has one entry in its column: a sum of matrices would lose the zeros of the run's pattern.
+    K.data[K.indptr[len(space.free) : -1]] += spring
+    f[len(space.free) :] += spring * iterate.advance / units.length
+    return replace(program, K=K, f=f)

@@ -59,7 +59,7 @@ class Paced:
 
 @dataclass
 class Pace:
-    """Predicts an increment's displacement: the velocity extrapolated linearly from the last two increments.
+    """Predicts an increment's motion: the velocity extrapolated linearly from the last two increments.
 
     The velocity of an increment is that of its middle. Where it changes by more than BOUNDED of itself (first yield,
     a landing, a reversal) the last velocity is kept.
@@ -69,10 +69,10 @@ class Pace:
     before: Paced | None = None
 
     def predict(self, state: State, tau: float) -> Floats:
-        """Displacement (a, d) from ``state`` to ``tau``."""
+        """Displacements, node by node, and translations (a d + m,) from ``state`` to ``tau``."""
         if self.last is None or self.last.tau != state.tau:
             middle = None if self.last is None else (self.last.tau + state.tau) / 2
-            self.before, self.last = self.last, Paced(state.tau, middle, state.velocity)
+            self.before, self.last = self.last, Paced(state.tau, middle, state.rates)
         return self._velocity(self.last, (state.tau + tau) / 2) * (tau - state.tau)
 
     def _velocity(self, last: Paced, middle: float) -> Floats:

@@ -147,7 +147,11 @@ class Border:
         column = np.concatenate([inner.order[inner.indices], beside, pair, of_law[1]])
         # A force follows the last unknown that it acts on: it then has a pivot, and hardly any entry of its own.
         when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
-        np.maximum.at(when, beside, when[pair] + 0.5)
+        lone = np.concatenate([np.diff(inner.indptr) == 1, np.zeros(force.size, dtype=bool)])
+        lone[:n] = lone[:n][np.argsort(inner.order)]
+        np.maximum.at(when, beside, np.where(lone[pair], -1, when[pair]) + 0.5)
+        # What no element touches, a tool's translation, has a pivot only behind the forces that act on it.
+        when[lone] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
         return Border(contact, touched, number, Pattern.ranked(row, column, rank))
 

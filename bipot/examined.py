@@ -1,0 +1,104 @@
+r"""An iterate with contact forces, to be certified: which fields, which scales, which round-off.
+
+Round-off of the internal forces is that of their own assembly,
+
+    eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
+
+summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement
+and those of the tools within reach: what an unstressed body is measured by. That of a contact's motion is eps times
+these lengths. Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound,
+it stands for the sum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bipot.certificate import EPS, Balance, Bounds, Certificate, ContactFields, certify
+from bipot.iterate import Increment, Iterate
+from bipot.response import Response
+from bipot.tensors import norm
+from bipot.typing import Floats
+
+FAINT = 0.1
+"""Round-off below this fraction of a bound decides nothing about it."""
+
+
+@dataclass(frozen=True)
+class Examined:
+    """An iterate with contact forces r (c, d) on all candidates' rows, to be certified.
+
+    ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
+    Equilibrium comes first and costs little; the rest is asked where that is met.
+    """
+
+    iterate: Iterate
+    r: Floats
+    largest: float
+    bounds: Bounds = Bounds()
+
+    @property
+    def increment(self) -> Increment:
+        """The increment that is examined."""
+        return self.iterate.increment
+
+    @property
+    def response(self) -> Response:
+        """The body's response."""
+        return self.iterate.response
+
+    @cached_property
+    def certificate(self) -> Certificate:
+        """Every measure."""
+        body, work = self.increment.system.body, self.iterate.work(self.r)
+        return certify(self._contact(), body.fields(self.response), self.balance, body.scene.mesh.size, work)
+
+    def ratios(self) -> dict[str, float]:
+        """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
+        ratio = self.balance.equilibrium / max(self.bounds.equilibrium, self.balance.resolution)
+        return self.certificate.ratios(self.bounds) if ratio <= 1 else {"equilibrium": ratio}
+
+    @cached_property
+    def balance(self) -> Balance:
+        """Nodal residuals and what they are measured by."""
+        space, bounds = self.increment.system.body.space, self.bounds
+        loads = np.zeros((1, 1))
+        if self.increment.system.loading.loads:
+            # What acts on held unknowns goes into the supports: it measures nothing.
+            loads = space.spread(self.iterate.load)
+        force = space.force_scale(self.response.element_forces, loads)
+        least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
+        residual = self.iterate.residual - self.iterate.rows.forces(self.r)
+        return Balance(
+            residual=norm(space.spread(residual)),
+            force=force,
+            blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
+            + EPS * float(np.abs(loads).max()),
+            pushed=space.beside(residual),
+            push=space.beside(self.iterate.load),
+        )
+
+    @cached_property
+    def _moved(self) -> float:
+        """Lengths of the increment (module docstring)."""
+        advance = float(np.abs(self.iterate.advance).max(initial=0.0))
+        return float(norm(self.response.du).max()) + self.increment.reach + advance
+
+    def _contact(self) -> ContactFields:
+        rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion
+        present = float(np.abs(r).max(initial=0.0))
+        return ContactFields(
+            r=r,
+            motion=motion,
+            mu=rows.mu,
+            tied=rows.tied,
+            stiffness=self.increment.system.rigidity.contact,
+            largest=max(self.largest, present),
+            present=max(present, float(np.abs(self.response.state.forces).max(initial=0.0))),
+            # A far candidate's gap is never small: what it is rounded to does not matter.
+            blur=EPS * (np.minimum(np.abs(motion[:, 0]), moved) + moved),
+            inside=self.increment.inside,
+        )
