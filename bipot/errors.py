@@ -71,6 +71,18 @@ class IncrementFailed(BipotError):
         self.history = history
 
 
+class LimitPassed(IncrementFailed, UnboundedProgram):
+    """The march stopped because the load is above what the body carries in its present shape.
+
+    ``ray`` (a, d) is the mechanism, with a gain of the load of one; ``fraction`` of the load is what is carried at most
+    (:mod:`bipot.programs.limit`).
+    """
+
+    def __init__(self, message: str, state: Any, ray: Any, fraction: float) -> None:
+        super().__init__(message, state)
+        self.ray, self.fraction = ray, fraction
+
+
 def require(condition: bool, field: str, value: object, allowed: str) -> None:
     """Raise :class:`SceneError` naming ``field``, ``value`` and the ``allowed`` range unless ``condition``.
 

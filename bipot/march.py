@@ -15,11 +15,12 @@ from functools import partial
 import numpy as np
 
 from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.diagnosis import diagnosis
+from bipot.diagnosis import collapse, diagnosis
 from bipot.energy import Energies
 from bipot.errors import (
     IncrementFailed,
     InvertedElement,
+    LimitPassed,
     NotConverged,
     ProgramError,
     UnsuitedForm,
@@ -171,7 +172,7 @@ def _increments(
                     break
                 # Counted from what was scheduled: from the last success they creep up to a wall without an end.
                 if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise IncrementFailed(_advice(system, state, tau, attempt, cuts), state)
+                    raise _failed(increment, attempt, cuts)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
@@ -245,13 +246,23 @@ def attempt_increment(
     return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
 
 
-def _advice(system: System, state: State, tau: float, attempt: Attempt, cuts: int) -> str:
+def _failed(increment: Increment, attempt: Attempt, cuts: int) -> IncrementFailed:
     """What failed, and one sentence on what to change after so many ``cuts``."""
+    system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
     found = diagnosis(system, state, tau)
     if found:
-        return failed + found
+        return IncrementFailed(failed + found, state)
+    given_way = collapse(increment)
+    if given_way is not None:
+        carried = f"The load passes the limit load: in its present shape the body carries {given_way.carried:.6g} of it"
+        ray = system.body.space.spread(given_way.v)
+        advice = f"{failed}{carried}. Drive it by displacements, or load it less."
+        return LimitPassed(advice, state, ray, given_way.carried)
     if isinstance(attempt.last, InvertedElement):
         shorter = "Remesh there: shorter increments fold the element too."
-        return failed + (shorter if cuts else "Use more increments, or remesh there.")
-    return failed + "Use more increments, or a mesh that is less distorted there."
+        return IncrementFailed(failed + (shorter if cuts else "Use more increments, or remesh there."), state)
+    pushed = system.loading.loads or system.body.scene.pushed
+    driven = "drive it by displacements if the load has passed its maximum, or use " if pushed else ""
+    more = f"Use more increments, {driven or 'or '}a mesh that is less distorted there."
+    return IncrementFailed(failed + more, state)

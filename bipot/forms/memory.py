@@ -36,6 +36,8 @@ class Setup:
         scatter = np.append(pattern.place, len(pattern.place))[space.scatter]
         scratch = body.scratch()
         diagonal = space.matrix(iterate.tangent(scratch)).diagonal()
+        # A contact of a held node with a tool that a force drives has no other unknown than that.
+        diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
         return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
 
     def data(self, element: Floats) -> Floats:

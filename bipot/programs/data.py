@@ -22,6 +22,8 @@ class Term(StrEnum):
     TIE = "tie"
     YIELD = "yield"
     FICTITIOUS = "fictitious"
+    GAIN = "gain"
+    VOLUME = "volume"
 
 
 class Block(StrEnum):

@@ -105,7 +105,7 @@ class ContactTerms:
         """Rows on ``columns`` variables; dU comes first and the slip bounds t start at column ``bounds``."""
         rows, alone = self.rows, self.unilateral
         sliding, slip = self.tangent_rows(self.sliding)
-        gap = Rows(Term.GAP, Cone.NONNEGATIVE, _pad(rows_of(rows.G_n, alone), columns), rows.gap[alone])
+        gap = Rows(Term.GAP, Cone.NONNEGATIVE, widened(rows_of(rows.G_n, alone), columns), rows.gap[alone])
         own = (gap, norm_rows(Term.FRICTION, sliding, slip, columns, bounds), self._tie_rows(columns))
         return own if self.shift is None else (*own, _coulomb_rows(*self.shifted_rows(), columns))
 
@@ -115,7 +115,7 @@ class ContactTerms:
             return Rows(Term.TIE, Cone.ZERO, sp.csr_matrix((0, columns)), np.zeros(0))
         stuck, offset = self.tangent_rows(self.stuck)
         tie = sp.csr_matrix(sp.vstack([self.rows.G_n[tied], stuck]))
-        return Rows(Term.TIE, Cone.ZERO, _pad(tie, columns), np.concatenate([self.rows.gap[tied], offset.ravel()]))
+        return Rows(Term.TIE, Cone.ZERO, widened(tie, columns), np.concatenate([self.rows.gap[tied], offset.ravel()]))
 
     def contact_forces(self, solution: ConicSolution) -> Floats:
         """Contact forces r (c, d) from the duals of :meth:`cone_rows`."""
@@ -196,8 +196,9 @@ def _coulomb_rows(normal: sp.csr_matrix, gap: Floats, tangent: sp.csr_matrix, sl
     stacked = sp.csr_matrix(sp.vstack([normal, tangent]))
     order = np.column_stack([np.arange(count), count + np.arange(count * tangents).reshape(count, tangents)]).ravel()
     b = np.column_stack([gap, slip]).ravel()
-    return Rows(Term.COULOMB, Cone.SECOND_ORDER, _pad(sp.csr_matrix(stacked[order]), columns), b, width)
+    return Rows(Term.COULOMB, Cone.SECOND_ORDER, widened(sp.csr_matrix(stacked[order]), columns), b, width)
 
 
-def _pad(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
+def widened(A: sp.csr_matrix, columns: int) -> sp.csr_matrix:
+    """The rows on so many ``columns``, of which they touch the first."""
     return sp.csr_matrix((A.data, A.indices, A.indptr), shape=(len(A.indptr) - 1, columns))

@@ -1,0 +1,139 @@
+r"""The limit load of a body in a fixed shape: a kinematic program, and the inequalities that make its answer a proof.
+
+A motion v gains F . v from the loads and dissipates D(v) = sum_q w sqrt(2/3) sigma_Y |dev B v|. Over all
+
+    tr B v = 0 everywhere,    G_n v >= mu |G_t v| at the contacts,    F . v = 1,
+
+the least D(v) is the fraction of the load that the body carries. Where it is below one, no stress within the yield
+surface and no contact forces within Coulomb's cone balance F in this shape: virtual work with v gives F . v = sum_q w
+sigma : B v - sum_c r . G v <= D(v), for r . G v >= 0 in the cone's dual (Farkas; the dilatant slip is that of the
+proof, not of the body, and only raises the fraction). Whoever found v, the inequalities judge it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import qr
+
+from bipot.conic.problem import Cone, ConicProgram, Layout, Rows
+from bipot.conic.solver import Accuracy, ConicSolver
+from bipot.programs.data import Block, ContactRows, Term
+from bipot.programs.dissipation import ROOT, PlasticModel
+from bipot.programs.terms import ContactTerms, norm_rows, widened
+from bipot.typing import Floats
+
+DENSE = 3000
+"""Unknowns up to which it is asked whether elements lock."""
+
+DEPENDENT = 1e-8
+"""What is left of a row, over the longest, when the others are taken off: none."""
+
+FARKAS = 1e-6
+"""What a mechanism may change of the volume, or overtake of a tool, over what it gains."""
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A motion v (n,) of a body under a load, judged: everything over what the load gains by it.
+
+    ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` what plastic flow takes, and
+    ``overtaken`` how far a contact is closed, or opens less than it slips, over the largest motion of one.
+    """
+
+    v: Floats
+    volume: float
+    carried: float
+    overtaken: float
+
+    @staticmethod
+    def of(model: PlasticModel, force: Floats, rows: ContactRows, v: Floats) -> Mechanism:
+        """Of the motion v (n,) under ``force`` (n,); one that gains nothing is no mechanism."""
+        gain = float(force @ v)
+        if not gain > 0:
+            return Mechanism(v, np.inf, np.inf, np.inf)
+        change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
+        flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
+        motion = still(rows).motion(v)
+        slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
+        short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
+        largest = float(np.abs(v).max())
+        return Mechanism(
+            v,
+            float(change) / gain,
+            float(ROOT * (model.weight * model.threshold) @ flow) / gain,
+            float(short.max(initial=0.0)) / largest,
+        )
+
+    @property
+    def holds(self) -> bool:
+        """Whether it proves that the load is above the limit: it flows freely, and takes less than the load gives."""
+        return self.volume <= FARKAS and self.carried < 1 and self.overtaken <= FARKAS
+
+
+@dataclass(frozen=True)
+class LimitProgram:
+    """The material (its moduli and present stress do not matter), the load F (n,), the contacts."""
+
+    model: PlasticModel
+    force: Floats
+    rows: ContactRows
+
+    def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
+        """The motion found, judged.
+
+        Raises:
+            ProgramError: no answer.
+        """
+        m, rows, basis = self.model, self.rows, isochoric(self.model.volumetric)
+        program = self
+        if basis is not None:
+            volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (m.volumetric[:0], m.deviatoric))
+            G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
+            model = replace(m, volumetric=volumetric, deviatoric=deviatoric)
+            program = LimitProgram(model, basis.T @ self.force, replace(rows, G_n=G_n, G_t=G_t))
+        answer, _ = solver.solve(program.conic(), accuracy)
+        found = answer.block(Block.DISPLACEMENT)
+        return Mechanism.of(m, self.force, rows, found if basis is None else basis @ found)
+
+    def conic(self) -> ConicProgram:
+        """Variables (v, t): least sum_q w sqrt(2/3) sigma_Y t_q, t_q >= |dev B v|, and the constraints."""
+        m, layout = self.model, Layout()
+        points, width = m.stress.shape
+        layout.add(Block.DISPLACEMENT, len(self.force))
+        norms = layout.add(Block.PLASTIC_NORM, points)
+        gain = np.append(self.force, np.zeros(points))
+        free = np.zeros(len(self.rows.frictional))
+        volume = widened(m.volumetric, layout.size)
+        return ConicProgram(
+            P=sp.csc_matrix((layout.size, layout.size)),
+            q=np.concatenate([np.zeros(len(self.force)), ROOT * m.weight * m.threshold]),
+            rows=(
+                Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
+                Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
+                norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), layout.size, norms),
+                *ContactTerms(still(self.rows), free, free).cone_rows(layout.size, layout.size),
+            ),
+            blocks=layout.blocks,
+        )
+
+
+def isochoric(volumetric: sp.csr_matrix) -> Floats | None:
+    """Orthonormal motions (n, k) without change of volume where elements lock: its rows then repeat each other.
+
+    As equalities they would stall interior points. None where no row repeats others, or there are too many to ask.
+    """
+    points, unknowns = volumetric.get_shape()
+    if unknowns > DENSE:
+        return None
+    Q, R = (np.asarray(factor) for factor in qr(volumetric.toarray().T, pivoting=True)[:2])
+    size = np.abs(np.diagonal(R))
+    rank = int((size > DEPENDENT * size[0]).sum())
+    return Q[:, rank:] if rank < points else None
+
+
+def still(rows: ContactRows) -> ContactRows:
+    """The rows of a rate: closed contacts with tools that rest."""
+    return replace(rows, gap=np.zeros_like(rows.gap), slip=np.zeros_like(rows.slip))
