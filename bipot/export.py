@@ -113,7 +113,7 @@ def increment_traction(system: System, accepted: Accepted) -> Traction:
 
 def equilibrium_nodes(system: System, accepted: Accepted) -> Floats:
     """The configuration (a, d) in which an accepted increment is in equilibrium: ``paper`` stays at its start."""
-    return system.body.scene.balanced(accepted.start.nodes, accepted.state.displacement)
+    return system.body.scene.balanced(accepted.start.nodes, accepted.state.du)
 
 
 def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dict[str, NDArray[Any]]:
@@ -168,7 +168,7 @@ def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]
         "volume": accepted.solved.response.kinematics.volume,
         "contact_force": state.forces,
         "gap": state.gap,
-        "displacement": state.displacement,
+        "du": state.du,
         "length": state.length,
         "force_tol": tractions.force_tol,
         "slip_tol": tractions.slip_tol,

@@ -135,7 +135,7 @@ class History:
                 peeq=steps["peeq"][step],
                 forces=steps["contact_force"][step],
                 gap=steps["gap"][step],
-                displacement=steps["displacement"][step],
+                du=steps["du"][step],
                 length=float(steps["length"][step]),
                 flow=_flow(steps, step),
             )

@@ -29,8 +29,8 @@ class State:
     """An accepted state and the increment that led to it.
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
-    (c,) of all candidates; displacement (a, d), length in pseudo-time and flow of the increment that led here. Gaps
-    and displacement are kept as they were found, because positions lose a small travel to their round-off. Arrays are
+    (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
+    and du are kept as they were found, because positions lose a small travel to their round-off. Arrays are
     read-only.
     """
 
@@ -41,18 +41,18 @@ class State:
     peeq: Floats
     forces: Floats
     gap: Floats
-    displacement: Floats
+    du: Floats
     length: float = 0.0
     flow: Flow | None = None
 
     def __post_init__(self) -> None:
-        for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement"):
+        for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du"):
             object.__setattr__(self, name, read_only(getattr(self, name), np.float64))
 
     @property
     def velocity(self) -> Floats:
         """du/dtau (a, d) of the increment that led here, zero at rest."""
-        return self.displacement / self.length if self.length > 0 else np.zeros_like(self.displacement)
+        return self.du / self.length if self.length > 0 else np.zeros_like(self.du)
 
 
 def rest(scene: Scene, gap: Floats) -> State:
@@ -69,7 +69,7 @@ def rest(scene: Scene, gap: Floats) -> State:
         peeq=tensor[..., 0],
         forces=forces,
         gap=gap,
-        displacement=np.zeros_like(nodes),
+        du=np.zeros_like(nodes),
     )
 
 
@@ -213,7 +213,7 @@ class Body:
             peeq=peeq,
             forces=forces,
             gap=gap,
-            displacement=du,
+            du=du,
             length=tau - start.tau,
             flow=flow,
         )

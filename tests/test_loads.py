@@ -48,7 +48,7 @@ def test_a_bar_under_its_own_weight_lengthens_by_half_of_what_its_end_would(form
     scene = bar((BodyForce((0.0, 1e-6)),))
     end = last(replace(scene, configuration=Configuration.PAPER), Schedule(1), form)
     top = scene.mesh.boundary_nodes("top")
-    np.testing.assert_allclose(end.state.displacement[top, 1], 1e-6 * 16 / 2e6, rtol=1e-10)
+    np.testing.assert_allclose(end.state.du[top, 1], 1e-6 * 16 / 2e6, rtol=1e-10)
     stress = end.state.stress[..., 1]
     points = np.einsum(
         "qk,ekd->eqd", system_of(scene).body.space.reference.values, scene.mesh.nodes[scene.mesh.elements]

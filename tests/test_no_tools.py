@@ -69,7 +69,7 @@ def pressed(mu):
 
 def released(state: State) -> State:
     """The same body at the start of another path, with nothing on it."""
-    still = {"displacement": np.zeros_like(state.displacement), "length": 0.0, "flow": None}
+    still = {"du": np.zeros_like(state.du), "length": 0.0, "flow": None}
     return replace(state, tau=0.0, gap=np.empty(0), forces=np.empty((0, 2)), **still)
 
 

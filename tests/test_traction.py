@@ -258,7 +258,7 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
     system = system_of(scene)
     for a in steps:
         tolerance, resting = increment_traction(system, a).slip_tol, a.start.tau >= 0.75
-        body = np.linalg.norm(a.state.displacement, axis=1).max()
+        body = np.linalg.norm(a.state.du, axis=1).max()
         moved = max(body, LEAST_MOTION * 5) if resting else np.hypot(*punch.moved(a.start.tau, a.state.tau))
         assert tolerance == pytest.approx(SLIP_TOLERANCE * moved, rel=1e-12)
     back = [increment_traction(system, a).slip_tol for a in steps if 0.5 <= a.start.tau < 0.75]
@@ -268,7 +268,7 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
 def test_a_body_that_moves_between_resting_tools_has_its_own_length(sticky):
     system, last = sticky
     rows, x, still = last.solved.rows, last.solved.response.x, (last.start.tau, last.start.tau)
-    largest = np.linalg.norm(last.state.displacement, axis=1).max()
+    largest = np.linalg.norm(last.state.du, axis=1).max()
     assert system.candidates.length(rows, x, *still) == pytest.approx(largest, rel=1e-15)
     assert system.candidates.length(rows, 0 * x, *still) == LEAST_MOTION * 5
 
