@@ -18,11 +18,12 @@ from typing import Any, Self, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.accepted import Accepted
 from bipot.columns import ENERGY_ERROR, Column, Value
 from bipot.errors import BipotError, IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, create, finish, record
 from bipot.laws.flow import Flow
-from bipot.march import Accepted, system_of
+from bipot.march import system_of
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.scene import Scene

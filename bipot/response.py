@@ -20,7 +20,7 @@ from bipot.laws.flow import Flow
 from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene import Scene
-from bipot.tensors import deviatoric_basis, identity, trace
+from bipot.tensors import deviatoric_basis, equivalent_stress, identity, trace
 from bipot.typing import Floats, read_only
 
 
@@ -53,6 +53,16 @@ class State:
     def velocity(self) -> Floats:
         """du/dtau (a, d) of the increment that led here, zero at rest."""
         return self.du / self.length if self.length > 0 else np.zeros_like(self.du)
+
+    @property
+    def mises(self) -> Floats:
+        """Equivalent stress of von Mises (e, q)."""
+        return equivalent_stress(self.stress)
+
+    @property
+    def pressure(self) -> Floats:
+        """Mean pressure -σ_kk / 3 (e, q)."""
+        return -trace(self.stress) / 3
 
 
 def rest(scene: Scene, gap: Floats) -> State:

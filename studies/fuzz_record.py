@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.determinacy import branches
 from bipot.fem.reduction import Geometry
@@ -14,7 +15,6 @@ from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.tools import FlatTool

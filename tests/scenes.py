@@ -6,13 +6,14 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.accepted import Accepted
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units
