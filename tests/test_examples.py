@@ -64,7 +64,7 @@ def test_friction_is_mu_times_the_normal_force_where_all_slides(run):
 
 
 def test_a_table_is_given_back_by_force_and_area(run):
-    strain, stress, table = np.array(run("hardening_table", increments=10)).T
+    strain, stress, table = np.array(run("hardening_from_csv", increments=10)).T
     assert strain[-1] > 0.2
     np.testing.assert_allclose(stress[strain > 0], table[strain > 0], rtol=1e-4)
 
