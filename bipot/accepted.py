@@ -8,6 +8,7 @@ from bipot.components import Components
 from bipot.energy import Energies
 from bipot.forms import FormName
 from bipot.increment import Solved
+from bipot.programs.data import Units
 from bipot.reason import Reason
 from bipot.response import State
 from bipot.scene import Scene
@@ -91,6 +92,11 @@ class Accepted:
     def pressure(self) -> Floats:
         """Mean pressure -σ_kk / 3 (e, q)."""
         return self.state.pressure
+
+    @property
+    def units(self) -> Units:
+        """Units of length, force and stress in which the increment's programs are dimensionless."""
+        return self.solved.iterate.increment.units
 
     @property
     def _scene(self) -> Scene:

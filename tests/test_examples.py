@@ -73,6 +73,13 @@ def test_a_mesh_of_a_file_has_its_boundaries_and_marches(run):
     assert run("mesh_from_file", increments=2) == {"axis": 3, "side": 3, "base": 3, "top": 3}
 
 
+def test_two_solvers_of_the_stated_increment_find_the_forces_of_the_march(run):
+    found = run("increment_in_cvxpy", increments=4)
+    (one, off), (other, also_off) = found.values()
+    assert one == pytest.approx(other, rel=1e-7)
+    assert max(off, also_off) < 1e-6
+
+
 def test_every_example_has_a_test():
     tested = {
         node.args[0].value
