@@ -1,9 +1,8 @@
-"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every increment a conic program.
+"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every pass a conic program.
 
-That program is what an increment means: Newton's method on its optimality conditions solves it where it ends exactly,
-an interior-point method where not. A scene says what is asked, a schedule when, a control how; :func:`march` yields
-accepted increments, each with its results by name and its certificate. Public names by subject; everything else is in
-the submodules, one subject each:
+Newton's method on the program's optimality conditions solves it where that ends exactly, interior points where not. A
+scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
+results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, FlatTool, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
 * meshes: Mesh, block, cylinder, ring

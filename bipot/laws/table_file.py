@@ -38,13 +38,11 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
         cells = [cell.strip().strip('"') for cell in told.split(delimiter)]
         place = f"{path}, line {number}"
         require(len(cells) == 2, f"{place}: columns", len(cells), f"2: {' and '.join(names)}")
-        values = [_number(cell) for cell in cells]
-        header = not begun and values == [None, None]
+        header = not begun and all(_number(cell) is None for cell in cells)
         begun = True
         if not header:
-            for name, cell, value in zip(names, cells, values, strict=True):
-                require(value is not None, f"{place}: {name}", cell, "a number, with a point for decimals")
-            rows.append((number, *(value for value in values if value is not None)))
+            first, second = (_required(cell, f"{place}: {name}") for cell, name in zip(cells, names, strict=True))
+            rows.append((number, first, second))
     require(len(rows) >= 2, f"{path}: rows of numbers", len(rows), "at least two")
     return TwoColumns(*zip(*rows, strict=True))
 
@@ -55,6 +53,12 @@ def _text(path: str | Path) -> str:
         return Path(path).read_text(encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot be read as text ({error})") from error
+
+
+def _required(cell: str, field: str) -> float:
+    found = _number(cell)
+    require(found is not None, field, cell, "a number, with a point for decimals")
+    return float(cell)
 
 
 def _number(cell: str) -> float | None:
