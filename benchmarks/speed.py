@@ -33,7 +33,7 @@ from benchmarks.targets import verdicts
 from bipot.accepted import Accepted
 from bipot.contact import carries
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.typing import Floats
 

@@ -57,7 +57,7 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, V
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.march import Control, march
+from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
 from bipot.programs.fixed_point import Safeguard

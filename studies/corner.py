@@ -39,7 +39,7 @@ from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 from bipot.tensors import identity, trace

@@ -26,7 +26,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import Scene, upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST

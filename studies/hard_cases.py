@@ -19,7 +19,7 @@ from pathlib import Path
 from bipot.accepted import Accepted
 from bipot.errors import BipotError, IncrementFailed, SceneError
 from bipot.forms import FormName
-from bipot.march import Control, march
+from bipot.marching import Control, march
 from studies.hard_forms import FORMS
 from studies.hard_loads import load_cases
 from studies.hard_programs import program_cases

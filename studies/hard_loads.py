@@ -17,7 +17,7 @@ from bipot.force_control import press
 from bipot.forms import Cache, FormName
 from bipot.increment import System
 from bipot.iterate import Increment
-from bipot.march import Attempt, Control, attempt_increment, system_of
+from bipot.marching import Attempt, Control, attempt_increment, system_of
 from bipot.response import State
 from bipot.typing import Floats
 from studies.hard_forms import FORMS

@@ -16,7 +16,7 @@ from bipot.errors import UnboundedProgram
 from bipot.fem.strain import Configuration
 from bipot.forms import FormName
 from bipot.laws.coulomb import bipotential_gap, natural_map
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Units
 from bipot.programs.dissipation import ROOT, DissipationProgram, PlasticModel

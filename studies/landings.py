@@ -24,7 +24,7 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.landing import Locate, newly_closed
 from bipot.laws.flow import Integration
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
 from bipot.typing import Floats

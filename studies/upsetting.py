@@ -25,7 +25,7 @@ from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
 from bipot.history import Recorder, load
 from bipot.increment import System
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
 from bipot.scene import Scene
 from studies.upsetting_case import Case, cases, parser

@@ -13,7 +13,7 @@ from bipot.forms import Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units

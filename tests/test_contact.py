@@ -13,7 +13,7 @@ from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.response import body_space
 from bipot.scene import Scene, Support, upsetting

@@ -15,7 +15,7 @@ from bipot.export import NO_CANDIDATE, create, finish, increment_traction, recor
 from bipot.fem.elements import Quadrature, quad8
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 
 PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}

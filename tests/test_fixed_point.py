@@ -18,7 +18,7 @@ from bipot.errors import IncrementFailed, SceneError
 from bipot.forms import Dissipation, Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
-from bipot.march import Control, march
+from bipot.marching import Control, march
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard

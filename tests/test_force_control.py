@@ -16,7 +16,7 @@ from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits, advance
 from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
-from bipot.march import Attempt, Control, attempt_increment, system_of
+from bipot.marching import Attempt, Control, attempt_increment, system_of
 from bipot.scene import upsetting
 from studies import hard_cases
 from studies.hard_forms import FORMS

@@ -19,7 +19,7 @@ from bipot.errors import BipotError, SceneError
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.tools import FlatTool
 from studies import hard_cases, hard_programs

@@ -19,7 +19,7 @@ from bipot.landing import Locate
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard

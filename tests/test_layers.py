@@ -26,7 +26,7 @@ LAYERS = (
     ("components", "loads", "programs", "scene", "schedule"),
     ("contact", "overlap", "response", "system", "traction"),
     ("determinacy", "diagnosis", "forms", "increment", "iterate", "reason", "starting"),
-    ("accepted", "carrying", "energy", "force_control", "landing", "march"),
+    ("accepted", "carrying", "energy", "force_control", "landing", "marching"),
     ("columns", "exchange", "export", "history", "paper", "plot"),
     ("bipot",),
     ("studies",),
@@ -41,7 +41,7 @@ IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"
 OPTIONAL = {"matplotlib": {"plot"}, "meshio": {"mesh_files"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
 """Packages that the library can live without, and the rooms that import them."""
 
-HIDDEN = {"bipot": {"march"}, "bipot.coulomb": {"existence", "solve"}}
+HIDDEN = {"bipot.coulomb": {"existence", "solve"}}
 """Public names that are also a module's, package by package: to be mended; none may be added, none kept that is."""
 
 LONGEST = 12

@@ -18,7 +18,7 @@ from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, ring
 from bipot.paths import Amplitude
 from bipot.scene import Prescribed, Scene, Support

@@ -16,7 +16,7 @@ from bipot.force_control import press
 from bipot.forms import Delassus, Dissipation, FormName, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.history import Recorder, resume
 from bipot.landing import Locate
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.reason import ReasonKind
 from bipot.response import State
 from bipot.scene import Support, upsetting

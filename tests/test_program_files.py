@@ -17,7 +17,7 @@ from bipot.errors import BipotError, SceneError
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.loads import Traction
-from bipot.march import march
+from bipot.marching import march
 from bipot.programs.conic import TangentProgram
 from bipot.schedule import Schedule
 from tests.scenes import posed, run, scene

@@ -10,7 +10,7 @@ from bipot.certificate import Bounds
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.mesh import Mesh, block
 
 FORMS = (Newton(), Tangent(), Dissipation(), Delassus())

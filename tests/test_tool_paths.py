@@ -12,7 +12,7 @@ from bipot.export import describe
 from bipot.force_control import straight
 from bipot.forms import Newton, Tangent
 from bipot.history import Recorder, load, resume
-from bipot.march import Control, march, system_of
+from bipot.marching import Control, march, system_of
 from bipot.mesh import block
 from bipot.scene import Support
 from bipot.schedule import Schedule

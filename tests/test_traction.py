@@ -16,7 +16,7 @@ from bipot.fem.surface import edge_mass
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import Status
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.traction import (
     SLIP_TOLERANCE,
