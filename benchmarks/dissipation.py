@@ -25,7 +25,7 @@ from bipot.conic.clarabel import Transferred, transfer
 from bipot.conic.problem import ConicProgram, Rows
 from bipot.forms import Dissipation, FormName
 from bipot.increment import Trial
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.increment import System
-from bipot.march import Accepted
 from bipot.programs.condensation import factorise
 from bipot.response import Response, TangentKind
 

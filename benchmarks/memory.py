@@ -12,7 +12,7 @@ import sys
 from pathlib import Path
 
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 
 GB = 1e9

@@ -30,9 +30,10 @@ from benchmarks.memory import measured as memory_of
 from benchmarks.rows import Error, Row, write
 from benchmarks.split import Split
 from benchmarks.targets import verdicts
+from bipot.accepted import Accepted
 from bipot.contact import carries
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.typing import Floats
 

@@ -1,87 +1,145 @@
-"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every increment a conic program.
+"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every pass a conic program.
 
-A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
-certificate. Public names by subject; everything else is in the submodules, one subject each:
+Newton's method on the program's optimality conditions solves it where that ends exactly, interior points where not. A
+scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
+results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
+* scene: Scene, FlatTool, Force, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
 * meshes: Mesh, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
-* hardening: Perfect, Linear, Voce, Swift, Tabulated
-* march: march, Schedule, Control, Accepted, Certificate
-* forms: Tangent, Dissipation, Newton
-* solvers: Clarabel, Qoco, Cvxpy
-* results: Recorder, load
-* errors: BipotError, IncrementFailed
+* hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
+* march: march, Schedule, Control, Integration, Limits, Bounds, Locate
+* forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
+* conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
+* results: Accepted, State, Components, Certificate, Energies
+* files: Recorder, History, load, resume
+* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, InvertedElement
+* errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
 >>> accepted.solved.certificate.relative_gap < 1e-7
 True
 """
 
-from bipot.certificate import Certificate
+from bipot.accepted import Accepted
+from bipot.certificate import Bounds, Certificate
+from bipot.components import Components
 from bipot.conic.clarabel import Clarabel
+from bipot.conic.file import FileError
+from bipot.conic.problem import ConicProgram, ConicSolution
 from bipot.conic.qoco import Qoco
+from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.errors import BipotError, IncrementFailed
+from bipot.energy import Energies
+from bipot.errors import (
+    BipotError,
+    IncrementFailed,
+    InfeasibleProgram,
+    InvertedElement,
+    LimitPassed,
+    NotConverged,
+    ProgramError,
+    ResultsError,
+    SceneError,
+    UnboundedProgram,
+    UnsuitedForm,
+)
+from bipot.exchange import conic_program
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.forms import Dissipation, Newton, Tangent
-from bipot.history import Recorder, load
-from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
+from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
+from bipot.history import History, Recorder, load, resume
+from bipot.increment import Limits
+from bipot.landing import Locate
+from bipot.laws.flow import Integration
+from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
-from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.march import Accepted, Control, march
+from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
+from bipot.programs.fixed_point import Safeguard
+from bipot.response import State
 from bipot.scene import Prescribed, Scene, Support, upsetting
 from bipot.schedule import Schedule
-from bipot.tools import FlatTool
+from bipot.tools import FlatTool, Force
 
 __version__ = "0.1.0"
 
 __all__ = [
     "Accepted",
+    "Accuracy",
     "Amplitude",
     "BipotError",
     "BodyForce",
+    "Bounds",
     "Certificate",
     "Clarabel",
+    "Components",
     "Configuration",
+    "ConicProgram",
+    "ConicSolution",
     "Control",
     "Cvxpy",
+    "Delassus",
     "Dissipation",
     "Elastic",
     "Elasticity",
+    "Energies",
+    "FileError",
     "FlatTool",
+    "Force",
     "Geometry",
+    "Hardening",
+    "History",
     "IncrementFailed",
+    "InfeasibleProgram",
+    "Integration",
+    "InvertedElement",
+    "LimitPassed",
+    "Limits",
     "Linear",
+    "Locate",
     "Material",
     "Mesh",
     "Newton",
+    "NotConverged",
+    "Optimiser",
+    "Penalty",
     "Perfect",
     "PointForce",
     "Prescribed",
     "Pressure",
+    "ProgramError",
     "Qoco",
     "Quadrature",
     "Recorder",
+    "ResultsError",
+    "Safeguard",
     "Scene",
+    "SceneError",
     "Schedule",
+    "State",
     "Support",
     "Swift",
     "Tabulated",
     "Tangent",
+    "TangentKind",
     "Traction",
+    "UnboundedProgram",
+    "UnsuitedForm",
+    "Uzawa",
     "Voce",
     "VonMises",
     "block",
+    "conic_program",
     "cylinder",
     "load",
     "march",
+    "resume",
     "ring",
     "upsetting",
 ]

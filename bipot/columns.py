@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.fem.orientation import scaled_jacobians
 from bipot.increment import System
-from bipot.march import Accepted
 from bipot.overlap import overlap
 
 Value = float | int | str

@@ -73,7 +73,7 @@ class Energies:
         contacts = system.candidates
         tools = float(np.vdot(contacts.resultant(r), solved.iterate.tool_travel))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
-        loads = float(np.vdot(load, end.displacement) + _driven(start, solved, theta))
+        loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
         return Energies(
             self.work + tools + loads + float(np.vdot(r[:, 0], opened)),
             self.elastic + float(np.vdot(S, elastic)),

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.accepted import Accepted
 from bipot.contact import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
 from bipot.forms.conic import tangent_program
 from bipot.increment import System
-from bipot.march import Accepted
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
@@ -75,8 +75,10 @@ def conic_program(
 
     Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
     exactly as that was solved by the form. All free unknowns are in it, which :class:`Tangent` condenses before it
-    solves. It is dimensionless: lengths in ``accepted.solved.iterate.increment.units.length``, forces in
-    ``.force`` there, energies in their product. ``conic()`` is the standard form, ``statement()`` the same in cvxpy.
+    solves, and rows of the candidates near their tool. It is dimensionless: lengths in ``accepted.units.length``,
+    forces in ``accepted.units.force``, energies in their product. ``conic()`` is the standard form, ``statement()`` the
+    same in cvxpy. The multipliers of the rows "gap" are the normal contact forces, those of "friction" the thresholds
+    mu r_n and the tangential forces.
 
     Raises:
         SceneError: a form that poses no conic program.

@@ -22,12 +22,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bipot.accepted import Accepted
 from bipot.contact import CARRIES
 from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
-from bipot.march import Accepted
 from bipot.mesh import Mesh
 from bipot.scene import Prescribed, Scene, Support
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
@@ -128,6 +128,7 @@ def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dic
     np.add.at(force, candidates.node, candidates.vectors(increment.rubbed(r)))
     gap = accepted.solved.rows.motion(accepted.solved.response.x)[:, 0]
     return {
+        "displacement": padded(accepted.displacement),
         "velocity": padded(accepted.state.velocity),
         "contact_force": padded(force),
         "recovered_pressure": scatter(tractions.recovered_pressure, np.nan),
@@ -138,12 +139,13 @@ def point_fields(system: System, accepted: Accepted, tractions: Traction) -> dic
 
 
 def cell_fields(accepted: Accepted) -> dict[str, Floats]:
-    """Volume averages: stress and plastic strain (e, 6) in VTK's order, peeq (e,)."""
+    """Volume averages: stress and plastic strain (e, 6) in VTK's order, von Mises stress and peeq (e,)."""
     state, volume = accepted.state, accepted.solved.response.kinematics.volume
     weight = volume / volume.sum(axis=1, keepdims=True)
     return {
         "stress": symmetric(np.einsum("eq,eqs->es", weight, state.stress)),
         "plastic_strain": symmetric(np.einsum("eq,eqs->es", weight, state.plastic_strain)),
+        "mises": np.einsum("eq,eq->e", weight, state.mises),
         "peeq": np.einsum("eq,eq->e", weight, state.peeq),
     }
 
@@ -161,7 +163,7 @@ def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]
         "volume": accepted.solved.response.kinematics.volume,
         "contact_force": state.forces,
         "gap": state.gap,
-        "displacement": state.displacement,
+        "du": state.du,
         "translation": state.translation,
         "advance": state.advance,
         "length": state.length,

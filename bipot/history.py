@@ -18,11 +18,12 @@ from typing import Any, Self, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.accepted import Accepted
 from bipot.columns import ENERGY_ERROR, Column, Value
 from bipot.errors import BipotError, IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, create, finish, record
 from bipot.laws.flow import Flow
-from bipot.march import Accepted, system_of
+from bipot.marching import system_of
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.scene import Scene
@@ -135,7 +136,7 @@ class History:
                 peeq=steps["peeq"][step],
                 forces=steps["contact_force"][step],
                 gap=steps["gap"][step],
-                displacement=steps["displacement"][step],
+                du=steps["du"][step],
                 translation=steps["translation"][step],
                 advance=steps["advance"][step],
                 length=float(steps["length"][step]),

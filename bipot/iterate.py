@@ -106,7 +106,7 @@ class Increment:
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
-        moved = float(norm(state.displacement).max())
+        moved = float(norm(state.du).max())
         length = max(self.reach, float(norm(self.driven).max())) or moved
         if not length:
             space, rigidity = self.system.body.space, self.system.rigidity

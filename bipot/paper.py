@@ -18,7 +18,7 @@ from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.rate import RateVonMises
 from bipot.laws.von_mises import TangentKind, VonMises
-from bipot.march import Control
+from bipot.marching import Control
 from bipot.scene import Scene
 
 

@@ -21,10 +21,10 @@ from bipot.laws.flow import Flow
 from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
 from bipot.scene import Scene
-from bipot.tensors import deviatoric_basis, identity, trace
+from bipot.tensors import deviatoric_basis, equivalent_stress, identity, trace
 from bipot.typing import Floats, read_only
 
-ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement", "translation", "advance")
+ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "advance")
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class State:
     """An accepted state and the increment that led to it.
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
-    (c,) of all candidates; displacement (a, d), length in pseudo-time and flow of the increment that led here. Gaps
-    and displacement are kept as they were found, because positions lose a small travel to their round-off. Of tools
+    (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
+    and du are kept as they were found, because positions lose a small travel to their round-off. Of tools
     that forces drive ``translation`` (m,) is how far they have gone along these since rest, ``advance`` (m,) in the
     increment that led here. Arrays are read-only.
     """
@@ -45,7 +45,7 @@ class State:
     peeq: Floats
     forces: Floats
     gap: Floats
-    displacement: Floats
+    du: Floats
     translation: Floats
     advance: Floats
     length: float = 0.0
@@ -58,7 +58,17 @@ class State:
     @property
     def velocity(self) -> Floats:
         """du/dtau (a, d) of the increment that led here, zero at rest."""
-        return self.displacement / self.length if self.length > 0 else np.zeros_like(self.displacement)
+        return self.du / self.length if self.length > 0 else np.zeros_like(self.du)
+
+    @property
+    def mises(self) -> Floats:
+        """Equivalent stress of von Mises (e, q)."""
+        return equivalent_stress(self.stress)
+
+    @property
+    def pressure(self) -> Floats:
+        """Mean pressure -σ_kk / 3 (e, q)."""
+        return -trace(self.stress) / 3
 
     @property
     def rates(self) -> Floats:
@@ -81,7 +91,7 @@ def rest(scene: Scene, gap: Floats) -> State:
         peeq=tensor[..., 0],
         forces=forces,
         gap=gap,
-        displacement=np.zeros_like(nodes),
+        du=np.zeros_like(nodes),
         translation=np.zeros(len(scene.pushed)),
         advance=np.zeros(len(scene.pushed)),
     )
@@ -242,7 +252,7 @@ class Body:
             peeq=peeq,
             forces=forces,
             gap=gap,
-            displacement=du,
+            du=du,
             translation=start.translation + advance,
             advance=advance,
             length=tau - start.tau,

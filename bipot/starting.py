@@ -90,8 +90,8 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     body, contacts = system.body, system.candidates
     blind = not start.forces[~contacts.tangent_free, 1:].any()
     require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
-    before, elements = start.nodes - start.displacement, body.scene.mesh.elements
-    nodes = body.scene.balanced(before, start.displacement)
+    before, elements = start.nodes - start.du, body.scene.mesh.elements
+    nodes = body.scene.balanced(before, start.du)
     try:
         placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
     except InvertedElement as folded:
@@ -103,7 +103,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     off = max(float(norm(body.space.spread(residual)).max()), float(at_tools))
     scale = body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
-    moved = float(norm(start.displacement).max()) + arrived.reach
+    moved = float(norm(start.du).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
     # where nothing is asked of nothing at all, inf times 0 is no number

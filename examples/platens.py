@@ -24,7 +24,7 @@ def main(increments: int = 20, friction: tuple[float, ...] = (0.0, 0.1, 0.3)) ->
     for mu in friction:
         *_, last = march(quarter(mu), Schedule(increments, first=0.005))
         forces[mu] = -float(last.tool_forces[0, 1])
-        bulge = float(last.state.nodes[:, 0].max()) - WIDTH
+        bulge = float(last.displacement[:, 0].max())
         print(f"mu = {mu:.2f}: {forces[mu]:8.1f} N/mm, side displaced by up to {bulge:.4f} mm")
     return forces
 

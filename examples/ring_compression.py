@@ -29,7 +29,7 @@ def main(increments: int = 20, reduction: float = 0.2, friction: tuple[float, ..
         scene = upper_half(mu, reduction)
         middle = min(scene.mesh.boundary_nodes("bore"), key=lambda node: scene.mesh.nodes[node, 1])
         *_, last = march(scene, Schedule(increments, first=0.005))
-        changes[mu] = float(last.state.nodes[middle, 0]) / INNER - 1
+        changes[mu] = float(last.displacement[middle, 0]) / INNER
         print(f"mu = {mu:.2f}: the bore changes by {100 * changes[mu]:+.2f} % at a reduction of {reduction:.0%}")
     return changes
 

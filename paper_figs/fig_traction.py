@@ -63,7 +63,7 @@ def contact_line(run: History, row: int) -> Line:
     """Read the contact line after the increment of ``row``."""
     state, mesh, tool = run.state(row), run.mesh, run.scene["tools"][0]
     at_start = run.scene["configuration"] == Configuration.PAPER.value
-    nodes = state.nodes - state.displacement if at_start else state.nodes
+    nodes = state.nodes - state.du if at_start else state.nodes
     pressure, shear, status = (run.nodal(name, row) for name in ("recovered_pressure", "recovered_shear", "status"))
     edges = mesh.edges(*tool["candidates"])
     edges = edges[~np.isnan(pressure[edges]).any(axis=1)]

@@ -21,7 +21,7 @@ import numpy as np
 
 from bipot.errors import BipotError, ResultsError
 from bipot.forms import Tangent
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
 from studies.upsetting import JOULE, force

@@ -32,13 +32,14 @@ from pathlib import Path
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.contact import carries
 from bipot.errors import BipotError
 from bipot.fem.elements import Quadrature, quad8
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 from bipot.tensors import identity, trace

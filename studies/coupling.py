@@ -20,9 +20,10 @@ from pathlib import Path
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.forms import Tangent
-from bipot.march import Accepted, Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene import upsetting
 from studies.hard_programs import DISCRETE, SETTLED, passes_of

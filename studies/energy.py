@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.energy import Energies, Rule
 from bipot.errors import BipotError
@@ -25,7 +26,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.march import Accepted, Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import Scene, upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import BipotError
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.march import Accepted, Control, march, system_of
+from bipot.marching import Control, march, system_of
 from bipot.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of

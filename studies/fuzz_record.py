@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.determinacy import branches
 from bipot.fem.reduction import Geometry
@@ -14,7 +15,6 @@ from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.march import Accepted
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.tools import FlatTool
@@ -65,7 +65,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
     start, end = accepted.start, accepted.state
     if len(node) != len(end.forces):
         raise ValueError(f"{len(end.forces)} contact forces for {len(node)} candidate nodes")
-    stored: Any = getattr(end, "displacement", None)
+    stored: Any = getattr(end, "du", None)
     flow = start.flow
     return Step(
         start=_moment(start),
@@ -92,7 +92,7 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bo
     """Whether stress and contact forces are below a ``share`` of what the motion would make as elastic strain."""
     state, size = accepted.state, setting.size
     tools = [_moved(t, state.tau) - _moved(t, accepted.start.tau) for t in scene.tools]
-    moved = max(float(np.abs(state.displacement).max()), float(np.abs(tools).max()))
+    moved = max(float(np.abs(state.du).max()), float(np.abs(tools).max()))
     stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
     return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)

@@ -20,7 +20,7 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.march import Schedule
+from bipot.marching import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude, Path
 from bipot.scene import Scene, Support

@@ -16,9 +16,10 @@ import time
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
+from bipot.accepted import Accepted
 from bipot.errors import BipotError, IncrementFailed, SceneError
 from bipot.forms import FormName
-from bipot.march import Accepted, Control, march
+from bipot.marching import Control, march
 from studies.hard_forms import FORMS
 from studies.hard_loads import load_cases
 from studies.hard_programs import program_cases

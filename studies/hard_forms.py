@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from bipot.forms import Dissipation, Form, FormName, Newton, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.scene import Scene
 
 UZAWA = 30.0

@@ -8,9 +8,10 @@ from enum import Enum
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.errors import BipotError
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
-from bipot.march import Accepted, Schedule
+from bipot.marching import Schedule
 from bipot.mesh import Mesh
 from bipot.scene import Scene, upsetting
 from bipot.tools import FlatTool

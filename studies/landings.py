@@ -18,12 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.errors import BipotError
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.landing import Locate, newly_closed
 from bipot.laws.flow import Integration
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
 from bipot.typing import Floats

@@ -11,7 +11,7 @@ from bipot.forms import Dissipation, Form, Penalty, Tangent, Uzawa, contact_pena
 from bipot.forms.newton import Newton
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.march import Control, system_of
+from bipot.marching import Control, system_of
 from bipot.paper import as_written, unreturned
 from bipot.scene import Scene
 

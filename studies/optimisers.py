@@ -22,7 +22,7 @@ from bipot.conic.problem import Outcome
 from bipot.errors import BipotError
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST

@@ -18,7 +18,7 @@ from bipot.certificate import Bounds
 from bipot.errors import BipotError
 from bipot.forms import Penalty, contact_penalty
 from bipot.increment import Limits
-from bipot.march import Control, Schedule, system_of
+from bipot.marching import Control, Schedule, system_of
 from bipot.scene import upsetting
 from studies.runs import record
 from studies.tables import text, write_csv

@@ -30,7 +30,7 @@ from bipot.certificate import Bounds
 from bipot.errors import BipotError
 from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.increment import Limits, System
-from bipot.march import Control, Schedule, system_of
+from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 from studies.expected import Expected
 from studies.runs import Run, record, stick_creep, traction_errors

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bipot.accepted import Accepted
 from bipot.conic.problem import Timing
 from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
@@ -16,7 +17,7 @@ from bipot.fem.surface import edge_mass
 from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene

@@ -25,7 +25,7 @@ from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, FormName, Tangent
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from bipot.fem.elements import Quadrature
-from bipot.march import Schedule
+from bipot.marching import Schedule
 from bipot.scene import Scene, upsetting
 from studies.methods import Method, Setting
 from studies.upsetting_case import FIRST, SETTLING

@@ -34,7 +34,7 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import BipotError
-from bipot.march import system_of
+from bipot.marching import system_of
 from studies.expected import Expected
 from studies.methods import Method, Setting, configured
 from studies.runs import Run, curve_error, record, traction_errors

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot import columns
+from bipot.accepted import Accepted
 from bipot.columns import Column
 from bipot.contact import carries
 from bipot.errors import BipotError
@@ -24,7 +25,7 @@ from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
 from bipot.history import Recorder, load
 from bipot.increment import System
-from bipot.march import Accepted, Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
 from bipot.scene import Scene
 from studies.upsetting_case import Case, cases, parser

@@ -31,7 +31,7 @@ from bipot.forms import (
     contact_penalty,
 )
 from bipot.laws.hardening import Hardening
-from bipot.march import Control, Schedule, system_of
+from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 from studies.hardening_words import hardening_from_text, hardening_usage
 

@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.accepted import Accepted
 from bipot.contact import Candidates
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
@@ -13,7 +14,7 @@ from bipot.forms import Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units

@@ -17,7 +17,7 @@ from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block
 from bipot.scene import Scene, Support, upsetting
 from bipot.tools import FlatTool

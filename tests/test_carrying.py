@@ -13,7 +13,7 @@ from bipot.forms import Cache, Tangent
 from bipot.increment import Limits, solve_increment
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.reason import Reason, ReasonKind
 from tests.scenes import run
 

@@ -14,7 +14,7 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.response import body_space
 from bipot.scene import Scene, Support, upsetting

@@ -13,7 +13,7 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 from studies import energy as study
 from studies.tables import read_csv

@@ -64,13 +64,20 @@ def test_friction_is_mu_times_the_normal_force_where_all_slides(run):
 
 
 def test_a_table_is_given_back_by_force_and_area(run):
-    strain, stress, table = np.array(run("hardening_table", increments=10)).T
+    strain, stress, table = np.array(run("hardening_from_csv", increments=10)).T
     assert strain[-1] > 0.2
     np.testing.assert_allclose(stress[strain > 0], table[strain > 0], rtol=1e-4)
 
 
 def test_a_mesh_of_a_file_has_its_boundaries_and_marches(run):
     assert run("mesh_from_file", increments=2) == {"axis": 3, "side": 3, "base": 3, "top": 3}
+
+
+def test_two_solvers_of_the_stated_increment_find_the_forces_of_the_march(run):
+    found = run("increment_in_cvxpy", increments=4)
+    (one, off), (other, also_off) = found.values()
+    assert one == pytest.approx(other, rel=1e-7)
+    assert max(off, also_off) < 1e-6
 
 
 def test_every_example_has_a_test():

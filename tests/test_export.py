@@ -15,7 +15,7 @@ from bipot.export import NO_CANDIDATE, create, finish, increment_traction, recor
 from bipot.fem.elements import Quadrature, quad8
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 
 PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}
@@ -65,12 +65,13 @@ def steps(run):
     return out
 
 
-def test_vtk_reads_times_points_and_velocity_of_every_increment(run, steps):
+def test_vtk_reads_times_points_displacement_and_velocity_of_every_increment(run, steps):
     _, _, accepted = run
     assert [step[0] for step in steps] == [a.state.tau for a in accepted]
     for (_, points, nodal, _), a in zip(steps, accepted, strict=True):
         np.testing.assert_array_equal(points[:, :2], a.state.nodes)
         np.testing.assert_array_equal(nodal["velocity"][:, :2], a.state.velocity)
+        np.testing.assert_array_equal(nodal["displacement"][:, :2], a.displacement)
         assert not points[:, 2].any()
         assert not nodal["velocity"][:, 2].any()
 
@@ -99,6 +100,8 @@ def test_vtk_reads_cell_averages_weighted_by_volume(run, steps):
         volume = a.solved.response.kinematics.volume
         total = np.sum(volume * a.state.peeq)
         assert np.sum(volume.sum(axis=1) * cell["peeq"]) == pytest.approx(total, rel=1e-12, abs=1e-12)
+        mises = np.sum(volume * a.mises, axis=1) / volume.sum(axis=1)
+        np.testing.assert_allclose(cell["mises"], mises, rtol=1e-12)
         mandel = np.sum(volume[..., None] * a.state.stress, axis=1) / volume.sum(axis=1)[:, None]
         np.testing.assert_allclose(cell["stress"][:, :3], mandel[:, :3], rtol=1e-12)
         np.testing.assert_allclose(cell["stress"][:, 3] * np.sqrt(2), mandel[:, 3], rtol=1e-12)

@@ -23,7 +23,7 @@ from bipot.forms import (
     delassus,
 )
 from bipot.increment import Limits
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.delassus import Reduced
 from bipot.scene import Support, upsetting

@@ -11,13 +11,14 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, enumerate_modes
 from bipot.errors import IncrementFailed, SceneError
 from bipot.forms import Dissipation, Tangent
 from bipot.increment import Limits
 from bipot.laws.coulomb import bipotential_gap
-from bipot.march import Accepted, Control, march
+from bipot.marching import Control, march
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard

@@ -9,7 +9,7 @@ from bipot import Control, Newton, Schedule, march, upsetting
 from bipot.columns import flow_gap
 from bipot.errors import SceneError
 from bipot.laws.flow import FARTHEST, Flow, Integration, fraction
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.paper import unreturned
 
 

@@ -13,7 +13,7 @@ from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName, Newton
 from bipot.landing import Locate
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block
 from bipot.scene import Scene, Support, upsetting
 from bipot.tools import FlatTool

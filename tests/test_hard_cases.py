@@ -19,10 +19,10 @@ from bipot.errors import BipotError, SceneError
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.tools import FlatTool
-from studies import hard_cases, hard_programs
+from studies import hard_cases
 from studies.hard_scenes import Outcome, Settings, cases
 from tests.scenes import rows_between
 
@@ -80,14 +80,6 @@ def test_units_do_not_matter(name: str) -> None:
     assert done.outcome is Outcome.CERTIFIED
     assert done.force / case.unit == pytest.approx(reference.force, rel=1e-8)
     assert [a.passes for a in done.steps] == [a.passes for a in reference.steps]
-
-
-def test_limit_load_is_bracketed_and_its_mechanism_checked() -> None:
-    assert hard_programs.force_controlled(0.9)[0] is Outcome.CERTIFIED
-    assert hard_programs.force_controlled(1.1)[0] is Outcome.UNBOUNDED
-    program, units = hard_programs.limit_program(1.1)
-    still = np.zeros(len(program.force))
-    assert not hard_programs.Farkas.of(program.scaled(units).model, still, 0.0).holds
 
 
 def test_unloading_separates_and_leaves_stress() -> None:

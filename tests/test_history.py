@@ -18,7 +18,7 @@ from bipot.errors import IncrementFailed, ResultsError, SceneError
 from bipot.forms import Tangent
 from bipot.history import Recorder, load, resume
 from bipot.laws.flow import Flow
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.progress import Bar, Progress, terminal
 from bipot.response import State
 from bipot.scene import upsetting

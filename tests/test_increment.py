@@ -8,7 +8,7 @@ import pytest
 from bipot.forms import Cache, Newton
 from bipot.increment import Limits, _predicted
 from bipot.iterate import Increment
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from tests.scenes import scene, tool
 
 

@@ -16,7 +16,7 @@ from bipot.fem.reduction import Geometry
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.response import body_space
 from bipot.scene import Scene, Support, upsetting

@@ -11,7 +11,6 @@ from bipot.conic.solver import Accuracy
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.force_control import Seek
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits
@@ -19,7 +18,7 @@ from bipot.landing import Locate
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard
@@ -129,8 +128,6 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Safeguard(patience=1.5), "safeguard.patience = 1.5"),
         (lambda: Safeguard(depth=1.5), "safeguard.depth = 1.5"),
         (lambda: Locate(solves=1.5), "locate.solves = 1.5"),
-        (lambda: Seek(doublings=1.5), "seek.doublings = 1.5"),
-        (lambda: Seek(solves=1.5), "seek.solves = 1.5"),
         (lambda: Accuracy(iterations=1.5), "iterations = 1.5"),
         (lambda: Elasticity("210e3", 0.3), "young = '210e3': must be a number"),
         (lambda: Elasticity(210e3, None), "poisson = None: must be a number"),

@@ -13,7 +13,7 @@ from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.scene import Scene, Support
 from bipot.tools import FlatTool

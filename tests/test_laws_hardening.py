@@ -120,14 +120,78 @@ def test_text_is_refused(text, message):
         (lambda: Tabulated((0.0, 1.0), (1.0,)), "as long as peeq"),
         (lambda: Tabulated((0.1, 1.0), (1.0, 2.0)), "strictly increasing from 0"),
         (lambda: Tabulated((0.0, 0.0), (1.0, 2.0)), "strictly increasing from 0"),
-        (lambda: Tabulated((0.0, float("inf")), (1.0, 2.0)), "peeq = .*finite"),
-        (lambda: Tabulated((0.0, 1.0), (0.0, 2.0)), "sigma_y = 0.0"),
-        (lambda: Tabulated((0.0, 1.0), (2.0, 1.0)), "stress = .*non-convex"),
+        (lambda: Tabulated((0.0, float("inf")), (1.0, 2.0)), r"peeq\[1\] = inf.*finite"),
+        (lambda: Tabulated((0.0, 1.0), (0.0, 2.0)), r"stress\[0\] = 0.0"),
+        (lambda: Tabulated((0.0, 1.0), (2.0, 1.0)), r"stress\[1\] = 1.0: .*non-convex"),
+        (lambda: Tabulated((0.0, 1e-300), (1.0, 2.0)), r"peeq\[1\] = 1e-300: .*H <= 1e\+60"),
     ],
 )
 def test_bad_curves_are_refused(make, message):
     with pytest.raises(SceneError, match=message):
         make()
+
+
+@pytest.mark.parametrize(
+    ("text", "delimiter"),
+    [
+        ("0.0,300\n0.1,350\n1,400\n", ","),
+        ("plastic strain, yield stress\n0.0, 300.0\n0.1, 350.0\n1.0, 400.0", ","),
+        ('# steel, "annealed"\n\n"p","sigma_Y"\n0,3e2\n# more\n0.1,350 # here\n\n1,400\n', ","),
+        ("\ufeffp;MPa\r\n0;300\r\n0.1;350\r\n1;400\r\n", ";"),
+        ("p\tMPa\n0\t300\n0.1\t350\n1\t400\n", "\t"),
+        ("p MPa\n 0   300\n0.1 350\n1.0 400\n", None),
+    ],
+)
+@pytest.mark.parametrize("kind", [Path, str])
+def test_a_file_of_two_columns_is_a_curve(text, delimiter, kind, tmp_path):
+    path = tmp_path / "of {steel}.csv"
+    path.write_text(text, encoding="utf-8")
+    assert Tabulated.from_csv(kind(path), delimiter) == Tabulated((0.0, 0.1, 1.0), (300.0, 350.0, 400.0))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "rows of numbers = 0: must be at least two"),
+        ("strain,stress\n0,300\n", "rows of numbers = 1: must be at least two"),
+        ("0,300\n0.1\n", "line 2: columns = 1: must be 2: plastic strain and yield stress"),
+        ("0;300\n0.1;350\n", "line 1: columns = 1"),
+        ("0,300,1\n0.1,350,2\n", "line 1: columns = 3"),
+        ("strain,300\n0,300\n", "line 1: plastic strain = 'strain': must be a number"),
+        ("p,s\np,s\n0,300\n", "line 2: plastic strain = 'p': must be a number"),
+        ("0,300\n0.1,soft\n", "line 2: yield stress = 'soft': must be a number"),
+        ("0,300\n0.1,\n", "line 2: yield stress = '': must be a number"),
+        ("0,300\n0.1,3_000\n", "line 2: yield stress = '3_000': must be a number"),
+        ("# c\n\n0,300\nnan,350\n", "line 4: plastic strain = nan: must be finite"),
+        ("0,300\ninf,350\n", "line 2: plastic strain = inf: must be finite"),
+        ("0,300\n0.1,nan\n", "line 2: yield stress = nan: must be finite"),
+        ("0,300\n0.1,1e999\n", "line 2: yield stress = inf: must be finite"),
+        ("0,300\n0.1,1e61\n", "line 2: yield stress = 1e\\+61: .*other units"),
+        ("0,300\n1e-300,301\n", "line 2: plastic strain = 1e-300: .*so far"),
+        ("0.1,300\n0.2,350\n", "line 1: plastic strain = 0.1: .*from 0"),
+        ("-0.1,300\n0.2,350\n", "line 1: plastic strain = -0.1: .*from 0"),
+        ("0,300\n0.2,350\n0.1,360\n", "line 3: plastic strain = 0.1: .*strictly increasing"),
+        ("0,300\n0.2,350\n0.2,360\n", "line 3: plastic strain = 0.2: .*strictly increasing"),
+        ("0,-300\n0.2,350\n", "line 1: yield stress = -300.0: must be finite and > 0"),
+        ("0,300\n0.2,250\n", "line 2: yield stress = 250.0: .*non-convex"),
+    ],
+)
+def test_a_file_that_is_no_curve_is_refused_by_file_line_and_value(text, message, tmp_path):
+    (tmp_path / "steel.csv").write_text(text)
+    with pytest.raises(SceneError, match=rf"steel\.csv[,:] {message}"):
+        Tabulated.from_csv(tmp_path / "steel.csv")
+
+
+def test_what_is_no_text_file_is_refused_by_name(tmp_path):
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe0,300\n")
+    for name in ("missing.csv", "binary.csv", "."):
+        with pytest.raises(SceneError, match=rf"{re.escape(str(tmp_path / name))}: cannot be read as text"):
+            Tabulated.from_csv(tmp_path / name)
+    with pytest.raises(SceneError, match=r"path = 3: must be a path"):
+        Tabulated.from_csv(3)
+    for delimiter in (",,", "", ".", "#", 1):
+        with pytest.raises(SceneError, match=r"delimiter = .*: must be one character"):
+            Tabulated.from_csv(tmp_path / "missing.csv", delimiter)
 
 
 CONTRIBUTING = Path(__file__).parents[1] / "CONTRIBUTING.md"

@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from bipot.accepted import Accepted
 from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -17,7 +18,7 @@ from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, ring
 from bipot.paths import Amplitude
 from bipot.scene import Prescribed, Scene, Support
@@ -48,7 +49,7 @@ def test_a_bar_under_its_own_weight_lengthens_by_half_of_what_its_end_would(form
     scene = bar((BodyForce((0.0, 1e-6)),))
     end = last(replace(scene, configuration=Configuration.PAPER), Schedule(1), form)
     top = scene.mesh.boundary_nodes("top")
-    np.testing.assert_allclose(end.state.displacement[top, 1], 1e-6 * 16 / 2e6, rtol=1e-10)
+    np.testing.assert_allclose(end.state.du[top, 1], 1e-6 * 16 / 2e6, rtol=1e-10)
     stress = end.state.stress[..., 1]
     points = np.einsum(
         "qk,ekd->eqd", system_of(scene).body.space.reference.values, scene.mesh.nodes[scene.mesh.elements]

@@ -15,7 +15,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path
 

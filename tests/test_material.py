@@ -9,7 +9,7 @@ from bipot import Elastic, Elasticity, Perfect, Schedule, VonMises, march, upset
 from bipot.columns import flow_gap
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.march import Control, system_of
+from bipot.marching import Control, system_of
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms

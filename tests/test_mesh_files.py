@@ -8,7 +8,7 @@ import pytest
 import skfem
 
 from bipot.errors import SceneError
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block
 from tests.scenes import scene
 

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
@@ -17,7 +18,7 @@ from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
 from bipot.laws.coulomb import natural_map
-from bipot.march import Accepted, Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs import frames
 from bipot.programs.data import ContactRows
 from bipot.programs.frames import Frames

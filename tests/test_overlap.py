@@ -7,7 +7,7 @@ import pytest
 
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import block
 from bipot.overlap import overlap
 from bipot.plot import curved

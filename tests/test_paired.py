@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks import paired, paired_tasks
 from benchmarks.paired import MEASURES, Measure, Taken, compared, interval, main, started
-from bipot.march import system_of
+from bipot.marching import system_of
 
 
 def test_the_interval_of_twenty_is_the_sixth_from_either_end():

@@ -12,7 +12,7 @@ from bipot.errors import SceneError
 from bipot.forms import Tangent
 from bipot.history import Recorder, load
 from bipot.laws.coulomb import Status
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import cylinder
 from bipot.scene import upsetting
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction

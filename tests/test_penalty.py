@@ -14,7 +14,7 @@ from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.forms import Optimiser, Penalty, Uzawa, contact_penalty
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton

@@ -11,7 +11,7 @@ from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
 from bipot.history import Recorder, load
 from bipot.increment import Limits
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written, unreturned
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path

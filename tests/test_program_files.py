@@ -17,7 +17,7 @@ from bipot.errors import BipotError, SceneError
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.loads import Traction
-from bipot.march import march
+from bipot.marching import march
 from bipot.programs.conic import TangentProgram
 from bipot.schedule import Schedule
 from tests.scenes import posed, run, scene
@@ -140,6 +140,17 @@ def test_multipliers_outside_their_cone_are_measured():
 def test_a_form_without_a_conic_program_is_refused():
     with pytest.raises(SceneError, match=r"form = Newton"):
         conic_program(run(0.3)[5], Newton())
+
+
+def test_the_multipliers_of_a_solved_statement_are_those_of_its_solution(program):
+    answer, _ = Cvxpy().solve(program.conic(), TIGHT)
+    stated = program.statement()
+    stated.problem.solve(solver="CLARABEL", tol_gap_abs=1e-10, tol_gap_rel=1e-10, tol_feas=1e-10)
+    for term in stated.constraints:
+        assert np.abs(stated.dual(term) - answer.dual[term]).max() < 1e-6 * np.abs(answer.dual[term]).max()
+    assert stated.value == stated.problem.value
+    with pytest.raises(SceneError, match=r"term = 'gaps': must be one of .*"):
+        stated.dual("gaps")
 
 
 def changed(tmp_path, **changes):

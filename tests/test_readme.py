@@ -89,7 +89,7 @@ def test_the_tube_of_the_page_on_scenes_runs(capsys):
     exec(compile(code, "scenes.md", "exec"), {})
     outer = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()]
     assert len(outer) == 10
-    assert 200.08 < outer[-1] < 200.2
+    assert 0.08 < outer[-1] < 0.2
 
 
 def test_the_two_commands_open_the_readme_and_are_in_the_makefile():

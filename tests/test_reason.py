@@ -15,7 +15,7 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.landing import Locate
 from bipot.loads import BodyForce
-from bipot.march import Control, Schedule, attempt_increment, march, system_of
+from bipot.marching import Control, Schedule, attempt_increment, march, system_of
 from bipot.reason import Reason, ReasonKind
 from bipot.scene import upsetting
 from tests.scenes import scene, tool

@@ -20,7 +20,7 @@ from bipot.forms.conic import tangent_program
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.march import Control, Schedule, attempt_increment, march, system_of
+from bipot.marching import Control, Schedule, attempt_increment, march, system_of
 from bipot.mesh import block
 from bipot.programs import condensation
 from bipot.programs.condensation import condense

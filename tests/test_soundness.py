@@ -10,7 +10,7 @@ from bipot.certificate import Bounds
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
-from bipot.march import system_of
+from bipot.marching import system_of
 from bipot.mesh import Mesh, block
 from tests.scenes import rows_between
 
@@ -134,7 +134,7 @@ def test_the_stored_increment_is_sharper_than_its_positions():
     accepted = last(scene, Schedule(3), Newton())
     start, end, system = accepted.start, accepted.state, system_of(scene)
     rows = rows_between(system.candidates, start.gap, start.tau, end.tau)
-    stored = rows.motion(end.displacement.ravel()[system.body.space.free])[:, 0]
+    stored = rows.motion(end.du.ravel()[system.body.space.free])[:, 0]
     travel = np.abs(scene.tools[0].moved(start.tau, end.tau)).max()
     np.testing.assert_allclose(stored, end.gap, atol=1e-15 * travel)
     closed = end.forces[:, 0] > 0
@@ -145,6 +145,6 @@ def test_the_stored_increment_is_sharper_than_its_positions():
 
 def test_a_state_cannot_be_written_to():
     accepted = last(upsetting(mu=0.3, reduction=0.01, elements=1), Schedule(1), Newton())
-    for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "displacement"):
+    for name in ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(accepted.state, name)[...] = 0.0

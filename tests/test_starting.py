@@ -9,7 +9,7 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written
 from bipot.scene import upsetting
 from tests.scenes import refused, scene, tool

@@ -8,7 +8,7 @@ import pytest
 
 from bipot.errors import ResultsError
 from bipot.forms import Dissipation, Newton, Penalty, Tangent
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.response import Body
 from bipot.scene import upsetting
 from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error

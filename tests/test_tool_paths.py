@@ -9,10 +9,9 @@ import pytest
 
 from bipot.columns import INCREMENT, OVERLAP, energies
 from bipot.export import describe
-from bipot.force_control import straight
 from bipot.forms import Newton, Tangent
 from bipot.history import Recorder, load, resume
-from bipot.march import Control, march, system_of
+from bipot.marching import Control, march
 from bipot.mesh import block
 from bipot.scene import Support
 from bipot.schedule import Schedule
@@ -68,10 +67,6 @@ def test_one_multiple_is_a_pair_of_equal_ones():
     one, pair = (tool(travel=(0.3, -0.7), path=((0, 0), (0.3, m), (1, 1))) for m in (0.9, (0.9, 0.9)))
     for begin, end in ((0.0, 0.17), (0.17, 0.61), (0.3, 1.0)):
         np.testing.assert_array_equal(one.moved(begin, end), pair.moved(begin, end))
-
-
-def test_force_control_ends_where_the_path_bends():
-    assert straight(system_of(pressed_then_slid()), 0.1) == 0.5
 
 
 @pytest.mark.parametrize(

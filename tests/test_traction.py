@@ -17,7 +17,7 @@ from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.coulomb import Status
-from bipot.march import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.traction import (
     SLIP_TOLERANCE,
@@ -259,7 +259,7 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
     system = system_of(scene)
     for a in steps:
         tolerance, resting = increment_traction(system, a).slip_tol, a.start.tau >= 0.75
-        body = np.linalg.norm(a.state.displacement, axis=1).max()
+        body = np.linalg.norm(a.state.du, axis=1).max()
         moved = max(body, LEAST_MOTION * 5) if resting else np.hypot(*punch.moved(a.start.tau, a.state.tau))
         assert tolerance == pytest.approx(SLIP_TOLERANCE * moved, rel=1e-12)
     back = [increment_traction(system, a).slip_tol for a in steps if 0.5 <= a.start.tau < 0.75]
@@ -269,7 +269,7 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
 def test_a_body_that_moves_between_resting_tools_has_its_own_length(sticky):
     system, last = sticky
     still, x = Increment(system, last.start, last.start.tau), last.solved.response.x
-    largest = np.linalg.norm(last.state.displacement, axis=1).max()
+    largest = np.linalg.norm(last.state.du, axis=1).max()
     assert still.at(x).length == pytest.approx(largest, rel=1e-15)
     assert still.at(0 * x).length == LEAST_MOTION * 5
 

@@ -7,7 +7,7 @@ import pytest
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.history import Recorder, load
-from bipot.march import Control, Schedule, march
+from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 
 SCENE = upsetting(mu=0.3, elements=1, reduction=0.01)

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing
+from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
-from bipot.errors import ProgramError
+from bipot.errors import ProgramError, require
 from bipot.typing import Floats
 
 if TYPE_CHECKING:
@@ -29,6 +29,27 @@ class Stated:
     problem: cp.Problem
     blocks: Mapping[str, cp.Expression]
     constraints: Mapping[str, cp.Constraint]
+
+    @property
+    def value(self) -> float:
+        """The least cost of the solved problem."""
+        return float(np.asarray(self.problem.value))
+
+    def dual(self, term: str) -> Floats:
+        """Multipliers (m, width) of the solved problem's constraint of that name, as in :class:`ConicSolution`.
+
+        Raises:
+            SceneError: there is no such constraint.
+        """
+        from cvxpy.constraints.zero import Equality, Zero
+
+        known = ", ".join(self.constraints)
+        require(term in self.constraints, "term", term, f"one of {known}")
+        constraint = self.constraints[term]
+        parts = [np.atleast_1d(np.asarray(v.value, dtype=float)) for v in constraint.dual_variables]
+        stacked = np.hstack([part.reshape(len(part), -1) for part in parts])
+        # cvxpy's multipliers of equalities have the opposite sign.
+        return -stacked if isinstance(constraint, Equality | Zero) else stacked
 
     def constant(self) -> float:
         """What the statement's cost has beyond that of the conic program, which is 0 at x = 0; values stay."""
@@ -56,7 +77,8 @@ class Cvxpy:
         x = np.zeros(len(program.q))
         for block, variable in stated.blocks.items():
             x[program.blocks[block]] = np.ravel(np.asarray(variable.value))
-        dual = {r.term: _dual(stated.constraints.get(r.term), r) for r in program.rows}
+        none = {r.term: np.zeros((r.count, r.width)) for r in program.rows}
+        dual = none | {term: stated.dual(term) for term in stated.constraints}
         return ConicSolution(program, x, dual, outcome, iterations, Timing(build=building) + timing), None
 
 
@@ -120,11 +142,3 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
     outcome = Outcome.SOLVED if status == cp.OPTIMAL else Outcome.ALMOST
     solved = float(stats.solve_time or 0.0)
     return outcome, int(stats.num_iters or 0), Timing(total - solved, solved)
-
-
-def _dual(constraint: cp.Constraint | None, rows: Rows) -> Floats:
-    """Multipliers (m, width); cvxpy's of equalities have the opposite sign."""
-    if constraint is None:
-        return np.zeros((rows.count, rows.width))
-    parts = [np.asarray(v.value, dtype=float).reshape(rows.count, -1) for v in constraint.dual_variables]
-    return -parts[0] if rows.cone is Cone.ZERO else np.hstack(parts)

@@ -7,14 +7,17 @@ convex in the plastic strain, which every conic form of the increment needs. A n
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_positive
+from bipot.laws.table_file import two_columns
 from bipot.tensors import FloatArray
 
 _WHY = "(softening makes the energy of an increment non-convex)"
@@ -50,6 +53,17 @@ def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]
     for value in values:
         require_number(value, field)
     return tuple(float(value) for value in values)
+
+
+def _require_curve(peeq: Sequence[float], stress: Sequence[float], name: Callable[[int, int], str]) -> None:
+    """Strain rises from 0, stress does not fall from above 0; ``name(column, k)`` is what a value is called."""
+    for k, (p, sigma) in enumerate(zip(peeq, stress, strict=True)):
+        rising = math.isfinite(p) and (p > peeq[k - 1] if k else p == 0)
+        require(rising, name(0, k), p, "finite, strictly increasing from 0")
+        _require_positive(name(1, k), sigma)
+        require(k == 0 or sigma >= stress[k - 1], name(1, k), sigma, f"finite and non-decreasing {_WHY}")
+        slope = (sigma - stress[k - 1]) / (p - peeq[k - 1]) if k else 0.0
+        require(slope <= LARGEST_STRESS, name(0, k), p, f"so far from the one before that H <= {LARGEST_STRESS:g}")
 
 
 @dataclass(frozen=True)
@@ -164,13 +178,22 @@ class Tabulated:
         require(len(self.peeq) >= 2, "peeq", self.peeq, "at least two values")
         same = len(self.stress) == len(self.peeq)
         require(same, "stress", self.stress, f"as long as peeq ({len(self.peeq)} values)")
-        x, y = np.array(self.peeq), np.array(self.stress)
-        rising = bool(np.isfinite(x).all() and x[0] == 0 and (np.diff(x) > 0).all())
-        require(rising, "peeq", self.peeq, "finite, strictly increasing from 0")
-        _require_positive("sigma_y", float(y[0]))
-        _require_rising("stress", float(y[-1]))
-        hardening = bool(np.isfinite(y).all() and (np.diff(y) >= 0).all())
-        require(hardening, "stress", self.stress, f"finite and non-decreasing {_WHY}")
+        _require_curve(self.peeq, self.stress, lambda column, k: f"{('peeq', 'stress')[column]}[{k}]")
+
+    @staticmethod
+    def from_csv(path: str | Path, delimiter: str | None = ",") -> Tabulated:
+        """The curve of a text file: plastic strain, then yield stress, one point a line, a header or none, # comments.
+
+        Columns are parted by ``delimiter``, by white space where that is None. Stresses are in the units of the scene.
+
+        Raises:
+            SceneError: a file that cannot be read, a line without two numbers, a curve that :class:`Tabulated` refuses;
+                the message names file, line and value.
+        """
+        names = "plastic strain", "yield stress"
+        lines, peeq, stress = two_columns(path, names, delimiter)
+        _require_curve(peeq, stress, lambda column, k: f"{path}, line {lines[k]}: {names[column]}")
+        return Tabulated(peeq, stress)
 
     @cached_property
     def _knots(self) -> tuple[FloatArray, FloatArray, FloatArray]:

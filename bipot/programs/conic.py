@@ -56,7 +56,7 @@ class TangentProgram:
         """The same program as one writes it."""
         import cvxpy as cp
 
-        dU = cp.Variable(len(self.f))
+        dU = cp.Variable(len(self.f), name=Block.DISPLACEMENT)
         contact = self.contact.statement(dU)
         energy = cp.quad_form(dU, cp.psd_wrap(self.K)) / 2 - self.f @ dU
         problem = cp.Problem(cp.Minimize(energy + contact.cost), list(contact.constraints.values()))

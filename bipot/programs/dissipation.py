@@ -129,11 +129,11 @@ class DissipationProgram:
         import cvxpy as cp
 
         m = self.model
-        dU = cp.Variable(len(self.force))
+        dU = cp.Variable(len(self.force), name=Block.DISPLACEMENT)
         contact = self.contact.statement(dU)
         volume_change = m.volumetric @ dU + m.trace_0
         deviator = cp.reshape(m.deviatoric @ dU, m.stress.shape, order="C") + m.deviator_0
-        d = cp.Variable(m.stress.shape) if m.flows else deviator
+        d = cp.Variable(m.stress.shape, name=Block.ELASTIC_DEVIATOR) if m.flows else deviator
         root = np.sqrt(m.weight)
         stored = (
             (m.weight * m.pressure) @ volume_change
@@ -143,7 +143,7 @@ class DissipationProgram:
         )
         cost, blocks, constraints = stored - self.force @ dU + contact.cost, contact.blocks, contact.constraints
         if m.flows:
-            t = cp.Variable(len(m.weight))
+            t = cp.Variable(len(m.weight), name=Block.PLASTIC_NORM)
             cost += ROOT * (m.weight * m.threshold) @ t + cp.sum_squares(cp.multiply(root * np.sqrt(m.slope / 3), t))
             blocks = {Block.ELASTIC_DEVIATOR: d, Block.PLASTIC_NORM: t, **blocks}
             constraints = {Term.YIELD: cp.SOC(t, deviator - d, axis=1), **constraints}

@@ -128,8 +128,8 @@ def isochoric(volumetric: sp.csr_matrix) -> Floats | None:
     points, unknowns = volumetric.get_shape()
     if unknowns > DENSE:
         return None
-    Q, R = (np.asarray(factor) for factor in qr(volumetric.toarray().T, pivoting=True)[:2])
-    size = np.abs(np.diagonal(R))
+    factors: tuple[Floats, ...] = qr(volumetric.toarray().T, pivoting=True)  # type: ignore[assignment]
+    Q, size = factors[0], np.abs(np.diagonal(factors[1]))
     rank = int((size > DEPENDENT * size[0]).sum())
     return Q[:, rank:] if rank < points else None
 

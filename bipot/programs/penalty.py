@@ -191,7 +191,9 @@ class PenaltyProgram:
         import cvxpy as cp
 
         terms, rows, f = self.contact, self.contact.rows, self.contact.rows.frictional
-        dU, v_n, v_t = cp.Variable(len(self.f)), cp.Variable(rows.count), cp.Variable(rows.slip.shape)
+        dU = cp.Variable(len(self.f), name=Block.DISPLACEMENT)
+        v_n = cp.Variable(rows.count, name=Block.FICTITIOUS_GAP)
+        v_t = cp.Variable(rows.slip.shape, name=Block.FICTITIOUS_SLIP)
         lag_n = rows.G_n @ dU + (rows.gap - terms.start_gap) - v_n
         lag_t = cp.reshape(rows.G_t @ dU, rows.slip.shape, order="C") + rows.slip - v_t
         length = cp.abs(v_t[:, 0]) if rows.tangents == 1 else cp.norm(v_t, 2, axis=1)

@@ -149,7 +149,7 @@ class ContactTerms:
         if normal.shape[0]:
             constraints[Term.GAP] = normal @ dU + rows.gap[self.unilateral] >= 0
         if slip.size:
-            t = blocks[Block.SLIP_BOUND] = cp.Variable(len(slip))
+            t = blocks[Block.SLIP_BOUND] = cp.Variable(len(slip), name=Block.SLIP_BOUND)
             constraints[Term.FRICTION] = cp.SOC(t, cp.reshape(sliding @ dU, slip.shape, order="C") + slip, axis=1)
             cost = self.threshold[self.sliding] @ t
         if tied.shape[0]:

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from bipot.accepted import Accepted
 from bipot.carrying import Attempt, Dissipated, carry_on
 from bipot.diagnosis import collapse, diagnosis
 from bipot.energy import Energies
@@ -29,7 +30,7 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.forms import Cache, Dissipation, Form, FormName, Tangent
+from bipot.forms import Cache, Dissipation, Form, Tangent
 from bipot.increment import Limits, Observer, Solved, Trial, advance, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.landing import Locate, locate
@@ -40,7 +41,6 @@ from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.starting import require_start
 from bipot.system import System, system_of
-from bipot.typing import Floats
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -76,44 +76,6 @@ class Control:
         """The form and its fallbacks, none twice; the same form with other options is another one."""
         forms = (self.form, *self.fallbacks)
         return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
-
-
-@dataclass(frozen=True)
-class Accepted:
-    """One accepted increment: where it started, where it ended, how it was solved and what it cost.
-
-    ``tool_forces`` (k, d) are those of the tools on the modelled body.
-    ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
-    was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
-    (:mod:`bipot.landing`), None if it was not.
-    """
-
-    number: int
-    start: State
-    state: State
-    solved: Solved
-    tool_forces: Floats
-    energies: Energies
-    form: FormName
-    passes: int
-    cuts: int
-    reasons: tuple[Reason, ...]
-    seconds: float
-    landed: int | None = None
-    strayed: bool = False
-
-    @property
-    def reason(self) -> str:
-        """Why it fell back or was cut, in words."""
-        return "; ".join(map(str, self.reasons))
-
-    @property
-    def unique(self) -> bool:
-        """Whether no other answer is nearby (nothing is undetermined) and the first suited form found it at once.
-
-        What was found after failures and cuts may be one of several exact answers to so long an increment.
-        """
-        return not self.solved.undetermined and not self.strayed
 
 
 def march(
@@ -259,10 +221,14 @@ def _failed(increment: Increment, attempt: Attempt, cuts: int) -> IncrementFaile
         ray = system.body.space.spread(given_way.v)
         advice = f"{failed}{carried}. Drive it by displacements, or load it less."
         return LimitPassed(advice, state, ray, given_way.carried)
-    if isinstance(attempt.last, InvertedElement):
-        shorter = "Remesh there: shorter increments fold the element too."
-        return IncrementFailed(failed + (shorter if cuts else "Use more increments, or remesh there."), state)
-    pushed = system.loading.loads or system.body.scene.pushed
-    driven = "drive it by displacements if the load has passed its maximum, or use " if pushed else ""
-    more = f"Use more increments, {driven or 'or '}a mesh that is less distorted there."
+    if system.loading.loads or system.body.scene.pushed:
+        more = "Use more increments, or drive it by displacements: the load may be next to, or past, what it carries."
+    elif isinstance(attempt.last, InvertedElement):
+        more = (
+            "Remesh there: shorter increments fold the element too."
+            if cuts
+            else "Use more increments, or remesh there."
+        )
+    else:
+        more = "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)

@@ -1,7 +1,6 @@
-"""Hardening from a table: without friction the upset cylinder gives its own flow curve back."""
+"""Hardening from a CSV file: without friction the upset cylinder gives its own flow curve back."""
 
 # %%
-import csv
 import math
 from pathlib import Path
 
@@ -12,21 +11,13 @@ from bipot import Schedule, Tabulated, march, upsetting
 TABLE = Path(__file__).with_name("hardening.csv")
 
 
-def curve(path: Path) -> Tabulated:
-    """The table of a file: a header, then plastic strain and yield stress."""
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = [(float(strain), float(stress)) for strain, stress in list(csv.reader(file))[1:]]
-    strain, stress = zip(*rows, strict=True)
-    return Tabulated(strain, stress)
-
-
 def main(increments: int = 20, table: Path = TABLE, reduction: float = 0.2) -> list[tuple[float, float, float]]:
     """Equivalent plastic strain, true stress (MPa) from force and area, and the table's, at every increment."""
-    hardening, rows = curve(table), []
+    hardening, rows = Tabulated.from_csv(table), []
     for accepted in march(
         upsetting(mu=0.0, hardening=hardening, elements=2, reduction=reduction), Schedule(increments)
     ):
-        strain = float(accepted.state.peeq.mean())
+        strain = float(accepted.peeq.mean())
         area = math.pi * float(accepted.state.nodes[:, 0].max()) ** 2
         stress = -float(accepted.tool_forces[0, 1]) / area
         rows.append((strain, stress, float(hardening.yield_stress(np.array(strain)))))

@@ -1,0 +1,103 @@
+"""What a march yields: an accepted increment, its results by name, how it was found and what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bipot.components import Components
+from bipot.energy import Energies
+from bipot.forms import FormName
+from bipot.increment import Solved
+from bipot.programs.data import Units
+from bipot.reason import Reason
+from bipot.response import State
+from bipot.scene import Scene
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """One accepted increment: where it started, where it ended, how it was solved and what it cost.
+
+    ``tool_forces`` (k, d) are those of the tools on the modelled body.
+    ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
+    was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
+    (:mod:`bipot.landing`), None if it was not. Results have names: of nodes (a, d), of integration points (e, q),
+    at the increment's end.
+
+    >>> from bipot import Schedule, march, upsetting
+    >>> accepted = next(march(upsetting(mu=0.1, elements=1), Schedule(100)))
+    >>> accepted.stress.names
+    ('rr', 'zz', 'tt', 'rz')
+    >>> bool((accepted.stress["zz"] < 0).all()), accepted.displacement.shape
+    (True, (8, 2))
+    """
+
+    number: int
+    start: State
+    state: State
+    solved: Solved
+    tool_forces: Floats
+    energies: Energies
+    form: FormName
+    passes: int
+    cuts: int
+    reasons: tuple[Reason, ...]
+    seconds: float
+    landed: int | None = None
+    strayed: bool = False
+
+    @property
+    def reason(self) -> str:
+        """Why it fell back or was cut, in words."""
+        return "; ".join(map(str, self.reasons))
+
+    @property
+    def unique(self) -> bool:
+        """Whether no other answer is nearby (nothing is undetermined) and the first suited form found it at once.
+
+        What was found after failures and cuts may be one of several exact answers to so long an increment.
+        """
+        return not self.solved.undetermined and not self.strayed
+
+    @property
+    def displacement(self) -> Floats:
+        """The displacement (a, d) since rest: nodes less those of the mesh, hence to the round-off of positions.
+
+        The displacement of this increment alone, to its own round-off, is ``state.du``.
+        """
+        return self.state.nodes - self._scene.mesh.nodes
+
+    @property
+    def stress(self) -> Components:
+        """Cauchy stress, ``stress["rz"]`` (e, q)."""
+        return Components(self.state.stress, self._scene.geometry)
+
+    @property
+    def plastic_strain(self) -> Components:
+        """Plastic strain, turned with the body, ``plastic_strain["zz"]`` (e, q)."""
+        return Components(self.state.plastic_strain, self._scene.geometry)
+
+    @property
+    def peeq(self) -> Floats:
+        """Equivalent plastic strain (e, q)."""
+        return self.state.peeq
+
+    @property
+    def mises(self) -> Floats:
+        """Equivalent stress of von Mises (e, q)."""
+        return self.state.mises
+
+    @property
+    def pressure(self) -> Floats:
+        """Mean pressure -σ_kk / 3 (e, q)."""
+        return self.state.pressure
+
+    @property
+    def units(self) -> Units:
+        """Units of length, force and stress in which the increment's programs are dimensionless."""
+        return self.solved.iterate.increment.units
+
+    @property
+    def _scene(self) -> Scene:
+        return self.solved.iterate.increment.system.body.scene

@@ -1,0 +1,69 @@
+"""Two columns of numbers from a text file, each with the line it stands on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from bipot.errors import SceneError, require
+
+
+class TwoColumns(NamedTuple):
+    """What a file holds: the numbers of the lines, from 1, and the numbers on them."""
+
+    lines: tuple[int, ...]
+    first: tuple[float, ...]
+    second: tuple[float, ...]
+
+
+def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None = ",") -> TwoColumns:
+    """Read the table; ``names`` are what its columns are called where a value is refused.
+
+    The first line may be a header, without a number in it. What follows a #, and empty lines, are comments. Columns are
+    parted by ``delimiter``, by white space where that is None; decimals have a point.
+
+    Raises:
+        SceneError: a file that cannot be read as text, a line without two columns, a value that is no number (named
+            with file and line), fewer than two rows of numbers.
+    """
+    require(isinstance(path, str | Path), "path", path, "a path")
+    given = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in "#.+-\r\n")
+    require(given, "delimiter", delimiter, "one character that is in no number or comment, or None")
+    rows: list[tuple[int, float, float]] = []
+    begun = False
+    for number, line in enumerate(_text(path).splitlines(), start=1):
+        told = line.partition("#")[0]
+        if not told.strip():
+            continue
+        cells = [cell.strip().strip('"') for cell in told.split(delimiter)]
+        place = f"{path}, line {number}"
+        require(len(cells) == 2, f"{place}: columns", len(cells), f"2: {' and '.join(names)}")
+        header = not begun and all(_number(cell) is None for cell in cells)
+        begun = True
+        if not header:
+            first, second = (_required(cell, f"{place}: {name}") for cell, name in zip(cells, names, strict=True))
+            rows.append((number, first, second))
+    require(len(rows) >= 2, f"{path}: rows of numbers", len(rows), "at least two")
+    return TwoColumns(*zip(*rows, strict=True))
+
+
+def _text(path: str | Path) -> str:
+    try:
+        # Spreadsheets begin a file with a byte order mark.
+        return Path(path).read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        raise SceneError(f"{path}: cannot be read as text ({error})") from error
+
+
+def _required(cell: str, field: str) -> float:
+    found = _number(cell)
+    require(found is not None, field, cell, "a number, with a point for decimals")
+    return float(cell)
+
+
+def _number(cell: str) -> float | None:
+    """The number, None where it is none; Python alone reads 1_000 as one."""
+    try:
+        return None if "_" in cell else float(cell)
+    except ValueError:
+        return None

@@ -1,0 +1,59 @@
+"""One increment as a problem of cvxpy, solved by two solvers: its multipliers are the contact forces.
+
+With the friction threshold s of the increment's own normal forces it is convex, plasticity, contact and friction in
+one: minimise energy + dissipation + s |slip| over the displacement, the gap nowhere below zero.
+"""
+
+# %%
+import numpy as np
+
+from bipot import (
+    Dissipation,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Linear,
+    Scene,
+    Schedule,
+    Support,
+    VonMises,
+    block,
+    conic_program,
+    march,
+)
+
+SOLVERS = {  # interior points and splitting, each with its own words for a tight tolerance
+    "CLARABEL": {"tol_gap_abs": 1e-12, "tol_gap_rel": 1e-12, "tol_feas": 1e-12},
+    "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 200_000},
+}
+
+BLOCK = Scene(
+    mesh=block(20.0, 10.0, 6, 3),
+    geometry=Geometry.PLANE_STRAIN,
+    material=VonMises(Elasticity(young=70_000.0, poisson=0.33), Linear(sigma_y=100.0, modulus=200.0)),
+    supports=(Support("left", 0), Support("base", 1)),
+    tools=(FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -1.0), ("top",), mu=0.2),),
+)
+
+
+def main(increments: int = 10) -> dict[str, tuple[float, float]]:
+    """Of each solver the objective, and how far its multipliers are from the forces of the march, over the largest."""
+    *_, accepted = march(BLOCK, Schedule(increments, first=0.005))
+    normal, tangential = accepted.state.forces.T
+    stated = conic_program(accepted, Dissipation()).statement()
+    print("minimise over", ", ".join(f"{name} {value.shape}" for name, value in stated.blocks.items()))
+    found = {}
+    for solver, options in SOLVERS.items():
+        stated.problem.solve(solver=solver, **options)
+        # The multiplier of "gap >= 0" is the normal force; those of the cone |slip| <= t are s and the friction.
+        pushes, rubs = (stated.dual(term)[:, -1] * accepted.units.force for term in ("gap", "friction"))
+        # On the symmetry plane nothing can slip: that contact has no friction.
+        off = max(np.abs(pushes - normal).max(), np.abs(rubs - tangential[tangential != 0]).max())
+        found[solver] = stated.value, float(off / normal.max())
+        print("{}: objective {:.9f}, contact forces differ by {:.1e}".format(solver, *found[solver]))
+    return found
+
+
+# %%
+if __name__ == "__main__":
+    main()
