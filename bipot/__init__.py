@@ -3,7 +3,7 @@
 A scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
+* scene: Scene, FlatTool, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, upsetting
 * meshes: Mesh, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -36,8 +36,9 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.march import Accepted, Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
-from bipot.scene import Prescribed, Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 
 __version__ = "0.1.0"
@@ -73,6 +74,7 @@ __all__ = [
     "Schedule",
     "Support",
     "Swift",
+    "Symmetry",
     "Tabulated",
     "Tangent",
     "Traction",

@@ -23,7 +23,8 @@ from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.march import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude, Path
-from bipot.scene import Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies.independent_element import orientation
 

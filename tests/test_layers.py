@@ -22,7 +22,7 @@ LAYERS = (
     ("errors", "frozen", "progress", "tensors", "typing"),
     ("abaqus", "conic", "facets", "laws", "mesh", "mesh_files", "paths", "tools"),
     ("certificate", "coulomb", "fem"),
-    ("loads", "programs", "scene", "schedule"),
+    ("loads", "programs", "scene", "schedule", "supports", "symmetry"),
     ("contact", "overlap", "response", "system", "traction"),
     ("determinacy", "diagnosis", "forms", "increment", "iterate", "reason", "starting"),
     ("carrying", "energy", "force_control", "landing", "march"),
