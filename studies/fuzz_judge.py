@@ -135,13 +135,13 @@ def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tup
     """Largest difference of forces and of displacements over the runs' largest, while both took the same increments.
 
     Forces within twice the ``resolution`` are not told apart. The third number is that of the increments compared. What
-    is not unique is not compared.
+    is not unique, or tells nothing of the original, is not compared.
     """
     mine, theirs = setting_of(base.scene), setting_of(other.scene)
     forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
     for a, b in zip(base.steps, other.steps, strict=False):
         same = abs(a.state.tau - b.state.tau) <= 1e-12
-        if not (same and reported_unique(a) and reported_unique(b)):
+        if not (same and reported_unique(a) and reported_unique(b) and seen.tells(b.state.nodes)):
             break
         count += 1
         r = forces_by_node(base.scene, mine, a.state)

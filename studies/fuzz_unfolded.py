@@ -5,7 +5,7 @@ Nothing here asks the library what a plane of symmetry does.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,12 +26,31 @@ HELD = "held in the plane"
 FLAT = 1e-9
 
 
-def unfolded(scene: Scene) -> list[Variant]:
+SYMMETRIC = 1e-7
+"""Of the largest displacement: less than this off its mirror image, a displacement is symmetric."""
+
+
+@dataclass(frozen=True)
+class Unfolded(Variant):
+    """The whole body: ``image`` (a,) is the original nodes' mirror image ``across`` a direction."""
+
+    image: Ints = field(default_factory=lambda: np.empty(0, np.intp))
+    across: int = 0
+
+    def tells(self, nodes: Floats) -> bool:
+        """Whether the answer is symmetric: in a long increment a whole body has others too, and may well take one."""
+        moved = nodes - self.scene.mesh.nodes
+        mine, theirs = moved[self.number], moved[self.image] * np.where(np.arange(2) == self.across, -1, 1)
+        blur = 8 * float(np.finfo(np.float64).eps) * float(np.abs(nodes).max())
+        return bool(np.abs(mine - theirs).max() <= SYMMETRIC * np.abs(moved).max() + blur)
+
+
+def unfolded(scene: Scene) -> list[Unfolded]:
     """The scene unfolded about each of its planes of symmetry, one at a time."""
     return [about(scene, plane) for plane in scene.supports if isinstance(plane, Symmetry)]
 
 
-def about(scene: Scene, plane: Symmetry) -> Variant:
+def about(scene: Scene, plane: Symmetry) -> Unfolded:
     """The scene unfolded about one plane; nodes, tools, loads and supports that it had come first, by their numbers."""
     mesh, d = scene.mesh, plane.direction
     on = np.unique(mesh.boundaries[plane.boundary])
@@ -54,7 +73,7 @@ def about(scene: Scene, plane: Symmetry) -> Variant:
     weight = np.ones((len(scene.tools), len(mesh.nodes), 1))
     for k, tools in enumerate(whole):
         weight[k, on] = 3 - len(tools)
-    return Variant("unfolded", other, np.arange(len(mesh.nodes)), np.ones(2), 1.0, 1.0, weight)
+    return Unfolded("unfolded", other, np.arange(len(mesh.nodes)), np.ones(2), 1.0, 1.0, weight, image, d)
 
 
 def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:

@@ -36,6 +36,10 @@ class Variant:
     force: float
     weight: Floats | float = 1.0
 
+    def tells(self, nodes: Floats) -> bool:
+        """Whether an answer of which ``nodes`` (a, d) are the places is one that the original must have."""
+        return True
+
 
 def variants(scene: Scene, seed: int) -> list[Variant]:
     """One of each kind, drawn from ``seed``."""

@@ -57,6 +57,15 @@ def test_a_scene_is_unfolded_about_each_of_its_planes():
     assert np.allclose(np.sort(back.nodes, axis=0), np.sort(seen[0].scene.mesh.nodes, axis=0))
 
 
+def test_a_whole_body_that_leaves_its_symmetry_tells_nothing_of_its_half():
+    seen = unfolded(draw(FOLDED_SEED).scene)[0]
+    rest = seen.scene.mesh.nodes
+    moved = rest + 0.1 * rest * np.where(np.arange(2) == seen.across, 1, -0.5)
+    assert seen.tells(moved)
+    moved[seen.number[-1]] += 1e-3
+    assert not seen.tells(moved)
+
+
 def planted_in_the_last(ran, **changes):
     return replace(ran, steps=[*ran.steps[:-1], replace(ran.steps[-1], **changes)])
 
