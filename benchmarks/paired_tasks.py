@@ -78,7 +78,6 @@ def _wide(size: int) -> Scene:
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 1), Support("left", 0)),
         tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),
-        copies=4,
     )
 
 

@@ -4,7 +4,7 @@ Newton's method on the program's optimality conditions solves it where that ends
 scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Force, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
+* scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, upsetting
 * meshes: Mesh, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -63,8 +63,9 @@ from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
-from bipot.scene import Prescribed, Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool, Force
 
 __version__ = "0.1.0"
@@ -125,6 +126,7 @@ __all__ = [
     "State",
     "Support",
     "Swift",
+    "Symmetry",
     "Tabulated",
     "Tangent",
     "TangentKind",

@@ -6,12 +6,14 @@ from dataclasses import dataclass
 
 from bipot.components import Components
 from bipot.energy import Energies
+from bipot.errors import require, require_count
 from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.programs.data import Units
 from bipot.reason import Reason
 from bipot.response import State
 from bipot.scene import Scene
+from bipot.symmetry import whole_force
 from bipot.typing import Floats
 
 
@@ -19,7 +21,7 @@ from bipot.typing import Floats
 class Accepted:
     """One accepted increment: where it started, where it ended, how it was solved and what it cost.
 
-    ``tool_forces`` (k, d) are those of the tools on the modelled body.
+    ``tool_forces`` (k, d) are those of the tools on the modelled part, ``energies`` those of the whole body.
     ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
     was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
     (:mod:`bipot.landing`), None if it was not. Results have names: of nodes (a, d), of integration points (e, q),
@@ -51,6 +53,19 @@ class Accepted:
     def reason(self) -> str:
         """Why it fell back or was cut, in words."""
         return "; ".join(map(str, self.reasons))
+
+    def tool_force(self, tool: int) -> Floats:
+        """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.
+
+        On a meridian it is that of the full ring, so it has no radial component.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        scene = self._scene
+        require_count(tool, "tool", 0)
+        require(tool < len(scene.tools), "tool", tool, f"in [0, {len(scene.tools)}), the scene's tools")
+        return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
 
     @property
     def unique(self) -> bool:

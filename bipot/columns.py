@@ -92,8 +92,7 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     }
 
     def column(name: str, meaning: str) -> Column:
-        value = _scaled(lambda a: getattr(a.energies, name), factor)
-        return Column(f"{name}_{unit}", f"{meaning}, {unit}", value)
+        return Column(f"{name}_{unit}", f"{meaning}, {unit}", lambda _, a: factor * getattr(a.energies, name))
 
     return (*(column(name, meaning) for name, meaning in meanings.items()), ENERGY_ERROR)
 
@@ -108,7 +107,9 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     def measure(name: str, meaning: str) -> Column:
         return Column(name, meaning, lambda _, a: getattr(a.solved.certificate, name))
 
-    gap = _scaled(lambda a: a.solved.certificate.gap, factor)
+    def gap(system: System, accepted: Accepted) -> float:
+        return factor * system.body.scene.images * accepted.solved.certificate.gap
+
     return (
         measure("equilibrium", "largest residual over largest nodal force"),
         measure("yield_violation", "largest equivalent stress above yield over yield stress"),
@@ -118,7 +119,3 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
         Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
         measure("relative_gap", "that gap over the work of the increment"),
     )
-
-
-def _scaled(energy: Callable[[Accepted], float], factor: float) -> Callable[[System, Accepted], float]:
-    return lambda system, accepted: factor * system.body.scene.copies * energy(accepted)

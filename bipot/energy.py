@@ -17,7 +17,7 @@ solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by in
 certificate: it is equilibrium at the end tested with dU. The elastic part then has sum_q w/2 dsigma : C^-1 dsigma above
 the energy stored, which backward differences dissipate.
 
-All energies are those of the modelled part; ``copies`` of it make the body.
+All energies are those of the whole body: of the modelled part, times the images of it that planes of symmetry make.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Rule(Enum):
 
 @dataclass(frozen=True)
 class Energies:
-    """External work, elastic energy, plastic and frictional dissipation since the start (energy units)."""
+    """External work, elastic energy, plastic and frictional dissipation of the whole body since the start (energy)."""
 
     work: float = 0.0
     elastic: float = 0.0
@@ -74,12 +74,17 @@ class Energies:
         tools = float(np.vdot(contacts.resultant(r), solved.iterate.tool_travel))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
-        return Energies(
-            self.work + tools + loads + float(np.vdot(r[:, 0], opened)),
-            self.elastic + float(np.vdot(S, elastic)),
-            self.plastic + float(np.vdot(S, end.plastic_strain - flowed)),
-            self.friction - float(np.vdot(r[:, 1:], motion[:, 1:]) + r[:, 1] @ increment.dragged),
+        return self._plus(
+            scene.images,
+            work=tools + loads + float(np.vdot(r[:, 0], opened)),
+            elastic=float(np.vdot(S, elastic)),
+            plastic=float(np.vdot(S, end.plastic_strain - flowed)),
+            friction=-float(np.vdot(r[:, 1:], motion[:, 1:]) + r[:, 1] @ increment.dragged),
         )
+
+    def _plus(self, images: int, **parts: float) -> Energies:
+        """With the ``parts`` of one increment of the modelled part added, ``images`` times each."""
+        return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
 
 
 def _driven(start: State, solved: Solved, theta: float) -> float:

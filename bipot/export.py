@@ -29,7 +29,8 @@ from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
 from bipot.mesh import Mesh
-from bipot.scene import Prescribed, Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
 from bipot.typing import Floats
 
@@ -212,13 +213,12 @@ def describe(scene: Scene) -> dict[str, Any]:
         "geometry": scene.geometry.value,
         "quadrature": scene.quadrature.value,
         "configuration": scene.configuration.value,
-        "copies": scene.copies,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
         "yield_stress": float(material.yield_stress(0.0)),
         "material": repr(material),
         "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
-        "supports": [{"boundary": s.boundary, "direction": s.direction, **_prescribed(s)} for s in scene.supports],
+        "supports": [_support(s) for s in scene.supports],
         "loads": [repr(load) for load in scene.loads],
         "tools": [
             {
@@ -231,11 +231,12 @@ def describe(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _prescribed(support: Support) -> dict[str, Any]:
-    """Displacement and amplitude of a support that moves."""
+def _support(support: Support) -> dict[str, Any]:
+    """Where a support is, whether it is a plane of symmetry, and how it moves if it does."""
+    said = {"boundary": support.boundary, "direction": support.direction, "symmetry": isinstance(support, Symmetry)}
     if not isinstance(support, Prescribed):
-        return {}
-    return {"displacement": support.displacement, "amplitude": support.amplitude.points}
+        return said
+    return {**said, "displacement": support.displacement, "amplitude": support.amplitude.points}
 
 
 def _write_grid(file: h5py.File, mesh: Mesh) -> None:

@@ -12,12 +12,10 @@ from functools import cached_property
 import numpy as np
 
 from bipot.errors import (
-    LARGEST_LENGTH,
     InvertedElement,
     SceneError,
     require,
     require_count,
-    require_magnitude,
     require_number,
     require_positive,
     require_tuple,
@@ -33,56 +31,20 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
+from bipot.supports import Prescribed, Support, Symmetry
+from bipot.symmetry import Plane, planes_of, require_mirrored, share
 from bipot.tools import FlatTool, Force
 from bipot.typing import Bools, Floats, Ints, read_only
 
 
 @dataclass(frozen=True)
-class Support:
-    """The displacement along ``direction`` (0 or 1) is zero on the mesh boundary ``boundary``."""
-
-    boundary: str
-    direction: int
-
-    def __post_init__(self) -> None:
-        require_type(self.boundary, str, "support.boundary")
-        require_count(self.direction, "support.direction", 0)
-        require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
-
-    def at(self, tau: float) -> float:
-        """The displacement at pseudo-time ``tau``."""
-        return 0.0
-
-
-@dataclass(frozen=True)
-class Prescribed(Support):
-    """A support that moves: the displacement along ``direction`` is ``displacement`` times the ``amplitude``."""
-
-    displacement: float = 0.0
-    amplitude: Amplitude = RAMP
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_number(self.displacement, "prescribed.displacement")
-        object.__setattr__(self, "displacement", float(self.displacement))
-        require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
-        require_type(self.amplitude, Amplitude, "prescribed.amplitude")
-        for size in (self.displacement, self.displacement * self.amplitude.largest):
-            require_magnitude(size, "prescribed.displacement, its amplitude with it", LARGEST_LENGTH)
-        require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
-
-    def at(self, tau: float) -> float:
-        """The displacement at pseudo-time ``tau``."""
-        return self.displacement * self.amplitude.at(tau)
-
-
-@dataclass(frozen=True)
 class Scene:
-    """One body, its supports and tools, if any. ``copies`` says how many times the modelled part makes the whole body.
+    """One body, its supports and tools, if any. Supports that are a ``Symmetry`` say of which whole body it is a part.
 
     Raises:
         SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
-            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate.
+            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate, what is no part of a
+            body with its mirror images (:mod:`bipot.symmetry`).
     """
 
     mesh: Mesh
@@ -92,13 +54,11 @@ class Scene:
     tools: tuple[FlatTool, ...] = ()
     quadrature: Quadrature = Quadrature.RADON7
     configuration: Configuration = Configuration.MIDPOINT
-    copies: int = 1
     loads: tuple[Load, ...] = ()
     held: Ints = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._check_types()
-        require_count(self.copies, "copies")
         try:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
@@ -115,6 +75,7 @@ class Scene:
             load.check(self.mesh)
         for k, tool in enumerate(self.tools):
             self._check_candidates(tool, f"tools[{k}]")
+        require_mirrored(self.planes, self.mesh, self.tools, self.loads)
 
     def _check_types(self) -> None:
         one = {"mesh": Mesh, "geometry": Geometry, "material": Material, "quadrature": Quadrature}
@@ -124,6 +85,16 @@ class Scene:
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    @cached_property
+    def planes(self) -> tuple[Plane, ...]:
+        """The planes of symmetry that cut the whole body."""
+        return planes_of(self.mesh, self.geometry, self.supports)
+
+    @property
+    def images(self) -> int:
+        """How many times the modelled part makes the whole body, 2 for each plane of symmetry."""
+        return 2 ** len(self.planes)
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -147,8 +118,9 @@ class Scene:
         return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
 
     def push(self, tau: float) -> Floats:
-        """These (m,) along their directions at pseudo-time ``tau``."""
-        return np.array([force.at(tau) for force in self.pushed])
+        """These (m,) along their directions at pseudo-time ``tau``, what of them acts on the modelled part."""
+        led = [(tool, force) for tool in self.tools if (force := tool.driven_by) is not None]
+        return np.array([share(self.planes, tool) * force.at(tau) for tool, force in led])
 
     def travel(self, tau: float, tau_end: float) -> Floats:
         """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
@@ -212,6 +184,9 @@ class Scene:
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
         movable = bool(free_along(free, np.array(tool.normal)).any())
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
+        force = tool.driven_by
+        along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
+        require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
         for node in tool.mu_at:
             require(node in nodes, "mu_at node", node, "one of the tool's candidates")
 
@@ -260,9 +235,8 @@ def upsetting(
         mesh=cylinder(diameter / 2, height / 2, elements, elements),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
-        supports=(Support("axis", 0), Support("base", 1)),
+        supports=(Support("axis", 0), Symmetry("base", 1)),
         tools=(punch,),
         quadrature=quadrature,
         configuration=configuration,
-        copies=2,
     )

@@ -5,7 +5,7 @@ the inner diameter measures the friction, without a measured force.
 """
 
 # %%
-from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Support, VonMises, march, ring
+from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, march, ring
 
 INNER, OUTER, HALF = 3.0, 6.0, 2.0  # mm: radii and half the height
 
@@ -16,9 +16,8 @@ def upper_half(mu: float, reduction: float) -> Scene:
         mesh=ring(INNER, OUTER, HALF, 6, 4),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(young=210_000.0, poisson=0.3), Perfect(300.0)),
-        supports=(Support("base", 1),),
+        supports=(Symmetry("base", 1),),
         tools=(FlatTool((0.0, HALF), (0.0, -1.0), (0.0, -reduction * HALF), ("top", "bore", "side"), mu),),
-        copies=2,
     )
 
 

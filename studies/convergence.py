@@ -77,7 +77,7 @@ def measure(mu: float, knob: str, value: int, plan: Plan) -> Row:
         value,
         force(system, early),
         force(system, end),
-        end.energies.work * scene.copies * JOULE,
+        end.energies.work * JOULE,
         float(end.state.nodes[:, 0].max()),
         max(c.relative_gap for c in certificates),
         max(c.equilibrium for c in certificates),

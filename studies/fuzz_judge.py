@@ -20,7 +20,9 @@ from bipot.typing import Floats
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
+from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import Variant, variants
+from studies.fuzz_whole import difference, misstated
 from studies.independent import Measures, measure
 
 TEN = 10.0
@@ -134,17 +136,17 @@ def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tup
     """Largest difference of forces and of displacements over the runs' largest, while both took the same increments.
 
     Forces within twice the ``resolution`` are not told apart. The third number is that of the increments compared. What
-    is not unique is not compared.
+    is not unique, or tells nothing of the original, is not compared.
     """
     mine, theirs = setting_of(base.scene), setting_of(other.scene)
     forces, moves, count = [np.zeros(2)], [np.zeros(2)], 0
     for a, b in zip(base.steps, other.steps, strict=False):
         same = abs(a.state.tau - b.state.tau) <= 1e-12
-        if not (same and reported_unique(a) and reported_unique(b)):
+        if not (same and reported_unique(a) and reported_unique(b) and seen.tells(b.state.nodes)):
             break
         count += 1
         r = forces_by_node(base.scene, mine, a.state)
-        s = seen.sign * forces_by_node(other.scene, theirs, b.state)[:, seen.number] / seen.force
+        s = seen.sign * forces_by_node(other.scene, theirs, b.state)[: len(r), seen.number] / (seen.force * seen.weight)
         u = a.state.nodes - base.scene.mesh.nodes
         v = seen.sign * (b.state.nodes - other.scene.mesh.nodes)[seen.number] / seen.length
         forces.append(np.array([np.abs(r - s).max() - 2 * resolution, np.abs(r).max()]))
@@ -178,6 +180,11 @@ def _known(seed: int, others: bool) -> Iterator[Row]:
         yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
 
 
+def _others(drawn: Drawn, seed: int) -> list[Variant]:
+    """What the scene is run as besides; penalties are a law of every node's, which a plane of symmetry would halve."""
+    return variants(drawn.scene, seed) + (unfolded(drawn.scene) if drawn.form != "penalty" else [])
+
+
 def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
     base = run(drawn, drawn.scene)
     exact = drawn.form != "penalty"
@@ -187,8 +194,9 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         for k, (m, e) in enumerate(zip(all_measures, excuses(base), strict=True), 1)
         for what in broken(m, exact, e)
     ]
+    wrong += misstated(base.scene, base.steps, all_measures)
     worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
-    for seen in variants(drawn.scene, row.seed) if others else ():
+    for seen in _others(drawn, row.seed) if others else ():
         other = run(drawn, seen.scene)
         force, move, count = disagreement(base, other, seen, resolution)
         worst, moved = max(worst, force, move), max(moved, move)
@@ -200,6 +208,13 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         ][:1]
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
+        elif move <= DISAGREEMENT:
+            whole = difference(base.steps[:count], other.steps[:count], base.scene, seen, 2 * resolution)
+            wrong += [
+                f"{where}: {name} differ by {off:.1e}"
+                for name, off in zip(("whole tools' forces", "energies"), whole, strict=True)
+                if not off <= DISAGREEMENT
+            ]
     if wrong:
         outcome, reason = Outcome.WRONG, "; ".join(wrong[:6])
     elif base.reason:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -96,6 +97,28 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bo
     stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
     return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """Contact forces (c, d) of the tools ``tool`` (c,) on candidates at the end, with what rubs on supports.
+
+    A candidate that supports hold along the tangent takes friction too where the tool moves along it (``rubs``).
+    """
+
+    tool: Ints
+    forces: Floats
+    rubs: bool
+
+
+def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
+    """The forces of an accepted increment."""
+    node, tool = nodes_of(scene, setting)
+    c, r = _contacts(scene, node, tool, accepted.start.tau, accepted.state.tau), accepted.state.forces
+    held = ~(~setting.held[node] & (np.abs(c.tangent) > FREE)).any(axis=1)
+    rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(np.vecdot(c.tangent, c.motion))
+    friction = r[:, 1] + rubbed * r[:, 0]
+    return Pushed(tool, r[:, :1] * c.normal + friction[:, None] * c.tangent, bool(rubbed.any()))
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:

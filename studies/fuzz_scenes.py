@@ -23,7 +23,8 @@ from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Schedule
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude, Path
-from bipot.scene import Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool
 from studies.independent_element import orientation
 
@@ -67,6 +68,7 @@ def draw(seed: int) -> Drawn:
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
+    scene = _cut(np.random.default_rng([seed, 4]), scene)
     form = str(rng.choice(FORMS, p=SHARES))
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
     return Drawn(body, scene, _schedule(rng, tools, travel > FORMING * size), form, integration)
@@ -101,6 +103,19 @@ def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
         loads=tuple(load() for _ in range(int(rng.integers(1, 3)))),
         configuration=Configuration.SMALL if small else scene.configuration,
     )
+
+
+def _cut(rng: Rng, scene: Scene) -> Scene:
+    """Sides that are held along their normal, half of them planes of symmetry instead where the scene allows it."""
+    normals = {"left": 0, "base": 1}
+    for support in scene.supports:
+        if normals.get(support.boundary) == support.direction and rng.random() < 0.5:
+            plane = Symmetry(support.boundary, support.direction)
+            try:
+                scene = replace(scene, supports=tuple(plane if s == support else s for s in scene.supports))
+            except SceneError:
+                continue
+    return scene
 
 
 def _amplitude(rng: Rng) -> Amplitude:

@@ -24,7 +24,8 @@ ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5), 1: (3, 2, 1, 0, 6, 5, 4, 7)}
 class Variant:
     """A scene that is the original seen otherwise.
 
-    Original nodal vectors are ``sign * vectors[number] / scale``; ``number`` (a,) is each original node's here.
+    Original nodal vectors are ``sign * vectors[number] / scale``; ``number`` (a,) is each original node's here. Nodal
+    forces of the original tools are ``weight`` (tools, a, 1) times the original's beside, a factor of them all or each.
     """
 
     name: str
@@ -33,6 +34,11 @@ class Variant:
     sign: Floats
     length: float
     force: float
+    weight: Floats | float = 1.0
+
+    def tells(self, nodes: Floats) -> bool:
+        """Whether an answer of which ``nodes`` (a, d) are the places is one that the original must have."""
+        return True
 
 
 def variants(scene: Scene, seed: int) -> list[Variant]:

@@ -27,7 +27,7 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Snapshot:
-    """An accepted increment: pseudo-time, punch force (N), work of the modelled part, fields, and its own course.
+    """An accepted increment: pseudo-time, punch force (N), work on the whole body, fields, and its own course.
 
     Nodes and velocity (a, 2); forces r (c, 2); gap, |slip| and status (c,); pressure and shear (c,) recovered by the
     consistent mass, in whose norm they are compared, NaN off the line.

@@ -63,7 +63,7 @@ def history_columns(reduction: float) -> list[Column]:
 
 def force(system: System, accepted: Accepted) -> float:
     """Force on the upper punch, N: that of the quarter model is the full one."""
-    return float(-accepted.tool_forces[0, 1])
+    return float(-accepted.tool_force(0)[1])
 
 
 def contact_radius(system: System, accepted: Accepted) -> float:

@@ -119,7 +119,6 @@ def inclined() -> Case:
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 0), Support("base", 1)),
         tools=(FlatTool((0.0, 4.0), normal, (0.1, -0.06), ("top",), 0.2),),
-        copies=1,
     )
     return Case(scene, Schedule(5, first=0.01, settling=2, growth=3))
 
@@ -135,7 +134,6 @@ def corner() -> Case:
             FlatTool((0.0, 4.0), (0.0, -1.0), (0.0, -0.12), ("top",), 0.0),
             FlatTool((6.05, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), 0.0),
         ),
-        copies=1,
     )
     return Case(scene, Schedule(5))
 
@@ -212,7 +210,8 @@ def run(scene: str, form: str) -> Iterator[Row]:
     """The increments of one run; raises IncrementFailed where one does not meet its bounds."""
     body, control = FORMS[form](CASES[scene])
     for accepted in march(body, CASES[scene].schedule, control):
-        yield Row(scene, form, accepted.number, float(accepted.solved.r[:, 0].sum()), accepted.energies.work)
+        work = accepted.energies.work / body.images  # of the modelled part
+        yield Row(scene, form, accepted.number, float(accepted.solved.r[:, 0].sum()), work)
 
 
 def write(path: Path, rows: Iterable[Row]) -> None:

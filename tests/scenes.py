@@ -21,7 +21,8 @@ from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats
 

@@ -19,7 +19,8 @@ from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats
 from tests.scenes import STEEL

@@ -17,7 +17,8 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.response import body_space
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.scenes import DIRECT, fresh, path, rows_between
 

@@ -31,7 +31,7 @@ def test_friction_adds_to_the_force_of_a_block_between_platens(run):
     forces = run("platens", increments=6, friction=(0.0, 0.3))
     # Without friction the block stays one: volume gives its width, strain its stress.
     strain = 2 / np.sqrt(3) * np.log(1 / 0.9)
-    uniform = 2 / np.sqrt(3) * (100.0 + 200.0 * strain) * 20.0 / 0.9
+    uniform = 2 / np.sqrt(3) * (100.0 + 200.0 * strain) * 40.0 / 0.9
     assert forces[0.0] == pytest.approx(uniform, rel=5e-3)
     assert forces[0.3] > 1.2 * forces[0.0]
 

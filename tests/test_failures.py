@@ -26,7 +26,8 @@ from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block, cylinder
 from bipot.programs.delassus import Reduced
-from bipot.scene import Support, upsetting
+from bipot.scene import upsetting
+from bipot.supports import Support
 from studies import upsetting as study
 from tests.scenes import posed, scene, tool
 

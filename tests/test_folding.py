@@ -15,7 +15,8 @@ from bipot.forms import FormName, Newton
 from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies.quality import quality
 from tests.sampling import determinants, grid

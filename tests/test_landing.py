@@ -15,7 +15,8 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
-from bipot.scene import Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Support
 from bipot.tools import FlatTool
 
 GAP, TRAVEL = 0.0037, 0.01

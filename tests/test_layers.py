@@ -23,7 +23,7 @@ LAYERS = (
     ("errors", "frozen", "progress", "tensors", "typing"),
     ("abaqus", "conic", "facets", "laws", "mesh", "mesh_files", "paths", "tools"),
     ("certificate", "coulomb", "fem"),
-    ("components", "loads", "programs", "scene", "schedule"),
+    ("components", "loads", "programs", "scene", "schedule", "supports", "symmetry"),
     ("contact", "overlap", "response", "system"),
     ("determinacy", "diagnosis", "examined", "forms", "increment", "iterate", "reason", "starting", "traction"),
     ("accepted", "carrying", "energy", "landing", "marching"),

@@ -21,7 +21,8 @@ from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, ring
 from bipot.paths import Amplitude
-from bipot.scene import Prescribed, Scene, Support
+from bipot.scene import Scene
+from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from tests.scenes import PLANES
 

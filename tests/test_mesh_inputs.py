@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.mesh import Mesh, block
-from bipot.scene import Support
+from bipot.supports import Support
 from tests.scenes import refused, scene, tool
 
 

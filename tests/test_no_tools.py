@@ -18,7 +18,8 @@ from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.reason import ReasonKind
 from bipot.response import State
-from bipot.scene import Support, upsetting
+from bipot.scene import upsetting
+from bipot.supports import Support
 from tests.scenes import path, scene
 
 BARE = scene(tools=())

@@ -20,7 +20,8 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.mesh import Mesh, block, cylinder
 from bipot.response import Body, body_space, rest
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.sampling import determinants, grid
 

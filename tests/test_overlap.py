@@ -11,7 +11,8 @@ from bipot.marching import Control, Schedule, march
 from bipot.mesh import block
 from bipot.overlap import overlap
 from bipot.plot import curved
-from bipot.scene import Scene, Support, upsetting
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 
 STEEL = upsetting(mu=0.3).material

@@ -5,6 +5,7 @@ import importlib.util
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).parents[1]
@@ -84,9 +85,25 @@ def test_the_python_example_runs_and_prints_a_certified_line_an_increment(capsys
     assert all("bipotential gap" in line and float(line.rsplit(maxsplit=1)[1]) < 1e-7 for line in lines)
 
 
+def example_of_scenes(name):
+    """The one example of the page on scenes that makes a scene of that ``name``."""
+    examples = re.findall(r"```python\n(.*?)```", text(ROOT / "docs" / "scenes.md"), re.DOTALL)
+    (code,) = (code for code in examples if f"\n{name} = Scene(" in code)
+    return compile(code, "scenes.md", "exec")
+
+
+def test_the_quarter_of_the_page_on_scenes_runs(capsys):
+    exec(example_of_scenes("quarter"), {})
+    words = capsys.readouterr().out.replace("[", " ").replace("]", " ").split()
+    along, force, work, images = map(float, words)
+    assert (along, images) == (0.0, 4.0)
+    # Two platens, each by 0.5; sigma_Y 2/sqrt(3) on a width of 40, friction beside.
+    assert 0.8 < work / (-force * 2 * 0.5) < 1.0
+    assert 100 * 2 / np.sqrt(3) * 40 < -force < 1.2 * 100 * 2 / np.sqrt(3) * 40
+
+
 def test_the_tube_of_the_page_on_scenes_runs(capsys):
-    (code,) = re.findall(r"```python\n(.*?)```", text(ROOT / "docs" / "scenes.md"), re.DOTALL)
-    exec(compile(code, "scenes.md", "exec"), {})
+    exec(example_of_scenes("tube"), {})
     outer = [float(line.split()[1]) for line in capsys.readouterr().out.splitlines()]
     assert len(outer) == 10
     assert 0.08 < outer[-1] < 0.2

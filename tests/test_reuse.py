@@ -27,7 +27,8 @@ from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
-from bipot.scene import Geometry, Support, upsetting
+from bipot.scene import Geometry, upsetting
+from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.scenes import posed
 
@@ -239,7 +240,6 @@ def test_programs_are_condensed_where_that_makes_them_smaller_with_the_same_answ
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 1), Support("left", 0)),
         tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),
-        copies=4,
     )
     assert condensation.pays(posed(0.3).tangent)
     limits = Limits(Bounds(equilibrium=1e-9), passes=60)

@@ -13,8 +13,8 @@ from bipot.forms import Newton, Tangent
 from bipot.history import Recorder, load, resume
 from bipot.marching import Control, march
 from bipot.mesh import block
-from bipot.scene import Support
 from bipot.schedule import Schedule
+from bipot.supports import Support
 from tests.scenes import refused, scene, tool
 
 MU = 0.2

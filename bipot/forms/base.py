@@ -76,8 +76,8 @@ class Cache:
         # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
         held = self._split
         if held is None or len(held.place) != K.nnz or not np.array_equal(held.kept, kept):
-            self._split = Split.of(K, kept)
-        return self._split
+            held = self._split = Split.of(K, kept)
+        return held
 
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
         """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""

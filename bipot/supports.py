@@ -1,0 +1,61 @@
+"""What holds a body: supports that rest, supports that are driven, and planes of symmetry that cut the body.
+
+What planes of symmetry ask of the rest of a scene, and what they make of a tool's force, is in :mod:`bipot.symmetry`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
+from bipot.paths import RAMP, Amplitude
+
+
+@dataclass(frozen=True)
+class Support:
+    """The displacement along ``direction`` (0 or 1) is zero on the mesh boundary ``boundary``."""
+
+    boundary: str
+    direction: int
+
+    def __post_init__(self) -> None:
+        require_type(self.boundary, str, "support.boundary")
+        require_count(self.direction, "support.direction", 0)
+        require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
+
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return 0.0
+
+
+@dataclass(frozen=True)
+class Prescribed(Support):
+    """A support that moves: the displacement along ``direction`` is ``displacement`` times the ``amplitude``."""
+
+    displacement: float = 0.0
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.displacement, "prescribed.displacement")
+        object.__setattr__(self, "displacement", float(self.displacement))
+        require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
+        require_type(self.amplitude, Amplitude, "prescribed.amplitude")
+        for size in (self.displacement, self.displacement * self.amplitude.largest):
+            require_magnitude(size, "prescribed.displacement, its amplitude with it", LARGEST_LENGTH)
+        require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
+
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return self.displacement * self.amplitude.at(tau)
+
+
+@dataclass(frozen=True)
+class Symmetry(Support):
+    """The mesh boundary ``boundary`` lies in a plane x_direction = const beyond which the mirror image was cut away.
+
+    The displacement along ``direction`` is zero there, as at a support. Supports, tools and loads of a scene are those
+    on the modelled part, and their mirror images act on its mirror image.
+    """

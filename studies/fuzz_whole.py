@@ -1,0 +1,87 @@
+"""What the library says of the whole body, judged: forces of whole tools and energies, by sums of its own.
+
+The images that planes of symmetry make are counted here a second time.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from bipot.march import Accepted
+
+from bipot.fem.reduction import Geometry
+from bipot.scene import Scene
+from bipot.supports import Symmetry
+from bipot.typing import Floats
+from studies.fuzz_record import pushed_by, setting_of
+from studies.fuzz_variants import Variant
+from studies.independent import Measures
+
+SUMS = 1e-9
+"""Sums of the same numbers in another order differ by less than this over the sum of their sizes."""
+
+FLAT = 1e-9
+
+
+def images(scene: Scene) -> int:
+    """How many images make the whole body."""
+    return 2 ** len({support.direction for support in scene.supports if isinstance(support, Symmetry)})
+
+
+def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
+    """Forces (tools, d) of the whole tools by nodal sums, and the sums (tools,) of the sizes of the nodal forces."""
+    pushed = pushed_by(scene, setting_of(scene), accepted)
+    forces = np.zeros((len(scene.tools), 2))
+    np.add.at(forces, pushed.tool, pushed.forces)
+    sizes = np.zeros(len(scene.tools))
+    np.add.at(sizes, pushed.tool, np.linalg.norm(pushed.forces, axis=1))
+    for across in {support.direction for support in scene.supports if isinstance(support, Symmetry)}:
+        for k, tool in enumerate(scene.tools):
+            if abs(tool.normal[across]) < FLAT:
+                forces[k] *= 2 * (np.arange(2) != across)
+                sizes[k] *= 2
+    if scene.geometry is Geometry.AXISYMMETRIC:
+        forces[:, 0] = 0.0
+    return forces, sizes
+
+
+def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> list[str]:
+    """Forces of whole tools and energies of the whole body that the library states otherwise, in words."""
+    out, largest, before = list[str](), 0.0, np.zeros(4)
+    for k, (accepted, measure) in enumerate(zip(steps, measures, strict=True), 1):
+        forces, sizes = tool_forces(scene, accepted)
+        off = np.array([accepted.tool_force(i) for i in range(len(scene.tools))]).reshape(-1, 2) - forces
+        wrong = np.flatnonzero(np.abs(off).max(axis=1) > SUMS * sizes)
+        out += [f"increment {k}: force of tool {i} off by {np.abs(off[i]).max():.1e}" for i in wrong[:1]]
+        now = energies(accepted)
+        own = np.array(measure.energies) * images(scene)
+        largest = max(largest, float(np.abs(now).max()), float(np.abs(own).max()))
+        # Friction on what supports hold is in the library's energies alone.
+        error = 0.0 if pushed_by(scene, setting_of(scene), accepted).rubs else float(np.abs(now - before - own).max())
+        if error > SUMS * largest:
+            out.append(f"increment {k}: energies off by {error / largest:.1e} of the largest")
+        before = now
+    return out
+
+
+def energies(accepted: Accepted) -> Floats:
+    """Work, elastic, plastic, friction (4,) so far, as the library states them."""
+    stated = accepted.energies
+    return np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+
+
+def difference(base: list[Accepted], other: list[Accepted], scene: Scene, seen: Variant, unsure: float) -> Floats:
+    """Largest differences (2,) of whole tools' forces and of energies over the runs' largest, of increments in pairs.
+
+    Each nodal force is known to ``unsure``.
+    """
+    off, largest = np.zeros(2), np.zeros(2)
+    for a, b in zip(base, other, strict=True):
+        sizes = tool_forces(scene, a)[1]
+        for k, size in enumerate(sizes):
+            force = np.abs(a.tool_force(k) - seen.sign * b.tool_force(k) / seen.force).max()
+            off[0] = max(off[0], force - unsure * images(scene) * len(scene.mesh.nodes))
+            largest[0] = max(largest[0], size)
+        mine = energies(a)
+        off[1] = max(off[1], np.abs(mine - energies(b) / (seen.force * seen.length)).max())
+        largest[1] = max(largest[1], np.abs(mine).max())
+    return np.divide(off, largest, out=np.zeros(2), where=largest > 0)
