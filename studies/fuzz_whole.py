@@ -6,9 +6,9 @@ The images that planes of symmetry make are counted here a second time.
 from __future__ import annotations
 
 import numpy as np
-from bipot.march import Accepted
 
 from bipot.fem.reduction import Geometry
+from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats

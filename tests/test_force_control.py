@@ -286,7 +286,8 @@ def test_two_tools_that_squeeze_a_body_nothing_else_holds_leave_it_a_place():
 def test_the_work_of_a_force_is_that_of_its_tool_and_balances():
     last = pushed(0.9 * LIMIT_LOAD, increments=4)
     assert abs(last.energies.energy_error) < 1e-6
-    assert last.energies.work == pytest.approx(0.45 * LIMIT_LOAD * last.state.translation[0], rel=0.02)
+    # The mirror image below has a punch of its own.
+    assert last.energies.work == pytest.approx(0.9 * LIMIT_LOAD * last.state.translation[0], rel=0.02)
     assert not branches(last.solved.iterate, last.solved.r)
 
 

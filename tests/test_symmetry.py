@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from bipot.march import Control, Schedule, march
 
 from bipot.certificate import Bounds
 from bipot.errors import SceneError
@@ -19,6 +18,7 @@ from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.scene import Scene, upsetting
 from bipot.supports import Prescribed, Support, Symmetry
