@@ -75,7 +75,7 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 def body_space(scene: Scene) -> Space:
     """The scene's displacement space."""
-    return space(scene.mesh, scene.geometry, scene.quadrature, scene.held)
+    return space(scene.mesh, scene.geometry, scene.rule, scene.held)
 
 
 @dataclass(frozen=True)

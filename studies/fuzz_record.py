@@ -34,7 +34,7 @@ def setting_of(scene: Scene) -> Setting:
         elements=scene.mesh.elements,
         axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,
         midpoint=scene.configuration is Configuration.MIDPOINT,
-        quadrature=scene.quadrature.value,
+        quadrature=scene.rule.value,
         young=scene.material.elasticity.young,
         poisson=scene.material.elasticity.poisson,
         yield_stress=_curve(scene.material.hardening),

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.errors import SceneError
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
@@ -63,7 +63,7 @@ def draw(seed: int) -> Drawn:
         material=_material(rng, stress),
         supports=_supports(rng, body, tools),
         tools=tools,
-        quadrature=Quadrature(rng.choice([q.value for q in Quadrature])),
+        quadrature=Quadrature(rng.choice([q.value for q in RULES[4]])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from bipot.fem.elements import Quadrature, Reference, quad8
+from bipot.fem.elements import Quadrature, Reference, tabulated
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
 from bipot.mesh import Mesh
@@ -99,7 +99,7 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints) -> Space
     return Space(
         mesh,
         geometry,
-        quad8(rule),
+        tabulated(mesh.element, rule),
         dofs,
         free,
         position,
