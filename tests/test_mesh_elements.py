@@ -1,11 +1,12 @@
 """Meshes of every plane element: makers, changes of element, files there and back, refusals by name."""
 
+import meshio
 import numpy as np
 import pytest
 
 from bipot.elements import Element
 from bipot.errors import SceneError
-from bipot.fem.elements import OWN, tabulated
+from bipot.fem.elements import OWN, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.march import Control, Schedule, march
@@ -80,8 +81,6 @@ def test_curved_edges_are_kept_by_a_centre_that_is_added():
 
 
 def shapes(points, element):
-    from bipot.fem.elements import tabulated_at
-
     return tabulated_at(element, points).values.T
 
 
@@ -125,8 +124,6 @@ def test_boundaries_that_are_no_edges_and_orders_that_are_none_are_refused(eleme
 
 @pytest.mark.parametrize("element", Element)
 def test_mixed_meshes_and_edges_of_another_kind_are_refused(element):
-    import meshio
-
     given = native(element).to_meshio()
     other = Element.Q4 if element.corners == 3 else Element.T3
     cells = [(block_.type, block_.data) for block_ in given.cells]
