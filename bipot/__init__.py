@@ -4,7 +4,7 @@ A scene says what is asked, a schedule when, a control how; :func:`march` yields
 certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, FlatTool, Support, Prescribed, Geometry, Configuration, Quadrature, upsetting
-* meshes: Mesh, block, cylinder, ring
+* meshes: Mesh, Element, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Perfect, Linear, Voce, Swift, Tabulated
@@ -23,6 +23,7 @@ from bipot.certificate import Certificate
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.elements import Element
 from bipot.errors import BipotError, IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -55,6 +56,7 @@ __all__ = [
     "Dissipation",
     "Elastic",
     "Elasticity",
+    "Element",
     "FlatTool",
     "Geometry",
     "IncrementFailed",
