@@ -23,7 +23,7 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.fem.elements import OWN, RULES, Quadrature
+from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -123,9 +123,9 @@ class Scene:
         for name, kind in (one | {"configuration": Configuration}).items():
             require_type(getattr(self, name), kind, f"scene.{name}")
         require_type(self.quadrature, Quadrature, "scene.quadrature", optional=True)
-        element = self.mesh.element
-        allowed = f"a rule of {element.name}, one of {[rule.name for rule in RULES[element.corners]]}"
-        require(self.rule in RULES[element.corners], "scene.quadrature", self.rule, allowed)
+        rules = RULES[self.mesh.element]
+        allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
+        require(self.rule in rules, "scene.quadrature", self.rule, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
@@ -134,7 +134,7 @@ class Scene:
     @property
     def rule(self) -> Quadrature:
         """The quadrature asked for, or the element's own."""
-        return self.quadrature or OWN[self.mesh.element]
+        return self.quadrature or RULES[self.mesh.element][0]
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:

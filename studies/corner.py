@@ -33,6 +33,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.contact import carries
+from bipot.elements import Element
 from bipot.errors import BipotError
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
@@ -210,7 +211,7 @@ def curve_name(mu: float, quadrature: str, elements: int) -> str:
 
 def measures(plan: Plan) -> Iterator[tuple[Row, Profile]]:
     """All runs, with progress."""
-    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in RULES[4]]
+    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in RULES[Element.Q8]]
     progress = terminal()
     progress.start(NAME)
     try:

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.reduction import Geometry
@@ -63,7 +64,7 @@ def draw(seed: int) -> Drawn:
         material=_material(rng, stress),
         supports=_supports(rng, body, tools),
         tools=tools,
-        quadrature=Quadrature(rng.choice([q.value for q in RULES[4]])),
+        quadrature=Quadrature(rng.choice([q.value for q in RULES[Element.Q8]])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)

@@ -10,9 +10,11 @@ from vtkmodules.vtkIOHDF import vtkHDFReader
 from bipot import plot
 from bipot.elements import Element
 from bipot.exchange import conic_program, contact_problem
-from bipot.fem.elements import OWN, tabulated
+from bipot.fem.elements import RULES, tabulated
 from bipot.forms import Dissipation, FormName, Newton, Penalty, Tangent
 from bipot.history import Recorder, load, resume
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.march import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.overlap import overlap
@@ -23,7 +25,8 @@ mpl.use("Agg")
 
 
 def pressed(element):
-    return scene(mesh=block(1.0, 1.0, 3, 2, element=element))
+    material = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 2000.0))
+    return scene(mesh=block(1.0, 1.0, 3, 2, element=element), material=material)
 
 
 @pytest.fixture(scope="module", params=Element)
@@ -43,7 +46,7 @@ def test_the_mesh_is_read_back_and_the_march_goes_on_from_the_file(run):
     history = load(folder)
     assert history.mesh.element is element
     assert history.scene["element"] == element.value
-    assert history.scene["quadrature"] == OWN[element].value
+    assert history.scene["quadrature"] == RULES[element][0].value
     np.testing.assert_array_equal(history.mesh.elements, given.mesh.elements)
     np.testing.assert_array_equal(history.mesh.boundary("top"), given.mesh.boundary("top"))
     np.testing.assert_array_equal(history.state().stress, accepted[-1].state.stress)
@@ -58,7 +61,7 @@ def test_vtk_has_the_cells_with_our_shape_functions(run):
     reader.SetFileName(str(folder / "run.h5"))
     reader.UpdateInformation()
     reader.UpdateTimeStep(accepted[-1].state.tau)
-    grid, rule = reader.GetOutput(), tabulated(element, OWN[element])
+    grid, rule = reader.GetOutput(), tabulated(element, RULES[element][0])
     np.testing.assert_allclose(vtk_to_numpy(grid.GetPoints().GetData())[:, :2], accepted[-1].state.nodes)
     for e, nodes in enumerate(given.mesh.elements):
         assert grid.GetCellType(e) == element.vtk

@@ -6,7 +6,7 @@ import pytest
 
 from bipot.elements import Element
 from bipot.errors import SceneError
-from bipot.fem.elements import OWN, tabulated, tabulated_at
+from bipot.fem.elements import RULES, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.march import Control, Schedule, march
@@ -25,7 +25,7 @@ def forces(mesh):
 
 
 def area(mesh):
-    table = tabulated(mesh.element, OWN[mesh.element])
+    table = tabulated(mesh.element, RULES[mesh.element][0])
     return gradients(mesh.nodes, mesh.elements, table, Geometry.PLANE_STRAIN).volume
 
 

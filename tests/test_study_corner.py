@@ -59,7 +59,7 @@ def test_alternation_is_the_amplitude_and_misses_cubics():
     np.testing.assert_allclose(alternation(3 * (-1) ** i + i**3 - 5 * i), 3.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("rule", RULES[4])
+@pytest.mark.parametrize("rule", RULES[Element.Q8])
 def test_unevenness_is_the_size_of_what_no_linear_field_fits(rule):
     table = tabulated(Element.Q8, rule)
     x, y = 2 * table.points.T - 1
