@@ -51,11 +51,14 @@ class Facets:
         own = self.ends if edges.shape[1] == 2 else self.nodes
         if edges.shape[1] != own.shape[1]:
             return np.full(len(edges), -1)
-        _, place = np.unique(np.sort(np.vstack([own, edges]), axis=1), axis=0, return_inverse=True)
+        # Only facets whose nodes are all asked for can be meant: far fewer to sort than there are.
+        near = np.flatnonzero(np.isin(own, edges).all(axis=1))
+        rows = np.sort(np.vstack([own[near], edges]), axis=1)
+        _, place = np.unique(rows, axis=0, return_inverse=True)
         place = place.ravel()
         which = np.full(len(place), -1)
-        which[place[: len(own)]] = np.arange(len(own))
-        return which[place[len(own) :]]
+        which[place[: len(near)]] = near
+        return which[place[len(near) :]]
 
 
 def require_facets(facets: Facets) -> None:
