@@ -5,7 +5,7 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, upsetting
-* meshes: Mesh, block, cylinder, ring
+* meshes: Mesh, Element, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -31,6 +31,7 @@ from bipot.conic.problem import ConicProgram, ConicSolution
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.elements import Element
 from bipot.energy import Energies
 from bipot.errors import (
     BipotError,
@@ -89,6 +90,7 @@ __all__ = [
     "Dissipation",
     "Elastic",
     "Elasticity",
+    "Element",
     "Energies",
     "FileError",
     "FlatTool",

@@ -1,6 +1,6 @@
 """One HDF5 file a run, in VTKHDF layout, so that ParaView opens it and a run resumes from it.
 
-``/VTKHDF`` is a transient unstructured grid (version 2, VTK type 23: quadratic quads), step k = accepted
+``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element), step k = accepted
 increment k + 1: points and vectors padded to three components, nodal fields, and cell averages weighted by
 volume (symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds
 the rest: mesh at rest, full integration-point arrays step by step, what was asked, in which units, by which
@@ -41,7 +41,6 @@ Parameters = Mapping[str, Any]
 # h5py types every item as group, dataset or datatype alike.
 Item = Any
 
-QUADRATIC_QUAD = 23
 NO_CANDIDATE = -1
 PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
 
@@ -211,7 +210,8 @@ def describe(scene: Scene) -> dict[str, Any]:
     material = scene.material
     return {
         "geometry": scene.geometry.value,
-        "quadrature": scene.quadrature.value,
+        "element": scene.mesh.element.value,
+        "quadrature": scene.rule.value,
         "configuration": scene.configuration.value,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
@@ -249,7 +249,7 @@ def _write_grid(file: h5py.File, mesh: Mesh) -> None:
     vtk["NumberOfConnectivityIds"] = [mesh.elements.size]
     vtk["Connectivity"] = mesh.elements.ravel()
     vtk["Offsets"] = np.arange(len(mesh.elements) + 1) * mesh.elements.shape[1]
-    vtk["Types"] = np.full(len(mesh.elements), QUADRATIC_QUAD, dtype=np.uint8)
+    vtk["Types"] = np.full(len(mesh.elements), mesh.element.vtk, dtype=np.uint8)
     steps = vtk.create_group("Steps")
     steps.attrs["NSteps"] = 0
     for name in ("PointData", "CellData"):

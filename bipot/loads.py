@@ -166,7 +166,7 @@ class Loading:
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
-        """Pressures with their edges (f, 3), run anticlockwise, and whose elements they are (f,)."""
+        """Pressures with their edges (f, n), run anticlockwise, and whose elements they are (f,)."""
         return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
 
 

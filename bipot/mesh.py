@@ -1,7 +1,7 @@
-"""Meshes with named boundaries: eight-node quadrilaterals on rectangles, made with scikit-fem.
+"""Meshes of one kind of plane element with named boundaries, and those of rectangles.
 
-A mesh is a frozen value. Nodes are (a, d), elements (e, 8) in the order *four corners, four mid-sides* (mid-side
-``k`` lies between corners ``k`` and ``k + 1``), and a boundary is an array of edges (f, 3): end, middle, end.
+A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
+:class:`~bipot.elements.Element`, and a boundary is an array of edges (f, n): end, middle, end, or end, end.
 """
 
 from __future__ import annotations
@@ -12,8 +12,9 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
+from bipot.cells import Parts, converted, graded, tensor
+from bipot.elements import Element
 from bipot.errors import (
     LARGEST_LENGTH,
     require,
@@ -23,21 +24,19 @@ from bipot.errors import (
     require_positive,
     require_type,
 )
-from bipot.facets import ON_EDGE, Facets, require_facets
+from bipot.facets import Facets, require_facets, require_one_part
 from bipot.frozen import FrozenMap
-from bipot.mesh_files import of_meshio, of_skfem
+from bipot.mesh_files import of_meshio, of_skfem, to_meshio
 from bipot.typing import Floats, Ints, as_array, read_only
-
-NODES = 8
 
 Grading = tuple[float, float]
 """Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next."""
 
 UNIFORM = (1.0, 1.0)
-SMALLEST = 1e-8
 
 PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
-UNBOUNDED = ": eight-node quadrilaterals, the element whose orientation is bounded all over (fem/orientation.py)"
+KINDS = {element.nodes: element.name for element in Element}
+"""Elements by how many nodes they have."""
 
 FARTHEST = 1e6
 """From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
@@ -45,10 +44,10 @@ FARTHEST = 1e6
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes (a, d), elements (e, 8) and named boundaries, each an array of edges (f, 3).
+    """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of edges (f, n).
 
-    All are read-only copies. Boundary edges may be given in the order of mesh files too (end, end, middle): which node
-    is the middle the elements say.
+    All are read-only copies. How many nodes an element has tells its kind. Three nodes of an edge may be given in the
+    order of mesh files too (end, end, middle): which is the middle the elements say.
 
     Raises:
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
@@ -69,18 +68,18 @@ class Mesh:
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
         _require_near(nodes)
         require_type(self.boundaries, Mapping, "mesh.boundaries")
-        elements = _connectivity(self.elements, NODES, "mesh.elements", "element", len(nodes), UNBOUNDED)
+        elements = _connectivity(self.elements, KINDS, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
         require_facets(self._facets)
-        _require_one_part(elements)
+        require_one_part(self._facets)
         boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
 
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
-        """A MeshQuad2 of scikit-fem (its ninth node dropped) or a MeshQuad (straight), with its named boundaries.
+        """A MeshTri, MeshTri2, MeshQuad or MeshQuad2 of scikit-fem (T3, T6, Q4, Q9) with its named boundaries.
 
         Raises:
             SceneError: another kind of mesh; a mid-side node that is not between its corners.
@@ -95,52 +94,87 @@ class Mesh:
     def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
         """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
 
-        Cells are quadrilaterals of four (mid-sides are added), eight or nine nodes (the ninth is dropped). Boundaries
+        Cells are triangles or quadrilaterals of one kind, and stay what they are (:meth:`to` makes others). Boundaries
         are named sets of line cells; numbers of line cells in the cell data ``tag`` (by default physical groups of
         Gmsh), called as in ``names``, the file, or by the number; and node sets that are nodes of outer edges,
         none left over. Other sets are left out.
 
         Raises:
-            SceneError: a file that is missing or not readable, meshio that is not installed; no quadrilaterals, cells
-                of several kinds or of three dimensions; z coordinates that differ; nodes in another order; a
+            SceneError: a file that is missing or not readable, meshio that is not installed; no cells of the plane,
+                cells of several kinds or of three dimensions; z coordinates that differ; nodes in another order; a
                 boundary that is no edge of a cell; an unknown ``tag``, or a number that no line has.
         """
         return cls(*of_meshio(source, tag, names))
+
+    def to_meshio(self) -> Any:
+        """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
+
+        Boundaries are line cells, numbered from 1 in the order of their names here (``names`` of VTK files, which keep
+        numbers alone), and sets of nodes.
+
+        Raises:
+            SceneError: meshio is not installed.
+        """
+        return to_meshio(self._parts)
+
+    def to(self, element: Element) -> Mesh:
+        """The mesh in other elements of the same shape: mid-sides and centres added where asked for, or dropped.
+
+        Without mid-sides edges are straight.
+
+        Raises:
+            SceneError: triangles are asked for quadrilaterals, or quadrilaterals for triangles.
+
+        >>> block(1.0, 1.0, 2, 2).to(Element.Q4).nodes.shape
+        (9, 2)
+        """
+        require_type(element, Element, "element")
+        return Mesh(*converted(self._parts, element))
+
+    @property
+    def element(self) -> Element:
+        """What its elements are."""
+        return Element.of(self.elements.shape[1])
+
+    @property
+    def _parts(self) -> Parts:
+        return Parts(self.nodes, self.elements, self.boundaries)
 
     @cached_property
     def _facets(self) -> Facets:
         return Facets.of(self.elements)
 
     def _ordered(self, name: str, edges: Ints) -> Ints:
-        """The edges of a boundary as end, middle, end."""
+        """The edges of a boundary as end, middle, end, or end, end."""
         require_type(name, str, "mesh.boundaries, a name")
         label = f"mesh boundary {name!r}"
-        edges = _connectivity(edges, ON_EDGE, label, "edge", len(self.nodes))
+        width = self._facets.nodes.shape[1]
+        edges = _connectivity(edges, {width: f"an edge of {self.element.name}"}, label, "edge", len(self.nodes))
         found = self._facets.find(edges)
         lost = np.flatnonzero(found < 0)
-        require(not lost.size, label, edges[lost[:1]].tolist(), "three nodes of one edge of an element")
+        require(not lost.size, label, edges[lost[:1]].tolist(), "the nodes of one edge of an element")
         require(len(np.unique(found)) == len(found), label, "an edge twice", "edges that differ")
-        middle = self._facets.nodes[found, 1]
-        ends = edges[edges != middle[:, None]].reshape(-1, 2)
-        return read_only(np.column_stack([ends[:, 0], middle, ends[:, 1]]), np.intp)
+        middle = self._facets.nodes[found, 1:-1]
+        ends = edges[(edges[:, :, None] != middle[:, None]).all(axis=2)].reshape(-1, 2)
+        return read_only(np.insert(ends, 1, middle.T, axis=1), np.intp)
 
     def inner_edges(self, *names: str) -> Ints:
-        """Edges (f, 3) of the named boundaries that lie between two elements: nothing outside can touch them."""
+        """Edges (f, n) of the named boundaries that lie between two elements: nothing outside can touch them."""
         edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
 
     def surface(self, name: str) -> tuple[Ints, Ints]:
-        """Edges (f, 3) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
+        """Edges (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
         found = self._facets.find(self.boundary(name))
         return self._facets.nodes[found], self._facets.owner[found]
 
     def boundary(self, name: str) -> Ints:
-        """Edges (f, 3) of the boundary ``name``; raises SceneError naming the known ones."""
+        """Edges (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
         require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:
-        """Edges (f, 3) of the named boundaries, one after the other."""
+        """Edges (f, n) of the named boundaries, one after the other."""
         return np.concatenate([self.boundary(name) for name in names])
 
     def boundary_nodes(self, *names: str) -> Ints:
@@ -153,32 +187,48 @@ class Mesh:
         return float(np.ptp(self.nodes, axis=0).max())
 
 
-def cylinder(radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+def cylinder(
+    radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM, element: Element = Element.Q8
+) -> Mesh:
     """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
 
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 8)
     """
     require_positive(radius=radius, height=height)
-    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"))
+    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element)
 
 
-def block(width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM) -> Mesh:
+def block(
+    width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM, element: Element = Element.Q8
+) -> Mesh:
     """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
+
+    Of triangles two make a rectangle, halved along diagonals that alternate like the squares of a chessboard.
 
     >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
     3
+    >>> block(7.0, 1.0, 3, 1, element=Element.T6).elements.shape
+    (6, 6)
     """
     require_positive(width=width, height=height)
-    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"))
+    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"), element)
 
 
-def ring(inner: float, outer: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM) -> Mesh:
+def ring(
+    inner: float,
+    outer: float,
+    height: float,
+    n_r: int,
+    n_z: int,
+    grading: Grading = UNIFORM,
+    element: Element = Element.Q8,
+) -> Mesh:
     """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z."""
     require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"))
+    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"), element)
 
 
 def _rectangle(
@@ -187,37 +237,15 @@ def _rectangle(
     counts: tuple[int, int],
     grading: Grading,
     names: tuple[str, str, str, str],
+    element: Element,
 ) -> Mesh:
-    """Tensor mesh of Q8; ``names`` are those of the sides x0, x1, y0, y1."""
+    """Tensor mesh; ``names`` are those of the sides x0, x1, y0, y1."""
     for count, axis in zip(counts, ("first", "second"), strict=True):
         require_count(count, f"elements along the {axis} axis")
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
-    along = [_graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
-    # scikit-fem takes long to import, and a mesh given by its arrays needs none of it.
-    import skfem
-
-    quads = skfem.MeshQuad.init_tensor(*along)
-    corners, ends = quads.p.T, quads.facets.T
-    middle = corners[ends].mean(axis=1)
-    # scikit-fem numbers a tensor mesh's quads clockwise: reversed, the first reference axis is the first of space.
-    elements = np.hstack([quads.t.T[:, [0, 3, 2, 1]], len(corners) + quads.t2f.T[:, ::-1]])
-    edges = np.insert(ends, 1, len(corners) + np.arange(len(ends)), axis=1)
-    sides = zip(names, (0, 0, 1, 1), (*x, *y), strict=True)
-    boundaries = {name: edges[middle[:, axis] == at] for name, axis, at in sides}
-    return Mesh(np.vstack([corners, middle]), elements.astype(np.intp), boundaries)
-
-
-def _graded(start: float, end: float, count: int, ratio: float) -> Floats:
-    """Ends (count + 1,) of elements whose sizes grow by one factor, the last ``ratio`` times the first."""
-    require_positive(grading=ratio)
-    ends = np.linspace(start, end, count + 1)
-    if ratio != 1 and count > 1:
-        # Of the largest size, so that no ratio is too large for a number.
-        sizes = float(ratio) ** (np.arange(count) / (count - 1) - (ratio > 1))
-        ends[1:-1] = start + (end - start) * np.cumsum(sizes / sizes.sum())[:-1]
-        apart = bool((np.diff(ends) > SMALLEST * (end - start)).all())
-        require(apart, "grading", ratio, f"such that no element is smaller than {SMALLEST:g} of the side")
-    return ends
+    require_type(element, Element, "element")
+    along = [graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
+    return Mesh(*tensor(along[0], along[1], names, element))
 
 
 def _require_near(nodes: Floats) -> None:
@@ -230,38 +258,25 @@ def _require_near(nodes: Floats) -> None:
     require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
 
 
-def _connectivity(given: object, width: int, field: str, what: str, count: int, why: str = "") -> Ints:
-    """Node numbers (n, ``width``) as intp, checked to be whole and in [0, count)."""
+def _connectivity(given: object, widths: Mapping[int, str], field: str, what: str, count: int) -> Ints:
+    """Node numbers (n, one of the ``widths``) as intp, checked to be whole and in [0, count)."""
     array = as_array(given, field)
     require(array.size > 0, field, "empty", f"at least one {what}")
     require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
-    require(array.ndim == 2 and array.shape[1] == width, field, f"shape {array.shape}", f"of shape (n, {width})" + why)
+    allowed = "of shape " + ", ".join(f"(n, {width}): {name}" for width, name in widths.items())
+    require(array.ndim == 2 and array.shape[1] in widths, field, f"shape {array.shape}", allowed)
     outside = array[(array < 0) | (array >= count)]
     require(not outside.size, f"{field} node index", outside[:1].tolist(), f"in [0, {count})")
     return array.astype(np.intp)
 
 
 def _require_elements(elements: Ints, count: int) -> None:
-    """Every element is there once and has eight different nodes; every node belongs to one."""
+    """Every element is there once and has different nodes; every node belongs to one."""
     ordered = np.sort(elements, axis=1)
     twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
-    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", "of eight different nodes")
+    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", f"of {elements.shape[1]} different nodes")
     _, first = np.unique(ordered, axis=0, return_index=True)
     again = np.setdiff1d(np.arange(len(elements)), first)
     require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
     orphans = np.setdiff1d(np.arange(count), elements)
     require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")
-
-
-def _require_one_part(elements: Ints) -> None:
-    """Edges lead from the first element to every other: parts that touch in a corner, or not at all, move alone."""
-    # Only the making of a mesh asks for it: what merely imports the library need not load it.
-    from scipy.sparse.csgraph import connected_components
-
-    middle = elements[:, 4:]
-    owner = np.repeat(np.arange(len(elements)), 4)
-    links = sp.coo_array((np.ones(owner.size), (owner, middle.ravel())), shape=(len(elements), int(middle.max()) + 1))
-    _, part = connected_components(links @ links.T, directed=False)
-    apart = np.flatnonzero(part != part[0])[:1]
-    lonely = f"one body: element {apart.max(initial=0)} shares no edge with those that hang together with element 0"
-    require(not apart.size, "mesh.elements", "in parts", lonely)

@@ -1,7 +1,7 @@
 """Meshes of scikit-fem and of files (through meshio) as arrays: what a :class:`~bipot.mesh.Mesh` is made of.
 
-Cells with four nodes get mid-sides, a ninth node is dropped, and so are nodes of no cell; cells numbered clockwise are
-turned. What no plane mesh of quadrilaterals can come from is refused in words.
+Nodes of no cell are dropped and cells numbered clockwise are turned. What no plane mesh of one kind of element can come
+from is refused in words.
 """
 
 from __future__ import annotations
@@ -11,17 +11,19 @@ from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from bipot.abaqus import plain_types
+from bipot.cells import Parts, used
+from bipot.elements import Element
 from bipot.errors import SceneError, require, require_type
 from bipot.facets import Facets
 from bipot.typing import Floats, Ints
 
-QUADS = {"quad": 4, "quad8": 8, "quad9": 8}
-"""Kinds of cells taken, and how many of their nodes."""
+KINDS = {element.cell: element for element in Element}
+"""Elements by their names in meshio."""
 
 LINES = ("line", "line3")
 IGNORED = ("vertex", *LINES)
@@ -32,31 +34,19 @@ TAGS = ("gmsh:physical", "medit:ref")
 FORMATS = {".msh": "gmsh"}
 """Of endings that meshio knows for several programs, the one meant."""
 
-REVERSED = [0, 3, 2, 1, 7, 6, 5, 4]
 FLAT = 1e-12
 
 
-class Parts(NamedTuple):
-    """Nodes (a, 2), elements (e, 8) and edges (f, 3) by the boundary's name."""
-
-    nodes: Floats
-    elements: Ints
-    boundaries: dict[str, Ints]
-
-
 def of_skfem(mesh: Any) -> Parts:
-    """A mesh of scikit-fem, MeshQuad or MeshQuad2, with its named boundaries."""
+    """A mesh of triangles or quadrilaterals of scikit-fem with its named boundaries."""
     import skfem
 
-    kinds = (skfem.ElementQuad1, skfem.ElementQuad2)
-    known = isinstance(mesh, skfem.MeshQuad) and mesh.elem in kinds
-    require(known, "mesh", type(mesh).__name__, "a MeshQuad or MeshQuad2 of scikit-fem")
-    if mesh.elem is skfem.ElementQuad2:
-        points, cells = mesh.doflocs.T, mesh.dofs.element_dofs.T[:, :8]
-    else:
-        points, cells = mesh.p.T, mesh.t.T
+    kinds = {getattr(skfem, element.shapes): element for element in Element}
+    known = isinstance(mesh, skfem.MeshTri | skfem.MeshQuad) and mesh.elem in kinds
+    require(known, "mesh", type(mesh).__name__, "a MeshTri, MeshTri2, MeshQuad or MeshQuad2 of scikit-fem")
     ends = np.asarray(mesh.facets).T
-    return _parts(points, cells, {name: ends[np.asarray(f)] for name, f in (mesh.boundaries or {}).items()}, {})
+    edges = {name: ends[np.asarray(f)] for name, f in (mesh.boundaries or {}).items()}
+    return _parts(mesh.doflocs.T, mesh.dofs.element_dofs.T.astype(np.intp), edges, {})
 
 
 def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> Parts:
@@ -65,9 +55,32 @@ def of_meshio(source: Any, tag: str | None, names: Mapping[str, int] | None) -> 
     import meshio
 
     mesh = source if isinstance(source, meshio.Mesh) else _read(source)
-    cells = _quads(mesh)
+    cells = _cells(mesh)
     edges = _tagged(mesh, tag, names) | _sets_of_lines(mesh)
     return _parts(_flat(mesh.points, cells), cells, edges, mesh.point_sets)
+
+
+def to_meshio(parts: Parts) -> Any:
+    """The parts as a mesh of meshio: boundaries are line cells numbered from 1, groups of Gmsh, and sets of nodes."""
+    require(find_spec("meshio") is not None, "mesh", "to write", "handed to meshio: pip install bipot[mesh]")
+    import meshio
+
+    element, count = Element.of(parts.elements.shape[1]), len(parts.nodes)
+    order = [0, 2, 1] if element.quadratic else [0, 1]
+    lines = [edges[:, order] for edges in parts.boundaries.values()]
+    tags: list[Any] = [np.full(len(cells), number) for number, cells in enumerate([parts.elements, *lines])]
+    # Gmsh 4.1 wants every node on an entity: the body, or a boundary it is on.
+    entity = np.tile([2, 0], (count, 1))
+    for number, edges in enumerate(lines, 1):
+        entity[edges] = 1, number
+    return meshio.Mesh(
+        np.column_stack([parts.nodes, np.zeros(count)]),
+        [(element.cell, parts.elements), *((element.line, edges) for edges in lines)],
+        {"gmsh:dim_tags": entity},
+        {TAGS[0]: tags, "gmsh:geometrical": tags},
+        {name: np.array([number, 1]) for number, name in enumerate(parts.boundaries, 1)},
+        {name: np.unique(edges) for name, edges in parts.boundaries.items()},
+    )
 
 
 def _read(path: Any) -> Any:
@@ -88,16 +101,16 @@ def _read(path: Any) -> Any:
         raise SceneError(f"mesh file = {str(path)!r}: must be a mesh that meshio reads ({why})") from failure
 
 
-def _quads(mesh: Any) -> Ints:
-    """The cells (e, 4) or (e, 8), all of one kind."""
+def _cells(mesh: Any) -> Ints:
+    """The cells (e, k), all of one kind."""
     blocks = [block for block in mesh.cells if block.type not in IGNORED and len(block.data)]
     kinds = sorted({block.type for block in blocks})
-    require(len(kinds) > 0, "mesh cells", kinds, "quadrilaterals; there are none")
+    require(len(kinds) > 0, "mesh cells", kinds, "triangles or quadrilaterals; there are none")
     solid = [block.type for block in blocks if block.dim == 3]
     require(not solid, "mesh cells", solid[:1], "of the plane: bodies in space have no contact here")
-    allowed = f"all of one kind, one of {sorted(QUADS)}"
-    require(len(kinds) == 1 and kinds[0] in QUADS, "mesh cells", kinds, allowed)
-    return np.concatenate([block.data for block in blocks])[:, : QUADS[kinds[0]]].astype(np.intp)
+    allowed = f"all of one kind, one of {sorted(KINDS)}"
+    require(len(kinds) == 1 and kinds[0] in KINDS, "mesh cells", kinds, allowed)
+    return np.concatenate([block.data for block in blocks]).astype(np.intp)
 
 
 def _flat(points: Any, cells: Ints) -> Floats:
@@ -171,76 +184,53 @@ def _joined(edges: list[Ints]) -> Ints:
     return np.concatenate([some[:, :width] for some in edges])
 
 
-def _parts(points: Floats, cells: Ints, edges: dict[str, Ints], sets: Mapping[str, Any]) -> Parts:
-    """The mesh of cells (e, 4) or (e, 8), edges (f, 2) or (f, 3), and sets of nodes."""
-    given = cells.shape[1]
+def _parts(points: Floats, cells: Ints, edges: Mapping[str, Ints], sets: Mapping[str, Any]) -> Parts:
+    """The mesh of cells (e, k), edges (f, 2) or (f, 3), and sets of nodes."""
     cells = _anticlockwise(points, cells)
-    if given == 4:
-        points, cells = _with_mid_sides(points, cells)
-    _require_order(points, cells, straight=given == 4)
+    _require_order(points, cells)
     facets = Facets.of(cells)
     boundaries = {name: _with_middle(name, some, facets) for name, some in edges.items()}
     for name, members in sets.items():
-        found = _covered(np.asarray(members), facets, given)
+        found = _covered(np.asarray(members), facets)
         if len(found):
             boundaries.setdefault(name, found)
-    used, elements = np.unique(cells, return_inverse=True)
-    number = np.full(len(points), -1, dtype=np.intp)
-    number[used] = np.arange(len(used))
-    return Parts(points[used], elements.reshape(cells.shape), {name: number[e] for name, e in boundaries.items()})
+    return used(Parts(points, cells, boundaries))
 
 
 def _anticlockwise(points: Floats, cells: Ints) -> Ints:
     """The cells, those with a negative area numbered the other way round."""
-    x, y = np.moveaxis(points[cells[:, :4]], 2, 0)
+    element = Element.of(cells.shape[1])
+    x, y = np.moveaxis(points[cells[:, : element.corners]], 2, 0)
     clockwise = (x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1)).sum(axis=1) < 0
-    back = [k for k in REVERSED if k < cells.shape[1]]
-    return np.where(clockwise[:, None], cells[:, back], cells)
+    return np.where(clockwise[:, None], cells[:, element.mirrored], cells)
 
 
-def _with_mid_sides(points: Floats, quads: Ints) -> tuple[Floats, Ints]:
-    """Nodes and cells (e, 8) of straight cells (e, 4): a node in the middle of every edge."""
-    ends = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2), axis=2)
-    edges, which = np.unique(ends.reshape(-1, 2), axis=0, return_inverse=True)
-    middle = points[edges].mean(axis=1)
-    return np.vstack([points, middle]), np.hstack([quads, len(points) + which.reshape(quads.shape)])
-
-
-def _require_order(points: Floats, cells: Ints, straight: bool) -> None:
+def _require_order(points: Floats, cells: Ints) -> None:
     """Mid-side nodes lie between their corners, and the corners of straight cells go around."""
-    corners, middle = points[cells[:, :4]], points[cells[:, 4:]]
-    along = np.roll(corners, -1, axis=1) - corners
-    off = np.linalg.norm(middle - corners - along / 2, axis=2)
-    stray = np.flatnonzero((off >= np.linalg.norm(along, axis=2) / 2).any(axis=1))[:1].tolist()
+    element = Element.of(cells.shape[1])
+    sides = points[cells[:, element.edges]]
+    along = sides[:, :, -1] - sides[:, :, 0]
+    off = np.linalg.norm(sides[:, :, 1:-1] - (sides[:, :, :1] + along[:, :, None] / 2), axis=-1)
+    stray = np.flatnonzero((off >= np.linalg.norm(along, axis=2)[:, :, None] / 2).any(axis=(1, 2)))[:1].tolist()
     allowed = "corners first, then mid-sides, each between its two corners (in the circle over its edge)"
     require(not stray, "mesh node order of cell", stray, allowed)
-    if straight:
+    if not element.quadratic:
         before = np.roll(along, 1, axis=1)
         turn = before[..., 0] * along[..., 1] - before[..., 1] * along[..., 0]
         folded = np.flatnonzero((turn <= 0).any(axis=1))[:1].tolist()
-        require(not folded, "mesh node order of cell", folded, "around a convex quadrilateral")
+        require(not folded, "mesh node order of cell", folded, "around a triangle or a convex quadrilateral")
 
 
 def _with_middle(name: str, edges: Ints, facets: Facets) -> Ints:
-    """The edges (f, 3) as end, middle, end, of ends (f, 2), or of all three nodes (f, 3) in whatever order."""
+    """The facets that have the ends (f, 2), or all nodes (f, 3) in whatever order."""
     require(len(edges) > 0, f"mesh boundary {name!r}", "empty", "at least one edge")
-    found = facets.find(edges) if edges.shape[1] == 3 else _between(edges, facets)
+    found = facets.find(edges)
     lost = edges[found < 0][:1].tolist()
     require(not lost, f"mesh boundary {name!r}", lost, "edges of cells")
     return facets.nodes[found]
 
 
-def _between(ends: Ints, facets: Facets) -> Ints:
-    """Which facet has the ends (f, 2); -1 if none."""
-    ends, own = np.sort(ends, axis=1), np.sort(facets.nodes[:, [0, 2]], axis=1)
-    unit = [int(max(ends.max(), own.max())) + 1, 1]
-    order = np.argsort(own @ unit)
-    found = order[np.searchsorted((own @ unit)[order], ends @ unit).clip(max=len(order) - 1)]
-    return np.where((own[found] == ends).all(axis=1), found, -1)
-
-
-def _covered(members: Ints, facets: Facets, given: int) -> Ints:
-    """The outer edges (f, 3) between nodes of a set, none if they leave one out: then it is a set of another use."""
-    asked = [0, 2] if given == 4 else [0, 1, 2]
-    found = facets.nodes[np.isin(facets.nodes[:, asked], members).all(axis=1) & ~facets.shared]
-    return found if np.isin(members, found[:, asked]).all() else found[:0]
+def _covered(members: Ints, facets: Facets) -> Ints:
+    """The outer edges (f, n) between nodes of a set, none if they leave one out: then it is a set of another use."""
+    found = facets.nodes[np.isin(facets.nodes, members).all(axis=1) & ~facets.shared]
+    return found if np.isin(members, found).all() else found[:0]

@@ -1,7 +1,7 @@
 r"""Overlap: the largest penetration anywhere on the edges that may touch a tool, not only at their nodes.
 
-The law is posed at nodes. Between them an edge is the parabola through its three nodes, and its gap to a flat tool,
-n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
+The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. One of three is the
+parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
 
     g(s) = g_0 + b s + a s^2,    a = 2 (g_0 - 2 g_m + g_1),    b = 4 g_m - 3 g_0 - g_1,    0 <= s <= 1,
 
@@ -32,11 +32,13 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
 
 
 def least(gap: Floats) -> Floats:
-    """Least values (f,) on 0 <= s <= 1 of the parabolas through ``gap`` (f, 3) at s = 0, 1/2, 1.
+    """Least values (f,) on 0 <= s <= 1 of the parabolas through ``gap`` (f, 3) at s = 0, 1/2, 1, or lines (f, 2).
 
     >>> least(np.array([[1.0, -0.5, 1.0], [0.0, 0.75, 2.0]])).tolist()
     [-0.5, 0.0]
     """
+    if gap.shape[1] == 2:
+        return gap.min(axis=1)
     start, middle, end = gap.T
     a, b = 2 * (start - 2 * middle + end), 4 * middle - 3 * start - end
     inside = (a > 0) & (-b > 0) & (-b < 2 * a)

@@ -20,14 +20,15 @@ if TYPE_CHECKING:
 
 
 def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
-    """Points (f, pieces + 1, 2) along the parabolas through the edges (f, 3)."""
+    """Points (f, pieces + 1, 2) along the parabolas through the edges (f, 3), or along straight ones (f, 2)."""
     x = np.linspace(0.0, 1.0, pieces + 1)[:, None]
-    start, middle, end = (nodes[edges[:, None, k]] for k in range(3))
+    start, end = nodes[edges[:, None, 0]], nodes[edges[:, None, -1]]
+    middle = nodes[edges[:, None, 1]] if edges.shape[1] == 3 else (start + end) / 2
     return start + x * (4 * middle - 3 * start - end) + 2 * x**2 * (start - 2 * middle + end)
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of eight-node quadrilaterals, curved as they are; ``style`` is matplotlib's."""
+    """The edges of elements (e, k), curved as they are; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
     lines = LineCollection(list(curved(nodes, Facets.of(elements).nodes)), **{"color": "0.6", "lw": 0.5, **style})
@@ -38,7 +39,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
 
 
 def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges (f, 3) of a boundary, curved as they are."""
+    """The edges (f, n) of a boundary, curved as they are."""
     from matplotlib.collections import LineCollection
 
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})

@@ -99,7 +99,7 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 def body_space(scene: Scene) -> Space:
     """The scene's unknowns: displacements, and translations of tools that forces drive."""
-    return space(scene.mesh, scene.geometry, scene.quadrature, scene.held, len(scene.pushed))
+    return space(scene.mesh, scene.geometry, scene.rule, scene.held, len(scene.pushed))
 
 
 @dataclass(frozen=True)

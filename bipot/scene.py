@@ -21,7 +21,7 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -41,6 +41,8 @@ from bipot.typing import Bools, Floats, Ints, read_only
 class Scene:
     """One body, its supports and tools, if any. Supports that are a ``Symmetry`` say of which whole body it is a part.
 
+    Without a ``quadrature`` it is the element's own (:attr:`rule`).
+
     Raises:
         SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
             the axis, a tool that can touch nothing, a coefficient at a node that is no candidate, what is no part of a
@@ -52,7 +54,7 @@ class Scene:
     material: Material
     supports: tuple[Support, ...]
     tools: tuple[FlatTool, ...] = ()
-    quadrature: Quadrature = Quadrature.RADON7
+    quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
     held: Ints = field(init=False, repr=False)
@@ -78,13 +80,22 @@ class Scene:
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)
 
     def _check_types(self) -> None:
-        one = {"mesh": Mesh, "geometry": Geometry, "material": Material, "quadrature": Quadrature}
+        one = {"mesh": Mesh, "geometry": Geometry, "material": Material}
         for name, kind in (one | {"configuration": Configuration}).items():
             require_type(getattr(self, name), kind, f"scene.{name}")
+        require_type(self.quadrature, Quadrature, "scene.quadrature", optional=True)
+        rules = RULES[self.mesh.element]
+        allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
+        require(self.rule in rules, "scene.quadrature", self.rule, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    @property
+    def rule(self) -> Quadrature:
+        """The quadrature asked for, or the element's own."""
+        return self.quadrature or RULES[self.mesh.element][0]
 
     @cached_property
     def planes(self) -> tuple[Plane, ...]:
@@ -179,7 +190,7 @@ class Scene:
         inner = self.mesh.inner_edges(*names)[:1].tolist()
         require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
         edges = self.mesh.edges(*names)
-        twice = len(np.unique(edges[:, 1])) < len(edges)
+        twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
         require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
         movable = bool(free_along(free, np.array(tool.normal)).any())

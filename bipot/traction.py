@@ -1,7 +1,7 @@
 r"""Tractions recovered from nodal contact forces on the contact line, and the status of its points.
 
 The law is posed on forces; a traction is recovered, not solved for. The contact line of a tool is made of the current
-three-node edges of its candidate boundaries of which at least two nodes are closed, with dA = 2 pi r ds
+edges of its candidate boundaries of which at least two nodes are closed, with dA = 2 pi r ds
 (axisymmetric) or ds (plane strain), and
 
     A_ei = int_e N_i dA,    A_i = sum_e A_ei,    A_e = sum_i A_ei.
@@ -107,7 +107,7 @@ def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floa
 
 
 def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:
-    """Mean traction t_e (f, k) of nodal ``forces`` (a, k), which the edges (f, 3) share in proportion A_ei.
+    """Mean traction t_e (f, k) of nodal ``forces`` (a, k), which the edges (f, n) share in proportion A_ei.
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> edge_tractions(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN, np.array([[1.0], [4.0], [1.0]])).round(12)
@@ -125,7 +125,7 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
 def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) by the consistent mass, as :func:`recovered_tractions` but not within sign and cone.
 
-    At the axis of an eight-node mesh the row of M sums to zero but M is regular, so nothing is lumped. Where a support
+    At the axis of a quadratic mesh the row of M sums to zero but M is regular, so nothing is lumped. Where a support
     holds the tangent the row of the shear is left out.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
@@ -145,7 +145,7 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
 
 
 def contact_edges(candidates: Candidates, number: int, tool: FlatTool, closed: Bools) -> Ints:
-    """Edges (f, 3) of the tool's boundaries, as candidate numbers, of which at least two nodes are closed.
+    """Edges (f, n) of the tool's boundaries, as candidate numbers, of which at least two nodes are closed.
 
     An edge with a node that is no candidate is left out: a support carries part of its force.
     """

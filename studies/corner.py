@@ -34,8 +34,9 @@ import numpy as np
 
 from bipot.accepted import Accepted
 from bipot.contact import carries
+from bipot.elements import Element
 from bipot.errors import BipotError
-from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
@@ -127,7 +128,7 @@ def alternation(p: Floats) -> Floats:
 def unevenness(pressure: Floats, points: Floats, weights: Floats) -> Floats:
     """Weighted rms (e,) of the pressure (e, q) minus its best linear fit over the points (q, 2).
 
-    >>> rule = quad8(Quadrature.RADON7)
+    >>> rule = tabulated(Element.Q8, Quadrature.RADON7)
     >>> linear = 3 + rule.points @ np.array([[1.0], [2.0]])
     >>> float(unevenness(linear.T, rule.points, rule.weights).max().round(12))
     0.0
@@ -141,7 +142,7 @@ def unevenness(pressure: Floats, points: Floats, weights: Floats) -> Floats:
 def constraints(scene: Scene) -> tuple[float, float]:
     """Unknowns per volumetric constraint of an element in a large mesh, and isochoric motions per unknown of this."""
     mesh, space = scene.mesh, system_of(scene).body.space
-    B = gradients(mesh.nodes, mesh.elements, quad8(scene.quadrature), scene.geometry).B
+    B = gradients(mesh.nodes, mesh.elements, tabulated(mesh.element, scene.rule), scene.geometry).B
     volumetric = identity(B.shape[2]) @ B
     rank = int(np.linalg.matrix_rank(volumetric[len(mesh.elements) // 2]))
     V = space.operator(volumetric.reshape(volumetric.shape[0] * volumetric.shape[1], 1, -1)).toarray()
@@ -160,7 +161,7 @@ def profile(system: System, accepted: Accepted) -> Profile:
     line = np.flatnonzero(top & np.isfinite(pressure))
     line = line[np.argsort(radius[line])]
     along = np.flatnonzero(top[edges].all(axis=1))
-    ends = np.sort(radius[edges[along][:, [0, 2]]], axis=1)
+    ends = np.sort(radius[edges[along][:, [0, -1]]], axis=1)
     order = np.argsort(ends[:, 0])
     mean = means[along][order]
     return Profile(
@@ -176,7 +177,7 @@ def profile(system: System, accepted: Accepted) -> Profile:
 def measure(mu: float, quadrature: Quadrature, elements: int, increments: int) -> tuple[Row, Profile]:
     """Run one upsetting to 20 %."""
     scene = upsetting(mu=mu, reduction=REDUCTION, elements=elements, quadrature=quadrature)
-    system, mesh, rule = system_of(scene), scene.mesh, quad8(quadrature)
+    system, mesh, rule = system_of(scene), scene.mesh, tabulated(scene.mesh.element, quadrature)
     schedule = Schedule(increments, FIRST / REDUCTION)
     accepted = list(march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()))))
     end, along = accepted[-1], profile(system, accepted[-1])
@@ -211,7 +212,7 @@ def curve_name(mu: float, quadrature: str, elements: int) -> str:
 
 def measures(plan: Plan) -> Iterator[tuple[Row, Profile]]:
     """All runs, with progress."""
-    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in Quadrature]
+    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in RULES[Element.Q8]]
     progress = terminal()
     progress.start(NAME)
     try:

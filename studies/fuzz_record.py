@@ -35,7 +35,7 @@ def setting_of(scene: Scene) -> Setting:
         elements=scene.mesh.elements,
         axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,
         midpoint=scene.configuration is Configuration.MIDPOINT,
-        quadrature=scene.quadrature.value,
+        quadrature=scene.rule.value,
         young=scene.material.elasticity.young,
         poisson=scene.material.elasticity.poisson,
         yield_stress=_curve(scene.material.hardening),
@@ -159,10 +159,10 @@ def _applied(scene: Scene, tau: float) -> Applied:
             edges += list(mine)
             traction += [np.zeros(2) if pushes else now * np.array(load.vector)] * len(mine)
             pressure += [now * load.pressure if pushes else 0.0] * len(mine)
-    holders = [int(np.flatnonzero(np.isin(scene.mesh.elements, edge).sum(axis=1) == 3)[0]) for edge in edges]
+    holders = [int(np.flatnonzero(np.isin(scene.mesh.elements, edge).sum(axis=1) == len(edge))[0]) for edge in edges]
     return Applied(
         body=body,
-        edges=np.array(edges, dtype=np.intp).reshape(-1, 3),
+        edges=np.array(edges, dtype=np.intp).reshape(-1, scene.mesh.element.edges.shape[1]),
         owner=np.array(holders, dtype=np.intp),
         traction=np.array(traction).reshape(-1, 2),
         pressure=np.array(pressure),

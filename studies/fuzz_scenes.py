@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.elements import Element
 from bipot.errors import SceneError
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
@@ -21,22 +22,17 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Schedule
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
 from bipot.paths import Amplitude, Path
 from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool
-from studies.independent_element import orientation
-
-Rng = np.random.Generator
+from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
 FORMING = 0.09
 """Travels above this times the size are taken in smaller increments."""
-
-LEAST_JACOBIAN = 0.05
-"""Of a distorted mesh, over the mean of its element."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ def draw(seed: int) -> Drawn:
     rng = np.random.default_rng([seed, 0])
     body = str(rng.choice(["block", "cylinder", "ring"], p=[0.45, 0.35, 0.2]))
     size, stress = 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
-    mesh = _distorted(rng, _mesh(rng, body, size))
+    mesh = in_other_elements(np.random.default_rng([seed, 4]), distorted(rng, made(rng, body, size)))
     travel = size * _travel(rng)
     tools = _tools(rng, body, mesh, travel)
     scene = Scene(
@@ -64,7 +60,7 @@ def draw(seed: int) -> Drawn:
         material=_material(rng, stress),
         supports=_supports(rng, body, tools),
         tools=tools,
-        quadrature=Quadrature(rng.choice([q.value for q in Quadrature])),
+        quadrature=rule(np.random.default_rng([seed, 5]), mesh, rng.choice([q.value for q in RULES[Element.Q8]])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
@@ -127,39 +123,6 @@ def _amplitude(rng: Rng) -> Amplitude:
         ((0.0, 1.0), (1.0, 1.0)),
     )
     return Amplitude(every[rng.choice(4, p=[0.5, 0.25, 0.15, 0.1])])
-
-
-def _mesh(rng: Rng, body: str, size: float) -> Mesh:
-    """A body whose longest side is about ``size``, of 1 to 4 elements a side (seldom 5)."""
-    n, m = (int(k) for k in rng.choice([1, 2, 3, 4, 5], size=2, p=[0.2, 0.35, 0.27, 0.13, 0.05]))
-    aspect = 2.0 ** rng.uniform(-1.5, 1.5)
-    width, height = size * min(1.0, aspect), size * min(1.0, 1 / aspect)
-    if body == "block":
-        return block(width, height, n, m)
-    if body == "cylinder":
-        return cylinder(width, height, n, m)
-    inner = width * rng.uniform(0.2, 2.0)
-    return ring(inner, inner + width, height, n, m)
-
-
-def _distorted(rng: Rng, mesh: Mesh) -> Mesh:
-    """Inner nodes moved, sides straight or curved, as long as Jacobians stay positive everywhere."""
-    if rng.random() < 0.5:
-        return mesh
-    elements = mesh.elements
-    spread = np.linalg.norm(mesh.nodes[elements[:, 0]] - mesh.nodes[elements[:, 2]], axis=1).min()
-    outer = mesh.boundary_nodes(*mesh.boundaries)
-    curved = rng.random() < 0.5
-    shift = rng.uniform(-1, 1, mesh.nodes.shape)
-    shift[outer] = 0.0
-    for part in (0.25, 0.12, 0.05):
-        nodes = mesh.nodes + part * spread * shift
-        if not curved:
-            corners = np.stack([elements[:, :4], np.roll(elements[:, :4], -1, axis=1)])
-            nodes[elements[:, 4:]] = nodes[corners].mean(axis=0)
-        if orientation(nodes, elements, axisymmetric=False) > LEAST_JACOBIAN:
-            return Mesh(nodes, elements, mesh.boundaries)
-    return mesh
 
 
 def _travel(rng: Rng) -> float:

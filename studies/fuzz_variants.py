@@ -16,8 +16,8 @@ from bipot.scene import Scene
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
 
-ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5), 1: (3, 2, 1, 0, 6, 5, 4, 7)}
-"""An element's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""
+ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
+"""A quadrilateral's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,9 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
     tools = tuple(_moved(tool, lambda x: x * sign, lambda x: x * sign, lambda n: n * sign) for tool in scene.tools)
-    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, ACROSS[axis]], mesh.boundaries)
+    element = mesh.element
+    order = [k for k in ACROSS[axis] if k < element.nodes] if element.corners == 4 else element.mirrored
+    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, order], mesh.boundaries)
     other = replace(scene, mesh=mesh, tools=tools, loads=tuple(_turned(load, sign) for load in scene.loads))
     return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
 

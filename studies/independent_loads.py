@@ -1,7 +1,7 @@
 r"""Nodal forces of loads written a second time, for the fuzz study's recomputation: nothing of the library.
 
-An edge is sampled by eight Gauss points on the parabola through its three nodes. Outward is what points away from the
-middle of the edge's element, whatever the numbering.
+An edge is sampled by eight Gauss points on the parabola through its three nodes, or the line of two. Outward is what
+points away from the middle of the edge's element, whatever the numbering.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent_data import Floats, Ints
-from studies.independent_element import place, rule, shape_functions
+from studies.independent_element import place
+from studies.independent_shapes import rule, shape_functions
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -20,7 +21,7 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)
 class Applied:
     """What acts at one time: body force (2,) a volume at rest, tractions and pressures on edges, forces on nodes.
 
-    ``edges`` (f, 3) list nodes in any order, ``owner`` (f,) their elements; ``traction`` (f, 2) is a force an area at
+    ``edges`` (f, n) list nodes in any order, ``owner`` (f,) their elements; ``traction`` (f, 2) is a force an area at
     rest, ``pressure`` (f,) one on the configuration of equilibrium. ``point`` (a, 2) are forces on nodes.
     """
 
@@ -38,7 +39,7 @@ def nodal_loads(
     """Forces (a, 2) of the loads on the configuration ``nodes``, and the sums of their parts' sizes (a,)."""
     out, size = a.point.copy(), np.linalg.norm(a.point, axis=1)
     volume = place(rest, elements, quadrature, axisymmetric).volume
-    values, _ = shape_functions(rule(quadrature)[0])
+    values, _ = shape_functions(rule(quadrature)[0], elements.shape[1])
     share = np.einsum("eq,qk->ek", volume, values)
     np.add.at(out, elements, share[..., None] * a.body)
     np.add.at(size, elements, np.abs(share) * np.linalg.norm(a.body))
@@ -54,22 +55,26 @@ def nodal_loads(
 
 
 def _ordered(edge: Ints, element: Ints) -> Ints:
-    """End, middle, end: the middle is the one that is no corner of the element."""
-    middle = np.isin(edge, element[4:])
+    """End, middle, end: the middle, if there is one, is no corner of the element."""
+    if len(edge) == 2:
+        return edge
+    middle = np.isin(edge, element[3 if len(element) in (3, 6) else 4 :])
     ends = edge[~middle]
     return np.array([ends[0], edge[middle][0], ends[1]])
 
 
 def _along(x: Floats, inside: Floats | None, axisymmetric: bool) -> Floats:
-    """int N_a dA in the first column (3, 2), or int N_a n dA with n away from ``inside``, of an edge x (3, 2)."""
+    """int N_a dA in the first column (n, 2), or int N_a n dA with n away from ``inside``, of an edge x (n, 2)."""
     s = POINTS
-    N = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2])
-    slopes = np.stack([s - 0.5, -2 * s, s + 0.5])
+    if len(x) == 2:
+        N, slopes = np.stack([1 - s, 1 + s]) / 2, np.stack([0 * s - 0.5, 0 * s + 0.5])
+    else:
+        N, slopes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2]), np.stack([s - 0.5, -2 * s, s + 0.5])
     along, at = slopes.T @ x, N.T @ x
     weight = WEIGHTS * (2 * np.pi * at[:, 0] if axisymmetric else 1.0)
     if inside is None:
         length = np.linalg.norm(along, axis=1)
-        return np.column_stack([N @ (weight * length), np.zeros(3)])
+        return np.column_stack([N @ (weight * length), np.zeros(len(x))])
     normal = np.column_stack([along[:, 1], -along[:, 0]])
     middle = normal[len(s) // 2]
     outward = 1.0 if middle @ (at[len(s) // 2] - inside) > 0 else -1.0

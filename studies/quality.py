@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.fem.elements import Quadrature, quad8
+from bipot.elements import Element
+from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.orientation import scaled_jacobians
 from bipot.typing import Floats, Ints
 
@@ -35,7 +36,7 @@ def quality(nodes: Floats, elements: Ints) -> Quality:
     array([2.])
     """
     x = nodes[elements]
-    inside = np.einsum("eka,qkb->eqab", x, quad8(Quadrature.GAUSS3).gradients)
+    inside = np.einsum("eka,qkb->eqab", x, tabulated(Element.Q8, Quadrature.GAUSS3).gradients)
     stretch = np.linalg.svd(np.concatenate([inside, corner_jacobians(x)], axis=1), compute_uv=False)
     with np.errstate(divide="ignore"):
         aspect = stretch[..., 0] / stretch[..., 1]

@@ -16,8 +16,9 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.elements import Element
 from bipot.errors import SceneError, require
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.strain import Configuration
 from bipot.forms import (
     Delassus,
@@ -161,7 +162,7 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
     p.add_argument("--elements", type=int, help="elements a side (default 10, --fast 4)")
-    p.add_argument("--quadrature", choices=[q.value for q in Quadrature], default=Quadrature.RADON7.value)
+    p.add_argument("--quadrature", choices=[q.value for q in RULES[Element.Q8]], default=Quadrature.RADON7.value)
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
     p.add_argument(

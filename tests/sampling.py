@@ -21,3 +21,40 @@ def determinants(x, points):
     along, up = (np.array([column[k] for column in columns]) for k in (0, 1))
     J = np.einsum("eka,bkep->abep", x, np.array([along, up]))
     return J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
+
+
+def triangle_grid(count):
+    """Points of the triangle below the diagonal of the unit square, its edges and corners among them."""
+    points = grid(count)
+    return points[points.sum(axis=1) <= 1 + 1e-12]
+
+
+def slopes(element, points):
+    """d/ds and d/dt (2, k, p) of the shapes of T3, T6, Q4 and Q9 at points (p, 2), from their usual formulas."""
+    s, t = points.T
+    one, none = np.ones_like(s), np.zeros_like(s)
+    if element.corners == 3:
+        L, both = (1 - s - t, s, t), ((-one, one, none), (-one, none, one))
+        if not element.quadratic:
+            return np.array(both)
+        corner = [[d[k] * (4 * L[k] - 1) for k in range(3)] for d in both]
+        middle = [[4 * (d[a] * L[b] + L[a] * d[b]) for a, b in ((0, 1), (1, 2), (2, 0))] for d in both]
+        return np.array([corner[k] + middle[k] for k in range(2)])
+    if element.quadratic:
+        shape = {
+            0: (lambda x: (1 - x) * (1 - 2 * x), lambda x: 4 * x - 3),
+            0.5: (lambda x: 4 * x * (1 - x), lambda x: 4 - 8 * x),
+            1: (lambda x: x * (2 * x - 1), lambda x: 4 * x - 1),
+        }
+        places = [(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5), (0.5, 0.5)]
+    else:
+        shape = {0: (lambda x: 1 - x, lambda x: -1 + 0 * x), 1: (lambda x: x, lambda x: 1 + 0 * x)}
+        places = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    first = [shape[a][1](s) * shape[b][0](t) for a, b in places]
+    return np.array([first, [shape[a][0](s) * shape[b][1](t) for a, b in places]])
+
+
+def determinants_of(element, x, points):
+    """det J (e, p) of elements x (e, k, 2) at points (p, 2) of the reference shape."""
+    J = np.einsum("eka,bkp->abep", x, slopes(element, points))
+    return J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]

@@ -5,8 +5,9 @@ import pytest
 import skfem
 from skfem.helpers import sym_grad
 
+from bipot.elements import Element
 from bipot.fem.assembly import element_force, element_stiffness, space
-from bipot.fem.elements import Quadrature, Reference
+from bipot.fem.elements import RULES, Quadrature, Reference
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -92,7 +93,7 @@ def fine_rule():
     return Reference.of(skfem.ElementQuadS2(), points, np.outer(w, w).ravel() / 4)
 
 
-@pytest.mark.parametrize("rule", list(Quadrature))
+@pytest.mark.parametrize("rule", RULES[Element.Q8])
 def test_quadrature_rules_approach_the_exact_stiffness_on_straight_elements(rule):
     """Radon (degree 5) and 3 x 3 integrate plane-strain Q8 on parallelograms exactly, 2 x 2 does not."""
     mesh = cylinder(3.0, 2.0, 2, 2)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 import skfem
 
-from bipot.fem.elements import Quadrature, Reference, line3, quad8, radon7
+from bipot.elements import Element
+from bipot.fem.elements import Quadrature, Reference, line, radon7, tabulated
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 
@@ -37,7 +38,7 @@ def test_radon_is_not_symmetric_and_its_axis_pair_lies_along_the_second_axis():
 
 @pytest.mark.parametrize(("rule", "points"), [(Quadrature.RADON7, 7), (Quadrature.GAUSS2, 4), (Quadrature.GAUSS3, 9)])
 def test_shapes_are_a_partition_of_unity(rule, points):
-    table = quad8(rule)
+    table = tabulated(Element.Q8, rule)
     assert table.values.shape == (points, 8)
     np.testing.assert_allclose(table.values.sum(axis=1), 1.0, atol=1e-14)
     np.testing.assert_allclose(table.gradients.sum(axis=1), 0.0, atol=1e-14)
@@ -72,7 +73,7 @@ def test_kinematics_of_other_plane_elements_are_those_of_the_motion(element, con
 
 
 def test_line_reproduces_quadratics():
-    table, nodes = line3(), np.array([0.0, 0.5, 1.0])
+    table, nodes = line(3), np.array([0.0, 0.5, 1.0])
     x = table.points[:, 0]
     np.testing.assert_allclose(table.values @ nodes**2, x**2, atol=1e-15)
     np.testing.assert_allclose(table.gradients[:, :, 0] @ nodes**2, 2 * x, atol=1e-14)

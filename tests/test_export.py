@@ -11,8 +11,9 @@ from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
+from bipot.elements import Element
 from bipot.export import NO_CANDIDATE, create, finish, increment_traction, record
-from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.elements import Quadrature, tabulated
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
@@ -115,7 +116,7 @@ def test_vtk_interpolates_as_our_shape_functions(run):
     reader.SetFileName(str(path))
     reader.UpdateInformation()
     reader.UpdateTimeStep(accepted[-1].state.tau)
-    grid, rule = reader.GetOutput(), quad8(Quadrature.RADON7)
+    grid, rule = reader.GetOutput(), tabulated(Element.Q8, Quadrature.RADON7)
     elements = h5py.File(path, "r")["bipot/mesh/elements"][...]
     for e, nodes in enumerate(elements):
         expected = rule.values @ accepted[-1].state.nodes[nodes]

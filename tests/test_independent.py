@@ -9,8 +9,9 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from bipot.certificate import Bounds
+from bipot.elements import Element
 from bipot.fem.assembly import element_stiffness
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.increment import Limits
@@ -24,8 +25,11 @@ from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies import fuzz_judge
 from studies.fuzz_record import setting_of, step_of
+from studies.fuzz_row import Outcome
+from studies.fuzz_scenes import draw
 from studies.independent import flow_left, measure
-from studies.independent_element import nodal_stiffness, orientation, place, rule, shape_functions
+from studies.independent_element import nodal_stiffness, orientation, place
+from studies.independent_shapes import rule, shape_functions
 from tests.scenes import PLANES
 
 STUDIES = Path(__file__).parents[1] / "studies"
@@ -55,10 +59,10 @@ def test_the_recomputation_imports_nothing_of_the_library():
 
 def test_the_second_element_reproduces_linear_fields_and_areas():
     rng = np.random.default_rng(0)
-    values, slopes = shape_functions(rng.uniform(-1, 1, (5, 2)))
+    values, slopes = shape_functions(rng.uniform(-1, 1, (5, 2)), 8)
     corners, middles = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]), np.array([(0, -1), (1, 0), (0, 1), (-1, 0)])
     at = np.vstack([corners, middles])
-    assert np.allclose(shape_functions(at.astype(float))[0], np.eye(8))
+    assert np.allclose(shape_functions(at.astype(float), 8)[0], np.eye(8))
     assert np.allclose(np.einsum("qad,ai->qid", slopes, at), np.eye(2))
     assert np.allclose(values.sum(axis=1), 1)
     for name in ("gauss2", "gauss3", "radon7"):
@@ -182,3 +186,21 @@ def test_the_least_that_flow_leaves_is_that_of_a_bounded_least_squares_solver():
         found = lsq_linear(np.column_stack([f[k], n[k]]), want[k], bounds=([0, 0], [1, np.inf]), tol=1e-14)
         assert left[k] == pytest.approx(np.sqrt(2 * found.cost), rel=1e-8)
         assert gamma[k] == pytest.approx(found.x[1], abs=1e-6)
+
+
+@pytest.mark.parametrize("element", Element)
+def test_every_element_written_a_second_time_has_the_library_s_shapes(element):
+    """On its own reference shape: the square is [-1, 1]^2 there."""
+    for which in RULES[element]:
+        points, weights = rule(which.value)
+        values, slopes = shape_functions(points, element.nodes)
+        table, scale = tabulated(element, which), 2 if element.corners == 4 else 1
+        np.testing.assert_allclose(weights, table.weights * scale**2, rtol=1e-12)
+        np.testing.assert_allclose(values, table.values, atol=1e-13)
+        np.testing.assert_allclose(slopes * scale, table.gradients, atol=1e-12)
+
+
+@pytest.mark.parametrize(("seed", "element"), [(68, "T3"), (4, "T6"), (64, "Q4"), (72, "Q9")])
+def test_drawn_scenes_of_other_elements_pass_the_recomputation(seed, element):
+    assert draw(seed).scene.mesh.element is Element[element]
+    assert fuzz_judge.judge_scene(seed).outcome is Outcome.CERTIFIED

@@ -222,7 +222,7 @@ def test_supports_and_tools_may_come_as_lists():
     made = scene(tools=[tool()], supports=[Support("base", 1)])
     assert isinstance(made.tools, tuple)
     assert isinstance(made.supports, tuple)
-    assert made.quadrature is Quadrature.RADON7
+    assert made.rule is Quadrature.RADON7
     assert made.configuration is Configuration.MIDPOINT
     assert replace(made, supports=[Symmetry("base", 1)]).images == 2
 

@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bipot.elements import Element
 from bipot.errors import InvertedElement
-from bipot.fem.elements import Quadrature, quad8
+from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.plane import turn_half
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -18,7 +19,7 @@ SQRT2 = np.sqrt(2.0)
 
 def run(mesh, du, geometry=Geometry.PLANE_STRAIN, configuration=Configuration.MIDPOINT, nodes=None):
     start = mesh.nodes if nodes is None else nodes
-    return configuration.measure.increment(start, du, mesh.elements, quad8(Quadrature.RADON7), geometry)
+    return configuration.measure.increment(start, du, mesh.elements, tabulated(Element.Q8, Quadrature.RADON7), geometry)
 
 
 def rotate(tensor, angle):

@@ -7,11 +7,12 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.errors import InvertedElement
-from bipot.fem.elements import Quadrature, quad8, quad8_at
+from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.orientation import (
-    FROM_VALUES,
+    basis,
     determinant_coefficients,
     refuse_folded,
     scaled_jacobians,
@@ -53,7 +54,8 @@ def test_the_coefficients_are_det_J_identically():
     x = np.zeros((len(pairs), 8, 2))
     for pair, (k, m) in enumerate(pairs):
         x[pair, k, 0] = x[pair, m, 1] = 1
-    D = [[[Fraction(v).limit_denominator(1000) for v in row] for row in one] for one in determinant_coefficients(x)[0]]
+    coefficients = determinant_coefficients(x)[0].reshape(-1, 4, 4)
+    D = [[[Fraction(v).limit_denominator(1000) for v in row] for row in one] for one in coefficients]
     for xi, eta in product([Fraction(k, 4) for k in range(5)], repeat=2):
         G, B, C = exact_gradients(xi, eta), bernstein(xi), bernstein(eta)
         assert [sum(row[j] for row in G) for j in range(2)] == [0, 0]
@@ -64,9 +66,9 @@ def test_the_coefficients_are_det_J_identically():
 
 def test_the_coefficients_keep_constants_and_take_the_corners_values():
     """The weights of every coefficient sum to one; at a corner the coefficient is the value."""
-    np.testing.assert_allclose(FROM_VALUES.sum(axis=0), 1, rtol=1e-14)
+    np.testing.assert_allclose(basis(Element.Q8).from_values.sum(axis=0), 1, rtol=1e-14)
     corners = [0, 3, 12, 15]
-    np.testing.assert_allclose(FROM_VALUES[:, corners], np.eye(16)[:, corners], atol=1e-15)
+    np.testing.assert_allclose(basis(Element.Q8).from_values[:, corners], np.eye(16)[:, corners], atol=1e-15)
 
 
 def least_by_search(x):
@@ -102,7 +104,7 @@ def refusal(x):
 
 def test_random_elements_are_decided_as_dense_sampling_decides_them():
     x = random_elements()
-    sampled = least_by_search(x) / determinant_coefficients(x)[0].mean(axis=(1, 2))
+    sampled = least_by_search(x) / determinant_coefficients(x)[0].mean(axis=1)
     words = [refusal(element) for element in x]
     refused = np.array([bool(said) for said in words])
     valid = sampled > 1e-6
@@ -110,14 +112,14 @@ def test_random_elements_are_decided_as_dense_sampling_decides_them():
     assert not (~refused & (sampled <= 0)).any()
     assert not any("not known" in said for said in words)
     # Both kinds are met, and coefficients that are not subdivided refuse valid elements.
-    plain = determinant_coefficients(x)[0].min(axis=(1, 2)) > 0
+    plain = determinant_coefficients(x)[0].min(axis=1) > 0
     assert 0.2 < valid.mean() < 0.9
     assert 0.01 < (valid & ~plain).sum() / valid.sum() < 0.2
 
 
 def test_the_scaled_jacobian_is_a_lower_bound_within_its_tolerance():
     x = random_elements(600, 1)
-    mean = determinant_coefficients(x)[0].mean(axis=(1, 2))
+    mean = determinant_coefficients(x)[0].mean(axis=1)
     x, mean = x[mean > 0], mean[mean > 0]
     sampled, nodes = least_by_search(x) / mean, x.reshape(-1, 2)
     elements = np.arange(len(nodes)).reshape(-1, 8)
@@ -130,9 +132,9 @@ def test_the_scaled_jacobian_is_a_lower_bound_within_its_tolerance():
 
 def test_the_mean_is_the_area():
     x = random_elements(50, 2)
-    rule = quad8(Quadrature.GAUSS3)
+    rule = tabulated(Element.Q8, Quadrature.GAUSS3)
     area = determinants(x, rule.points) @ rule.weights
-    np.testing.assert_allclose(determinant_coefficients(x)[0].mean(axis=(1, 2)), area, rtol=1e-11)
+    np.testing.assert_allclose(determinant_coefficients(x)[0].mean(axis=1), area, rtol=1e-11)
 
 
 def bent(depth):
@@ -179,7 +181,10 @@ def test_a_fold_is_named_with_element_place_and_value():
     with pytest.raises(InvertedElement, match=words):
         refuse_folded({"at the start": mesh.nodes, "at the end": nodes}, mesh.elements, Geometry.PLANE_STRAIN)
     # The integration points see nothing of it.
-    assert gradients(nodes, mesh.elements, quad8(Quadrature.GAUSS2), Geometry.PLANE_STRAIN).volume.min() > 0
+    assert (
+        gradients(nodes, mesh.elements, tabulated(Element.Q8, Quadrature.GAUSS2), Geometry.PLANE_STRAIN).volume.min()
+        > 0
+    )
 
 
 def test_a_reversed_element_has_no_scaled_jacobian():
@@ -216,7 +221,7 @@ def test_a_radius_that_is_not_positive_between_nodes_is_refused(corner, middle, 
     x[[1, 2, 5], 0] = 3.0
     x[[0, 7, 3], 0] = corner, middle, left
     x[[4, 6], 0] = (x[[0, 3], 0] + 3) / 2
-    assert gradients(x, ELEMENT, quad8(Quadrature.GAUSS2), Geometry.AXISYMMETRIC).volume.min() > 0
+    assert gradients(x, ELEMENT, tabulated(Element.Q8, Quadrature.GAUSS2), Geometry.AXISYMMETRIC).volume.min() > 0
     refuse_folded({"here": x}, ELEMENT, Geometry.PLANE_STRAIN)
     with pytest.raises(InvertedElement, match=r"element 0 at \(-?0.\d*, 0\.\d+\), here: radius .* is not positive"):
         axisymmetric(x)
@@ -232,7 +237,7 @@ def test_between_the_edges_the_radius_is_never_least():
     """Valid elements with positive radius on their edges have it inside: the sampled least is on the edge."""
     x = random_elements(300, 3)
     points, inside = grid(21), ((grid(21) > 0) & (grid(21) < 1)).all(axis=1)
-    values = quad8_at(points).values
+    values = tabulated_at(Element.Q8, points).values
     checked = 0
     for element in x:
         if not refusal(element):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from bipot.fem.elements import Quadrature, quad8
+from bipot.elements import Element
+from bipot.fem.elements import RULES, tabulated
 from bipot.mesh import cylinder
 from studies.quality import corner_jacobians, quality
 
@@ -68,8 +69,8 @@ def terms(points):
 
 def test_corners_agree_with_the_shape_functions():
     x = SQUARE + np.random.default_rng(0).uniform(-0.1, 0.1, SQUARE.shape)
-    points = np.concatenate([quad8(rule).points for rule in Quadrature])
-    gradients = np.concatenate([quad8(rule).gradients for rule in Quadrature])
+    points = np.concatenate([tabulated(Element.Q8, rule).points for rule in RULES[Element.Q8]])
+    gradients = np.concatenate([tabulated(Element.Q8, rule).gradients for rule in RULES[Element.Q8]])
     values = np.linalg.det(np.einsum("ka,qkb->qab", x, gradients))
     coefficients = np.linalg.lstsq(terms(points), values, rcond=None)[0]
     np.testing.assert_allclose(terms(points) @ coefficients, values, rtol=1e-10)

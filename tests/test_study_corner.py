@@ -4,7 +4,8 @@ import h5py
 import numpy as np
 import pytest
 
-from bipot.fem.elements import Quadrature, quad8
+from bipot.elements import Element
+from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.scene import upsetting
 from paper_figs import fig_corner
 from studies import corner
@@ -58,15 +59,13 @@ def test_alternation_is_the_amplitude_and_misses_cubics():
     np.testing.assert_allclose(alternation(3 * (-1) ** i + i**3 - 5 * i), 3.0, rtol=1e-12)
 
 
-@pytest.mark.parametrize("rule", list(Quadrature))
+@pytest.mark.parametrize("rule", RULES[Element.Q8])
 def test_unevenness_is_the_size_of_what_no_linear_field_fits(rule):
-    tabulated = quad8(rule)
-    x, y = 2 * tabulated.points.T - 1
+    table = tabulated(Element.Q8, rule)
+    x, y = 2 * table.points.T - 1
     # xi eta is orthogonal to 1, xi, eta in every rule of degree 3, and its mean square is 1/9.
     field = np.array([5 + x - 2 * y, 4 * x * y + y])
-    np.testing.assert_allclose(
-        unevenness(field, tabulated.points, tabulated.weights), [0, 4 / 3], rtol=1e-12, atol=1e-12
-    )
+    np.testing.assert_allclose(unevenness(field, table.points, table.weights), [0, 4 / 3], rtol=1e-12, atol=1e-12)
 
 
 def test_the_figure_reads_results_only(results, tmp_path, capsys):

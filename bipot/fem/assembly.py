@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
-from bipot.fem.elements import Quadrature, Reference, quad8
+from bipot.fem.elements import Quadrature, Reference, tabulated
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
 from bipot.mesh import Mesh
@@ -112,7 +112,7 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translat
     return Space(
         mesh,
         geometry,
-        quad8(rule),
+        tabulated(mesh.element, rule),
         dofs,
         free,
         position,

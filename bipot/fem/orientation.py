@@ -1,16 +1,17 @@
 r"""Whether elements are folded anywhere, not only where they are integrated.
 
-An eight-node quadrilateral is a quadratic Bezier patch x = sum B_i B_j P_ij whose middle point P_11 is given by the
-others, because the square of both coordinates is not among its shapes. Its derivatives have degrees (1, 2) and (2, 1),
-so that det J has degree (3, 3) and is, from sixteen values, its Bernstein coefficients D_mn over the whole element:
+A quadrilateral of eight or nine nodes is a quadratic Bezier patch: its derivatives have degrees (1, 2) and (2, 1), so
+that det J has degree (3, 3). One of four nodes has degree (1, 1), a triangle of six total degree 2, of three 0. In each
+det J has, from as many values, its Bernstein coefficients D_m over the whole element:
 
-    det J = x,1 x y,2 - y,1 x,2,    min D_mn <= det J <= max D_mn,    mean det J = mean D_mn,
+    det J = x,1 x y,2 - y,1 x,2,    min D_m <= det J <= max D_m,    mean det J = mean D_m,
 
-with D at the four corners equal to det J there. Where the least D is not positive while the corners are, the patch is
-halved in both directions (de Casteljau), which takes D to det J with the square of its size.
+with D at the corners equal to det J there. Where the least D is not positive while the corners are, the element is
+halved along its sides into four (de Casteljau), which takes D to det J with the square of its size.
 
 Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
-negative on the edges, where it is a parabola. End nodes and whole edges may lie on the axis, r = 0; the rest may not.
+negative on the edges, where it is a parabola or linear. End nodes and whole edges may lie on the axis, r = 0; the rest
+may not.
 """
 
 from __future__ import annotations
@@ -22,8 +23,9 @@ from math import comb
 
 import numpy as np
 
+from bipot.elements import Element
 from bipot.errors import InvertedElement
-from bipot.fem.elements import quad8_at
+from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
 from bipot.typing import Bools, Floats, Ints
 
@@ -33,42 +35,103 @@ LEVELS = 12
 ROUND_OFF = 1e-12
 """Of extent times derivative: above 5000 units in the last place, what products of sums of eight terms can gather."""
 
+CHEBYSHEV = {1: [0.0, 1.0], 3: [0.0, 0.25, 0.75, 1.0]}
+"""Chebyshev's points with ends, by degree."""
+
 AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
 
 
-_TIMES = np.array([0.0, 0.25, 0.75, 1.0])
-_CUBICS = np.array([[comb(3, n) * t**n * (1 - t) ** (3 - n) for n in range(4)] for t in _TIMES])
-FROM_VALUES = np.linalg.inv(np.kron(_CUBICS, _CUBICS)).T
-"""What takes values (16,) on the grid of Chebyshev's points with ends to the coefficients (16,) in degree (3, 3)."""
-_GRID = np.array([(s, t) for s in _TIMES for t in _TIMES])
-_FIRST = np.array([[comb(m, n) / 2**m for n in range(4)] for m in range(4)])
-HALVES = np.stack([_FIRST, _FIRST[::-1, ::-1]])
-"""De Casteljau's matrices (2, 4, 4): a cubic's coefficients on the first and on the second half."""
+@dataclass(frozen=True)
+class Basis:
+    """Bernstein polynomials in c coefficients: how they follow from values on the ``grid`` (c, 2), and on four parts.
+
+    ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those at ``corners`` are values themselves. Part k
+    is the reference shape times ``signs`` (4,) / 2, moved by ``shifts`` (4, 2) / 2; ``parts`` (4, c, c) are its
+    coefficients.
+    """
+
+    grid: Floats
+    from_values: Floats
+    corners: Ints
+    shifts: Floats
+    signs: Floats
+    parts: Floats
+
+    @staticmethod
+    def of(degree: int, corners: int) -> Basis:
+        """Of ``degree`` in each coordinate on the square, in both together on the triangle."""
+        square = corners == 4
+        if square:
+            at, shape = CHEBYSHEV[degree], _square
+            shifts, signs = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]), np.ones(4)
+        else:
+            at, shape = [k / max(degree, 1) for k in range(degree + 1)], _triangle
+            # The fourth part is the middle one, which is upside down.
+            shifts, signs = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]), np.array([1.0, 1.0, 1.0, -1.0])
+        grid = np.array([(s, t) for s in at for t in at if square or s + t <= 1])
+        inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
+        halves = (shifts[:, None] + signs[:, None, None] * grid) / 2
+        # Of dyadic numbers: what the inverse has of round-off is taken off again.
+        parts = np.round(4**degree * np.stack([inverse @ shape(half, degree) for half in halves])) / 4**degree
+        places = np.flatnonzero(((grid == 0) | (grid == 1)).all(axis=1))
+        return Basis(grid, inverse.T, places, shifts, signs, parts)
+
+
+def _square(points: Floats, degree: int) -> Floats:
+    """Bernstein polynomials (p, (degree + 1)^2) at points (p, 2) of the square."""
+    n = np.arange(degree + 1)
+    some = np.array([comb(degree, k) for k in n])
+    first, second = (some * t[:, None] ** n * (1 - t[:, None]) ** (degree - n) for t in points.T)
+    return (first[:, :, None] * second[:, None, :]).reshape(len(points), -1)
+
+
+def _triangle(points: Floats, degree: int) -> Floats:
+    """Bernstein polynomials (p, (degree + 1)(degree + 2)/2) at points (p, 2) of the triangle."""
+    s, t = points.T
+    powers = [(i, j, degree - i - j) for i in range(degree + 1) for j in range(degree + 1 - i)]
+    return np.column_stack(
+        [comb(degree, i) * comb(degree - i, j) * s**i * t**j * (1 - s - t) ** k for i, j, k in powers]
+    )
 
 
 @cache
-def _slopes() -> Floats:
-    """d/dxi at the points of the grid, then d/deta (8, 32), from nodal values."""
-    return quad8_at(_GRID).gradients.transpose(1, 2, 0).reshape(8, 32)
+def basis(element: Element) -> Basis:
+    """That of det J."""
+    degrees = {Element.T3: 0, Element.T6: 2, Element.Q4: 1, Element.Q8: 3, Element.Q9: 3}
+    return Basis.of(degrees[element], element.corners)
+
+
+@cache
+def _slopes(element: Element) -> Floats:
+    """d/dxi at the points of the grid, then d/deta (k, 2 c), from nodal values."""
+    gradients = tabulated_at(element, basis(element).grid).gradients
+    return gradients.transpose(1, 2, 0).reshape(element.nodes, -1)
+
+
+def _element(x: Floats) -> Element:
+    """What elements with nodes x (e, k, 2) are."""
+    return Element.of(x.shape[1])
 
 
 def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
-    """Bernstein coefficients D (e, 4, 4) of det J of elements x (e, 8, 2), and the round-off (e,) they may hold."""
+    """Bernstein coefficients D (e, c) of det J of elements x (e, k, 2), and the round-off (e,) they may hold."""
     D, local, both = _coefficients(x)
     extent, steepest = (np.abs(of).max(axis=(0, 2)) for of in (local, both))
     return D, 2 * ROUND_OFF * extent * steepest
 
 
 def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
-    """D (e, 4, 4), the coordinates (2, e, 8) from the first node, and derivatives (2, e, 32) on the grid."""
+    """D (e, c), the coordinates (2, e, k) from the first node, and derivatives (2, e, 2 c) on the grid."""
     # Direction first: one dense product instead of one an element.
     local = np.ascontiguousarray(x.transpose(2, 0, 1))
     local -= local[:, :, :1].copy()
-    both = (local.reshape(-1, 8) @ _slopes()).reshape(2, len(x), 32)
-    first, second = both[:, :, :16], both[:, :, 16:]
+    element = _element(x)
+    both = (local.reshape(-1, element.nodes) @ _slopes(element)).reshape(2, len(x), -1)
+    half = both.shape[2] // 2
+    first, second = both[:, :, :half], both[:, :, half:]
     cross = first[0] * second[1] - first[1] * second[0]
-    return (cross @ FROM_VALUES).reshape(-1, 4, 4), local, both
+    return cross @ basis(element).from_values, local, both
 
 
 @dataclass(frozen=True)
@@ -80,50 +143,51 @@ class Least:
     at: Floats
 
 
-def least(D: Floats, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
-    """Bounds of the least value of each polynomial with coefficients D (e, 4, 4).
+def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
+    """Bounds of the least value of each polynomial with coefficients D (e, c) in a basis.
 
     A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
     """
     count = len(D)
     lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, 2))
-    element, origin, size = np.arange(count), np.zeros((count, 2)), 1.0
+    element, origin, size = np.arange(count), np.zeros((count, 2)), np.ones(count)
     for level in range(LEVELS + 1):
-        corners = D[:, ::3, ::3].reshape(-1, 4)
+        corners = D[:, form.corners]
         high = corners.min(axis=1)
         # From the highest down: what is written last, and stays, is the least of its element.
         order = np.argsort(-high)
         order = order[high[order] < upper[element[order]]]
-        corner = corners[order].argmin(axis=1)
+        corner = form.grid[form.corners[corners[order].argmin(axis=1)]]
         upper[element[order]] = high[order]
-        at[element[order]] = origin[order] + size * np.column_stack([corner // 2, corner % 2])
-        low = D.min(axis=(1, 2))
+        at[element[order]] = origin[order] + size[order, None] * corner
+        low = D.min(axis=1)
         done = settled(low, upper[element], element) | (level == LEVELS)
         np.minimum.at(lower, element[done], low[done])
         if done.all():
             break
-        left, size = ~done, size / 2
-        halves = HALVES[:, None] @ D[left][:, None, None] @ HALVES.swapaxes(1, 2)
-        D, element = halves.reshape(-1, 4, 4), np.repeat(element[left], 4)
-        shift = size * np.array([(0, 0), (0, 1), (1, 0), (1, 1)])
-        origin = (origin[left][:, None] + shift).reshape(-1, 2)
+        left = ~done
+        D = (form.parts @ D[left].T).transpose(2, 0, 1).reshape(-1, D.shape[1])
+        half = size[left, None] / 2
+        origin = (origin[left][:, None] + half[:, :, None] * form.shifts).reshape(-1, 2)
+        element, size = np.repeat(element[left], 4), (half * form.signs).ravel()
     return Least(lower, upper, at)
 
 
 def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
     """min det J over the element / mean det J (e,): a lower bound, below it by ``tolerance`` of it at most.
 
-    1 for parallelograms, not positive where folded (within 4^-LEVELS); minus infinity where the mean is not positive.
+    1 for parallelograms and straight triangles, not positive where folded (within 4^-LEVELS); minus infinity where the
+    mean is not positive.
 
     >>> x = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.3, 0], [1, 0.5], [0.5, 1], [0, 0.5]])
     >>> scaled_jacobians(x, np.arange(8)[None]).round(12)
     array([0.2])
     """
     D, _ = determinant_coefficients(nodes[elements])
-    mean = D.mean(axis=(1, 2))
+    mean = D.mean(axis=1)
     out, turned = np.full(len(D), -np.inf), mean > 0
-    scaled = D[turned] / mean[turned, None, None]
-    out[turned] = least(scaled, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
+    scaled, form = D[turned] / mean[turned, None], basis(Element.of(elements.shape[1]))
+    out[turned] = least(scaled, form, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
     return out
 
 
@@ -145,7 +209,7 @@ def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Ge
     if fault is not None:
         count = len(elements)
         when = list(placements)[fault.patch // count]
-        place = tuple(np.round(quad8_at(fault.at[None]).values[0] @ x[fault.patch], 6).tolist())
+        place = tuple(np.round(tabulated_at(_element(x), fault.at[None]).values[0] @ x[fault.patch], 6).tolist())
         raise InvertedElement(f"element {fault.patch % count} at {place}, {when}: {fault.what}")
 
 
@@ -161,9 +225,10 @@ class Fault:
 def _folded(x: Floats) -> Fault | None:
     """The worst of the elements whose least det J is not above round-off, or not known to be."""
     D, noise = determinant_coefficients(x)
-    suspect = np.flatnonzero(~(D.min(axis=(1, 2)) > noise))
+    suspect = np.flatnonzero(~(D.min(axis=1) > noise))
     D, noise = D[suspect], noise[suspect]
-    found = least(D, lambda low, upper, element: (low > noise[element]) | ~(upper > noise[element]))
+    form = basis(_element(x))
+    found = least(D, form, lambda low, upper, element: (low > noise[element]) | ~(upper > noise[element]))
     bad = np.flatnonzero(~(found.lower > noise))
     if not bad.size:
         return None
@@ -173,20 +238,21 @@ def _folded(x: Floats) -> Fault | None:
     return Fault(int(suspect[worst]), found.at[worst], f"Jacobian determinant {value:.3g} {known}")
 
 
-def _parabolas(r: Floats) -> tuple[Floats, Floats, Floats]:
-    """Coefficients a, b, c (e, 4) of the radius on the edges, a (1 - t)^2 + 2 b t (1 - t) + c t^2, from r (e, 8)."""
-    a = r[:, :4]
-    c = a[:, [1, 2, 3, 0]]
-    return a, 2 * r[:, 4:] - (a + c) / 2, c
+def _parabolas(x: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
+    """a, b, c (e, edges) of the radius r (e, k) on the edges of elements x, a (1 - t)^2 + 2 b t (1 - t) + c t^2."""
+    sides = _element(x).edges
+    a, c = r[:, sides[:, 0]], r[:, sides[:, -1]]
+    middle = r[:, sides[:, 1]] if sides.shape[1] == 3 else (a + c) / 2
+    return a, 2 * middle - (a + c) / 2, c
 
 
 def _off_axis(x: Floats) -> Fault | None:
     """The edge with the least radius of those on which it is not positive off the axis."""
     r = x[..., 0]
-    if r.min() >= 0 and _parabolas(r)[1].min() >= 0:
+    if r.min() >= 0 and _parabolas(x, r)[1].min() >= 0:
         return None
     tiny = AXIS * np.abs(r).max()
-    a, b, c = _parabolas(np.where(np.abs(r) <= tiny, 0.0, r))
+    a, b, c = _parabolas(x, np.where(np.abs(r) <= tiny, 0.0, r))
     # A parabola that is >= 0 at its ends vanishes between them where b <= -sqrt(a c).
     between = b + np.sqrt(np.maximum(a, 0) * np.maximum(c, 0)) > tiny
     bad = (a < 0) | (c < 0) | ~(between | ((np.abs(b) <= tiny) & (a * c == 0)))
@@ -196,6 +262,6 @@ def _off_axis(x: Floats) -> Fault | None:
     t = np.clip(np.divide(a - b, curve, out=np.where(a < c, 0.0, 1.0), where=curve > 0), 0, 1)
     value = a * (1 - t) ** 2 + 2 * b * t * (1 - t) + c * t**2
     patch, edge = np.unravel_index(np.argmin(np.where(bad, value, np.inf)), value.shape)
-    ends = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
-    at = (1 - t[patch, edge]) * ends[edge] + t[patch, edge] * ends[(edge + 1) % 4]
+    ends = _element(x).places
+    at = (1 - t[patch, edge]) * ends[edge] + t[patch, edge] * np.roll(ends, -1, axis=0)[edge]
     return Fault(int(patch), at, f"radius {value[patch, edge]:.3g} is not positive")

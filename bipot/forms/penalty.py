@@ -148,13 +148,13 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))), scene.mesh.size)
     nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
     area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
-    ends = scene.mesh.nodes[nodes[:, [0, 2]]]
+    ends = scene.mesh.nodes[nodes[:, [0, -1]]]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
 
 
 def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
-    """Edges (f, 3), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
+    """Edges (f, n), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
     scene = candidates.scene
     for chosen in (closed, np.ones_like(closed)):
         edges = [contact_edges(candidates, k, tool, chosen) for k, tool in enumerate(scene.tools)]
