@@ -15,7 +15,7 @@ from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
-from studies.fuzz_variants import ACROSS, Variant
+from studies.fuzz_variants import Variant, reflected
 
 IMAGE = "'"
 """Ends the names of mirrored boundaries."""
@@ -79,12 +79,12 @@ def about(scene: Scene, plane: Symmetry) -> Unfolded:
 def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:
     """Both sides; every boundary and its image, and one edge of the plane."""
     d, added = plane.direction, np.flatnonzero(image >= len(mesh.nodes))
-    across = mesh.nodes[added].copy()
-    across[:, d] = 2 * at - across[:, d]
+    beyond = mesh.nodes[added].copy()
+    beyond[:, d] = 2 * at - beyond[:, d]
     images = {name + IMAGE: image[edges] for name, edges in mesh.boundaries.items()}
     return Mesh(
-        np.vstack([mesh.nodes, across]),
-        np.vstack([mesh.elements, image[mesh.elements][:, ACROSS[d]]]),
+        np.vstack([mesh.nodes, beyond]),
+        np.vstack([mesh.elements, image[mesh.elements][:, reflected(mesh, d)]]),
         {**mesh.boundaries, **images, HELD: mesh.boundaries[plane.boundary][:1]},
     )
 

@@ -77,11 +77,16 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
     tools = tuple(_moved(tool, lambda x: x * sign, lambda x: x * sign, lambda n: n * sign) for tool in scene.tools)
-    element = mesh.element
-    order = [k for k in ACROSS[axis] if k < element.nodes] if element.corners == 4 else element.mirrored
-    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, order], mesh.boundaries)
+    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, reflected(mesh, axis)], mesh.boundaries)
     other = replace(scene, mesh=mesh, tools=tools, loads=tuple(_turned(load, sign) for load in scene.loads))
     return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
+
+
+def reflected(mesh: Mesh, axis: int) -> Ints:
+    """The order of an element's nodes in its mirror image along ``axis``: its rule is then the mirror image, too."""
+    element = mesh.element
+    quads = [k for k in ACROSS[axis] if k < element.nodes]
+    return np.array(quads if element.corners == 4 else element.mirrored)
 
 
 def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:

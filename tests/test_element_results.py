@@ -89,7 +89,7 @@ def test_plots_draw_every_edge_as_it_is(run):
 def test_overlap_and_edge_tractions_hold_what_the_forces_say(run):
     element, given, accepted, _ = run
     system, last = system_of(given), accepted[-1]
-    deepest = overlap(given, last.state.nodes, 1.0)
+    deepest = overlap(given, last.state.nodes, given.travel(0.0, 1.0))
     assert 0 <= deepest < (1e-3 if element.quadratic else SLIP_TOLERANCE)
     r, candidates = last.solved.r, system.candidates
     edges = contact_edges(candidates, 0, given.tools[0], r[:, 0] > 0)
