@@ -16,7 +16,7 @@ import numpy as np
 
 from bipot.accepted import Accepted
 from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.diagnosis import collapse, diagnosis
+from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
 from bipot.errors import (
     IncrementFailed,
@@ -35,6 +35,7 @@ from bipot.increment import Limits, Observer, Solved, Trial, advance, solve_incr
 from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
+from bipot.limit_analysis import collapse
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
