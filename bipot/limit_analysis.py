@@ -16,6 +16,7 @@ from bipot.conic.solver import Accuracy
 from bipot.contact import touches
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.iterate import Increment
+from bipot.programs.data import Units
 from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.scene import Scene
 from bipot.system import system_of
@@ -77,7 +78,7 @@ def collapse(increment: Increment) -> Mechanism | None:
         found = _analysed(increment)
     except ProgramError:
         return None
-    return replace(found, v=found.v / increment.units.force) if found.holds else None
+    return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
 
 
 def _load(increment: Increment) -> Floats:
@@ -86,9 +87,15 @@ def _load(increment: Increment) -> Floats:
     return body.space.gather(np.append(increment.load_ahead, body.scene.push(increment.tau)))
 
 
+def _units(scene: Scene) -> Units:
+    """Those of the program, which does not depend on how large the load is."""
+    size = scene.mesh.size
+    return Units(size, size, float(scene.material.yield_stress(0.0)), size**3)
+
+
 def _analysed(increment: Increment) -> Mechanism:
-    """What the kinematic program finds, in the increment's units."""
-    body, state, units = increment.system.body, increment.start, increment.units
+    """What the kinematic program finds, in these units."""
+    body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
     model = body.plastic_model(body.respond(state, np.zeros(body.space.size)))
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
     rows = increment.rows.take(touches(state.gap, body.scene.mesh.size))
