@@ -3,8 +3,8 @@ r"""How far an increment is from the law: numbers recomputed from the returned f
 Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion u = (g + du_n, du_t),
 stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
-* equilibrium: largest nodal residual over the largest nodal sum of |element forces|, or that of a tool over the force
-  that drives it;
+* equilibrium: largest nodal residual over the largest nodal sum of |element forces|;
+* tool equilibrium: that of a tool that a force drives, over this force;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
 * law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
@@ -98,9 +98,16 @@ class Balance:
 
     @property
     def equilibrium(self) -> float:
-        """The largest residual over the force it is measured by."""
-        tools = [_ratio(abs(off), own) for off, own in zip(self.pushed.tolist(), self.push.tolist(), strict=True)]
-        return max(_ratio(float(np.abs(self.residual).max(initial=0.0)), self.force), *tools, 0.0)
+        """The largest nodal residual over the force."""
+        return _ratio(float(np.abs(self.residual).max(initial=0.0)), self.force)
+
+    @property
+    def tools(self) -> float:
+        """The largest residual of a tool over the force that drives it."""
+        return max(
+            (_ratio(abs(r), push) for r, push in zip(self.pushed.tolist(), self.push.tolist(), strict=True)),
+            default=0.0,
+        )
 
     @property
     def resolution(self) -> float:
@@ -133,6 +140,7 @@ class Certificate:
     contact_gap: float
     material_gap: float
     resolution: Resolution = Resolution()
+    tool_equilibrium: float = 0.0
 
     def ratios(self, bounds: Bounds) -> dict[str, float]:
         """Each bounded measure over its bound, or over its resolution where that is larger."""
@@ -160,6 +168,7 @@ class Bounds:
     cone_violation: float = 1e-8
     law: float = 1e-6
     relative_gap: float = 1e-7
+    tool_equilibrium: float = 1e-7
 
     def __post_init__(self) -> None:
         for bound in fields(self):
@@ -207,6 +216,7 @@ def certify(
         contact_gap=contact_gap,
         material_gap=material_gap,
         resolution=resolution,
+        tool_equilibrium=balance.tools,
     )
 
 

@@ -39,6 +39,8 @@ class Components:
     def __post_init__(self) -> None:
         require_type(self.geometry, Geometry, "geometry")
         size = self.geometry.reduction.mandel
+        numbers = isinstance(self.mandel, np.ndarray) and self.mandel.dtype.kind in "fiu"
+        require(numbers, "mandel", type(self.mandel).__name__, "an array of numbers")
         shape = np.shape(self.mandel)
         require(shape[-1:] == (size,), "mandel", f"of shape {shape}", f"of shape (…, {size}), {self.geometry.value}")
 

@@ -34,7 +34,7 @@ from bipot.iterate import Iterate
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 
 STICKS = 1e-8
 """A contact sticks this far inside its cone, of the largest force."""
@@ -105,9 +105,12 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     contacts = np.bincount(node[active.closed], minlength=count)
     unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
-    # A single contact on a node that is free to move has independent directions.
-    suspects = np.flatnonzero((contacts > 1) | (unknowns > free))
-    return tuple(int(a) for a in suspects if unknowns[a] > _independent(iterate, active, node == a))
+    # A single contact on a node that is free to move has independent directions, whatever else moves.
+    suspect = (contacts > 1) | (unknowns > free)
+    if not iterate.advance.size:
+        return tuple(int(a) for a in np.flatnonzero(suspect) if _undetermined(iterate, active, node == a).size)
+    # Tools that forces drive bind the contacts of all nodes together.
+    return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
 
 
 def loose_motions(iterate: Iterate, r: Floats) -> Floats:
@@ -190,26 +193,34 @@ def _slips(rows: ContactRows, chosen: Bools) -> Bools:
     return np.repeat(chosen[rows.frictional], rows.tangents)
 
 
-def _independent(iterate: Iterate, active: Active, here: Bools) -> int:
-    """Number of independent directions in which the closed contacts ``here`` may push, one an unknown force, or of what
-    they forbid, where that is less: forces of two normals that are one are not determined by the slips they cause.
+def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
+    """Closed contacts ``here`` whose forces are not determined: some change of them pushes nothing, or forbids nothing
+    new, as where two normals are one.
     """
     rows, motion = iterate.rows, iterate.motion
-    out, forbidden = list[Floats](), list[Floats]()
-    for c in np.flatnonzero(active.closed & here):
-        normal = rows_of(rows.G_n, np.arange(rows.count) == c).toarray()
-        tangents = rows_of(rows.G_t, _slips(rows, np.arange(rows.count) == c)).toarray()
-        forbidden += [normal, tangents] if active.still[c] else [normal]
-        if active.still[c]:
-            out += [normal, tangents]
-        else:
+    pushing, forbidden = list[Floats](), list[Floats]()
+    by_push, by_motion = list[int](), list[int]()
+    for c in np.flatnonzero(active.closed & here).tolist():
+        alone = np.arange(rows.count) == c
+        normal = rows_of(rows.G_n, alone).toarray()
+        tangents = rows_of(rows.G_t, _slips(rows, alone)).toarray()
+        own = [normal, tangents] if active.still[c] else [normal]
+        forbidden += own
+        by_motion += [c] * sum(map(len, own))
+        if not active.still[c]:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
-            out.append(normal - rows.mu[c] * slip @ tangents if len(tangents) else normal)
-    return min(_rank(np.vstack(out)), _rank(np.vstack(forbidden)))
+            own = [normal - rows.mu[c] * slip @ tangents if len(tangents) else normal]
+        pushing += own
+        by_push += [c] * sum(map(len, own))
+    found = [_dependent(np.vstack(A), np.array(of)) for A, of in ((pushing, by_push), (forbidden, by_motion)) if A]
+    return np.unique(np.concatenate([np.empty(0, np.intp), *found]))
 
 
-def _rank(A: Floats) -> int:
-    return int(np.linalg.matrix_rank(A, tol=RANK * np.abs(A).max(initial=1.0)))
+def _dependent(A: Floats, of: Ints) -> Ints:
+    """Of rows (m, n) that belong to contacts ``of`` (m,), the contacts whose rows others are made of."""
+    moved = A[:, np.abs(A).any(axis=0)]
+    left = null_space(moved.T, rcond=RANK) if moved.size else np.eye(len(A))
+    return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
 
 
 def cleaned(motion: Floats) -> Floats:

@@ -57,9 +57,12 @@ class Examined:
         return certify(self._contact(), body.fields(self.response), self.balance, body.scene.mesh.size, work)
 
     def ratios(self) -> dict[str, float]:
-        """Each measure over its bound or resolution; that of equilibrium alone where it is above one."""
-        ratio = self.balance.equilibrium / max(self.bounds.equilibrium, self.balance.resolution)
-        return self.certificate.ratios(self.bounds) if ratio <= 1 else {"equilibrium": ratio}
+        """Each measure over its bound or resolution; those of equilibrium alone where one is above one."""
+        balance, bounds = self.balance, self.bounds
+        first = {"equilibrium": balance.equilibrium / max(bounds.equilibrium, balance.resolution)}
+        if balance.push.size:
+            first["tool_equilibrium"] = balance.tools / bounds.tool_equilibrium
+        return self.certificate.ratios(bounds) if max(first.values()) <= 1 else first
 
     @cached_property
     def balance(self) -> Balance:
@@ -76,7 +79,7 @@ class Examined:
             residual=norm(space.spread(residual)),
             force=force,
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
-            + EPS * float(np.abs(loads).max()),
+            + EPS * (float(np.abs(loads).max()) + float(np.abs(self.r).max(initial=0.0))),
             pushed=space.beside(residual),
             push=space.beside(self.iterate.load),
         )
@@ -84,8 +87,9 @@ class Examined:
     @cached_property
     def _moved(self) -> float:
         """Lengths of the increment (module docstring)."""
-        advance = float(np.abs(self.iterate.advance).max(initial=0.0))
-        return float(norm(self.response.du).max()) + self.increment.reach + advance
+        # A tool that a force drives may come to rest where it is: it is placed to what its force could move it by.
+        driven = self.increment.units.length if self.iterate.advance.size else 0.0
+        return float(norm(self.response.du).max()) + self.increment.reach + driven
 
     def _contact(self) -> ContactFields:
         rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion

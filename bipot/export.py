@@ -224,7 +224,7 @@ def describe(scene: Scene) -> dict[str, Any]:
             {
                 **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
-                "driven_by": None if t.driven_by is None else repr(t.driven_by),
+                "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
             }
             for t in scene.tools
         ],

@@ -212,9 +212,9 @@ class _Watch:
         """Whether the bounds are met; raises NotConverged when patience has run out."""
         self.coupled = step.coupled
         ratios = examined.ratios()
-        balanced = len(ratios) > 1
+        balanced = "law" in ratios
         if step.posed is not None:
-            ratios = {k: ratios[k] for k in ("equilibrium", "yield_violation") if k in ratios}
+            ratios = {k: ratios[k] for k in ("equilibrium", "tool_equilibrium", "yield_violation") if k in ratios}
             ratios["posed"] = step.posed / self.limits.bounds.cone_violation
         self.last = {k: v for k, v in ratios.items() if not v <= 1}
         worst = max(ratios.values())

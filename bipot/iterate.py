@@ -100,19 +100,20 @@ class Increment:
     def units(self) -> Units:
         """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
 
-        Expected is the travel of tools, or what is prescribed; where there is none the motion of the last increment,
-        what would release the stress, what the new loads do to their own nodes and to those of their tools, or a small
+        Expected is the travel of tools, what is prescribed, or what the new loads do to their own nodes and to those of
+        their tools; where there is nothing the motion of the last increment, what would release the stress, or a small
         part of the body's size.
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
-        moved = float(norm(state.du).max())
-        length = max(self.reach, float(norm(self.driven).max())) or moved
-        if not length:
-            space, rigidity = self.system.body.space, self.system.rigidity
+        space, rigidity = self.system.body.space, self.system.rigidity
+        moved, new = float(norm(state.du).max()), 0.0
+        if scene.loads or scene.pushed:
             yielding = norm(space.spread(self.new_load)) / rigidity.nodal
-            sinking = np.abs(space.beside(self.new_load)) / rigidity.tools
-            length = max(size * stress / young, *yielding, *sinking, LEAST_MOTION * size)
+            new = max(*yielding, *(np.abs(space.beside(self.new_load)) / rigidity.tools))
+        prescribed = max(self.reach, float(norm(self.driven).max()))
+        length = max(prescribed, new) if prescribed else max(moved, new)
+        length = length or max(size * stress / young, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
         return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
 

@@ -1,8 +1,8 @@
 """Limit loads without a march: how much of its load a body carries in a given shape, and how it gives way to more.
 
-The program and what makes its answer a proof are in :mod:`bipot.programs.limit`. Contacts are those that touch in that
-shape; material that hardens has hardened fully; friction counts as that of the dilatant law, whose limit load is not
-below that of a body with Coulomb friction.
+The program and what makes its answer a proof are in :mod:`bipot.programs.limit`. Material that hardens has hardened
+fully; friction counts as that of the dilatant law, whose limit load is not below that of a body with Coulomb friction.
+Contacts are those that touch in that shape. What is open does not hold the body, but no proof may close it: it would.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from bipot.conic.solver import Accuracy
 from bipot.contact import touches
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.iterate import Increment
-from bipot.programs.data import Units
+from bipot.programs.data import ContactRows, Units
 from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.scene import Scene
 from bipot.system import system_of
-from bipot.typing import Floats, read_only
+from bipot.typing import Bools, Floats, read_only
 
 SATURATED = 1e9
 """A plastic strain at which what saturates has done so, and what hardens for ever has no limit load."""
@@ -58,7 +58,10 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
     require(ends, "scene.material", scene.material, "one that flows at a last yield stress")
-    found = _analysed(increment)
+    for k, tool in enumerate(scene.tools):
+        nothing = tool.driven_by is None or bool(_touching(increment)[system.candidates.tool == k].any())
+        require(nothing, f"scene.tools[{k}]", tool.driven_by, "on a tool that touches the body at rest")
+    found = _analysed(increment, increment.rows.take(_touching(increment)))
     if not found.admissible:
         raise ProgramError(f"no mechanism found: the nearest changes volume by {found.volume:.2g} of the load's gain")
     motion = system.body.space.spread(found.v)
@@ -74,8 +77,11 @@ def collapse(increment: Increment) -> Mechanism | None:
     flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
     if not (flows and _load(increment).any()):
         return None
+    rows = increment.rows
+    # An open candidate may not close, however it slips.
+    open_ones = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
     try:
-        found = _analysed(increment)
+        found = _analysed(increment, open_ones)
     except ProgramError:
         return None
     return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
@@ -93,11 +99,17 @@ def _units(scene: Scene) -> Units:
     return Units(size, size, float(scene.material.yield_stress(0.0)), size**3)
 
 
-def _analysed(increment: Increment) -> Mechanism:
+def _touching(increment: Increment) -> Bools:
+    """Candidates (c,) without a gap at the increment's start."""
+    return touches(increment.start.gap, increment.system.body.scene.mesh.size)
+
+
+def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     """What the kinematic program finds, in these units."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
     model = body.plastic_model(body.respond(state, np.zeros(body.space.size)))
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
-    rows = increment.rows.take(touches(state.gap, body.scene.mesh.size))
-    program = LimitProgram(replace(model, threshold=last).scaled(units), _load(increment) / units.force, rows)
+    # A form's program caps what it need not reach; here the load may.
+    scaled = replace(model.scaled(units), threshold=last / units.stress)
+    program = LimitProgram(scaled, _load(increment) / units.force, rows)
     return program.mechanism(Clarabel(), ACCURATE)

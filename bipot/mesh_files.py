@@ -119,7 +119,8 @@ def _flat(points: Any, cells: Ints) -> Floats:
     require(given.dtype.kind in "iuf", "mesh nodes", f"of type {given.dtype}", "numbers")
     points = given.astype(np.float64)
     require(points.ndim == 2 and points.shape[1] in (2, 3), "mesh nodes", points.shape, "of two or three coordinates")
-    require(int(cells.max()) < len(points), "mesh cells", f"node index {cells.max()}", f"below {len(points)} nodes")
+    outside = cells[(cells < 0) | (cells >= len(points))][:1]
+    require(not outside.size, "mesh cells", f"node index {outside.max(initial=0)}", f"in [0, {len(points)})")
     used = points[np.unique(cells)]
     require(bool(np.isfinite(used).all()), "mesh nodes", "NaN or infinite", "finite")
     extent = np.ptp(used, axis=0)

@@ -36,6 +36,9 @@ from bipot.symmetry import Plane, planes_of, require_mirrored, share
 from bipot.tools import FlatTool, Force
 from bipot.typing import Bools, Floats, Ints, read_only
 
+INSIDE = 1e-9
+"""Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -198,6 +201,9 @@ class Scene:
         force = tool.driven_by
         along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
         require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
+        depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(2)).min())
+        outside = force is None or depth <= INSIDE * self.mesh.size
+        require(outside, f"{label}.point", tool.point, f"off the body, not inside it by {depth:.3g}: a force drives it")
         for node in tool.mu_at:
             require(node in nodes, "mu_at node", node, "one of the tool's candidates")
 

@@ -46,7 +46,7 @@ YIELD_TRAVEL = 5.0 * 300.0 / 210_000.0
 EXACT = (Newton(), Tangent(), Dissipation(), Delassus())
 EACH = pytest.mark.parametrize("form", EXACT, ids=lambda form: form.name.value)
 LOOSE = Limits()
-TIGHT = Limits(Bounds(equilibrium=1e-9, law=1e-7))
+TIGHT = Limits(Bounds(equilibrium=1e-9, law=1e-7, tool_equilibrium=1e-9))
 
 
 def pushed(force, form=None, increments=1, limits=LOOSE, cuts=8, **options):

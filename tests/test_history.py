@@ -33,7 +33,7 @@ UNITS = {"length": "mm", "force": "N"}
 HEADER = (
     "increment,reduction,work_J,elastic_J,plastic_J,friction_J,energy_error,passes,cuts,form,reason,"
     "route,contraction,coupling_steps,undetermined,below_resolution,"
-    "equilibrium,yield_violation,penetration,cone_violation,law,bipotential_gap_J,relative_gap,seconds"
+    "equilibrium,tool_equilibrium,yield_violation,penetration,cone_violation,law,bipotential_gap_J,relative_gap,seconds"
 )
 
 

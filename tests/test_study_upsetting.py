@@ -34,6 +34,7 @@ HEADER = [
     "undetermined",
     "below_resolution",
     "equilibrium",
+    "tool_equilibrium",
     "yield_violation",
     "penetration",
     "cone_violation",

@@ -20,6 +20,7 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
+from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import natural_map
 from bipot.programs.condensation import condense, pays
@@ -235,7 +236,8 @@ def tangent_program(
     """The tangent program of a pass, dimensionless."""
     with clock:
         K = iterate.stiffness(kind)
-    return TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
+    program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
+    return softly_held(program, iterate, state, unresisted(program, iterate)) if iterate.advance.size else program
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import scipy.sparse as sp
+import numpy as np
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
@@ -14,9 +14,9 @@ from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.conic import shortened, tangent_program
 from bipot.forms.posed import Posed
+from bipot.forms.spring import softly_held
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense
-from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
 from bipot.programs.delassus import Reduced, reduce
 from bipot.response import TangentKind
@@ -27,9 +27,6 @@ USABLE = 1e-8
 
 PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
 """Steps are counted and not timed, so that a march is the same on every machine."""
-
-SOFT = 1e-5
-"""Of a tool's elastic support, the stiffness of a spring that holds it where a force drives it."""
 
 HALVINGS = 3
 """How often a step that leads away from equilibrium and law is halved."""
@@ -70,7 +67,7 @@ class Delassus:
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, TangentKind.CONSISTENT, clock)
-        program = _softly_held(program, iterate, state)
+        program = softly_held(program, iterate, state, np.ones(iterate.advance.size, dtype=bool))
         condensed = condense(program, state.cache.split(program))
         reduced = reduce(condensed.program)
         built = clock.outside()
@@ -92,20 +89,3 @@ class Delassus:
         if self.solver is not None or found.residual() <= USABLE:
             return found
         return solve(reduced.problem, replace(self.limits, tol=max(self.limits.tol, USABLE)), start, CHAIN)
-
-
-def _softly_held(program: TangentProgram, iterate: Iterate, state: Posed) -> TangentProgram:
-    """With a spring on every tool that a force drives, without tension where the tool is at the iterate.
-
-    Nothing else resists its translation, and W = G K^-1 G' would be infinite. The passes take the spring's pull away:
-    the next one finds the tool where this one leaves it (a proximal point), SOFT of the way off.
-    """
-    space, units = iterate.increment.system.body.space, state.units
-    if not space.translations:
-        return program
-    spring = SOFT * iterate.increment.system.rigidity.tools * (units.length / units.force)
-    K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
-    # Each has one entry in its column: a sum of matrices would lose the zeros of the run's pattern.
-    K.data[K.indptr[len(space.free) : -1]] += spring
-    f[len(space.free) :] += spring * iterate.advance / units.length
-    return replace(program, K=K, f=f)

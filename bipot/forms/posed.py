@@ -35,10 +35,14 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
-        Candidates within a few lengths of a tool at the predicted end get rows: the others not until they touch.
+        Candidates within a few lengths of a tool at the predicted end get rows: the others not until they touch, unless
+        body or tool may go any way there is.
         """
-        rows, units = iterate.rows, iterate.increment.units
+        rows, units, system = iterate.rows, iterate.increment.units, iterate.increment.system
         near = near_tools(rows, iterate.x, units.length)
+        if system.rigid.size or iterate.advance.size:
+            # What supports do not hold may go as far as the next tool.
+            near = np.ones_like(near)
         coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), rule is not None)
         return Posed(cache, units, near, rows.take(near), coupling)
 

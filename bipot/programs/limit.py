@@ -32,7 +32,7 @@ DEPENDENT = 1e-8
 """What is left of a row, over the longest, when the others are taken off: none."""
 
 FARKAS = 1e-6
-"""What a mechanism may change of the volume, or overtake of a tool, over what it gains."""
+"""What a mechanism may change of the volume, or overtake of a tool, over what it gains or takes."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Mechanism:
     """A motion v (n,) of a body by which a load gains one, judged: everything over that gain.
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` what plastic flow takes, and
-    ``overtaken`` how far a contact is closed, or opens less than it slips, over the largest motion of one.
+    ``overtaken`` the work of all loads together on the most that a contact is closed, or opens less than it slips.
     """
 
     v: Floats
@@ -59,18 +59,17 @@ class Mechanism:
         motion = still(rows).motion(v)
         slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
         short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
-        largest = float(np.abs(v).max())
         return Mechanism(
             v / gain,
             float(change) / gain,
             float(ROOT * (model.weight * model.threshold) @ flow) / gain,
-            float(short.max(initial=0.0)) / largest,
+            float(short.max(initial=0.0)) * float(np.abs(force).sum()) / gain,
         )
 
     @property
     def admissible(self) -> bool:
         """Whether nothing but plastic flow resists it."""
-        return self.volume <= FARKAS and self.overtaken <= FARKAS
+        return max(self.volume, self.overtaken) <= FARKAS * max(self.carried, 1.0)
 
     @property
     def holds(self) -> bool:
