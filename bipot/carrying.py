@@ -29,6 +29,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.certificate import EPS
 from bipot.forms import FormName
 from bipot.increment import Solved
 from bipot.iterate import Increment
@@ -204,12 +205,14 @@ class Dissipated(NamedTuple):
     """Plastic and frictional dissipation of an increment, and the energy they are measured by (energy units).
 
     sum_q w sigma : de_p with de_p as the states carry it, - sum_c r_t . du_t, and
-    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, what the body takes up and what it has stored.
+    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, what the body takes up and what it has stored; ``blur`` is
+    what round-off of its length makes of the contacts' work.
     """
 
     plastic: float
     friction: float
     scale: float
+    blur: float = 0.0
 
     @staticmethod
     def of(start: State, solved: Solved) -> Dissipated:
@@ -224,11 +227,12 @@ class Dissipated(NamedTuple):
             float(np.vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain))),
             -float(np.vdot(solved.r[:, 1:], slip)),
             float(np.vdot(kin.volume, taken)),
+            EPS * float(np.abs(solved.r).sum()) * solved.iterate.increment.units.length,
         )
 
     def negative(self, margin: float, friction: bool) -> Reason | None:
-        """Which dissipation is below - ``margin`` times the energy; friction's only if asked."""
+        """Which dissipation is below - ``margin`` times the energy, and round-off; friction's only if asked."""
         found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
-        below = {name: d for name, d in found.items() if d < -margin * self.scale}
+        below = {name: d for name, d in found.items() if d < -margin * self.scale - self.blur}
         said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())
         return Reason(ReasonKind.DISSIPATION, said, measures=below) if below else None
