@@ -17,6 +17,7 @@ from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, U
 from bipot.marching import Control, march, system_of
 from bipot.scene import Scene
 from bipot.typing import Floats
+from studies.fuzz_claims import Claim, LastTried, claim_of, refuted
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
@@ -32,6 +33,8 @@ LIMITS = {
     "yielding": TEN * BOUNDS.yield_violation,
     "penetration": TEN * BOUNDS.penetration,
     "inside": TEN * BOUNDS.penetration,
+    "driven": TEN * BOUNDS.equilibrium,
+    "placed": TEN * BOUNDS.penetration,
     "law": TEN * 1e-6,
     "elastic": TEN * BOUNDS.equilibrium,
     "flow": TEN * BOUNDS.equilibrium,
@@ -42,7 +45,7 @@ BLURRED = 1e-4
 """Round-off of elastic stress, some hundred units of it, is above a bound of 1e-7 where stress is well below this."""
 
 BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow")
-POSED_BY_ALL = ("equilibrium", "yielding", "inside", "elastic", "flow")
+POSED_BY_ALL = ("equilibrium", "yielding", "inside", "driven", "placed", "elastic", "flow")
 DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 
@@ -53,11 +56,12 @@ SECONDS = 4.0
 
 @dataclass(frozen=True)
 class Ran:
-    """The accepted increments of a run and how it ended: a BipotError's sentence, or ""."""
+    """The accepted increments of a run and how it ended: a BipotError's sentence, or "", and what that claims."""
 
     scene: Scene
     steps: list[Accepted]
     reason: str
+    claim: Claim | None = None
 
 
 def control_of(drawn: Drawn, scene: Scene) -> Control:
@@ -83,16 +87,16 @@ def _penalised(make: Callable[[float, float], Form], scene: Scene, factor: float
 
 def run(drawn: Drawn, scene: Scene) -> Ran:
     """March ``scene`` as drawn; BipotErrors end it in words, anything else is raised."""
-    steps, began, reason = list[Accepted](), time.process_time(), ""
+    steps, began, reason, claim, tried = list[Accepted](), time.process_time(), "", None, LastTried()
     try:
-        for accepted in march(scene, drawn.schedule, control_of(drawn, scene)):
+        for accepted in march(scene, drawn.schedule, control_of(drawn, scene), None, tried):
             steps.append(accepted)
             if time.process_time() - began > SECONDS:
                 reason = f"left after {SECONDS:g} s of processor time"
                 break
     except BipotError as error:
-        reason = f"{type(error).__name__}: {error}"
-    return Ran(scene, steps, reason)
+        reason, claim = f"{type(error).__name__}: {error}", claim_of(error, tried)
+    return Ran(scene, steps, reason, claim)
 
 
 def measured(ran: Ran) -> list[Measures]:
@@ -116,6 +120,11 @@ def broken(m: Measures, exact: bool, excused: bool = False) -> list[str]:
         out.append(f"orientation {m.orientation:.1e}")
     shares = {"plastic": m.plastic, "friction": m.friction} if exact else {"plastic": m.plastic}
     return out + [f"{name} dissipation {share:.1e}" for name, share in shares.items() if not share >= DISSIPATES]
+
+
+def unproved(ran: Ran) -> list[str]:
+    """What is wrong with the claim that the run ended with, if any."""
+    return [] if ran.claim is None else refuted(ran.scene, ran.claim)
 
 
 def excuses(ran: Ran) -> list[bool]:
@@ -173,7 +182,7 @@ def _known(seed: int, others: bool) -> Iterator[Row]:
     yield (row := Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
         drawn = draw(seed)
-        yield (row := replace(row, kind=f"scene {drawn.body}", form=drawn.form))
+        yield (row := replace(row, kind=f"scene {drawn.kind}", form=drawn.form))
         yield _judged(row, drawn, others)
     except BipotError as error:
         # A scene or variant that is refused when it is made.
@@ -194,7 +203,7 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         for k, (m, e) in enumerate(zip(all_measures, excuses(base), strict=True), 1)
         for what in broken(m, exact, e)
     ]
-    wrong += misstated(base.scene, base.steps, all_measures)
+    wrong += misstated(base.scene, base.steps, all_measures) + unproved(base)
     worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
     for seen in _others(drawn, row.seed) if others else ():
         other = run(drawn, seen.scene)
@@ -206,6 +215,7 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
             for m, e in zip(measured(other), excuses(other), strict=True)
             for what in broken(m, exact, e)
         ][:1]
+        wrong += [f"{where}: {what}" for what in unproved(other)[:1]]
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
         elif move <= DISAGREEMENT:

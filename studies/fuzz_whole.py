@@ -12,14 +12,15 @@ from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats
+from studies.fuzz_placed import FLAT, directions, driven_tools, forces_on_tools, tools_gone
 from studies.fuzz_record import pushed_by, setting_of
 from studies.fuzz_variants import Variant
 from studies.independent import Measures
 
 SUMS = 1e-9
 """Sums of the same numbers in another order differ by less than this over the sum of their sizes."""
-
-FLAT = 1e-9
+DRIVES = 1e-6
+"""Ten times the library's bound on equilibrium: what a whole tool's force may be off the one that drives it."""
 
 
 def images(scene: Scene) -> int:
@@ -52,6 +53,7 @@ def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> 
         off = np.array([accepted.tool_force(i) for i in range(len(scene.tools))]).reshape(-1, 2) - forces
         wrong = np.flatnonzero(np.abs(off).max(axis=1) > SUMS * sizes)
         out += [f"increment {k}: force of tool {i} off by {np.abs(off[i]).max():.1e}" for i in wrong[:1]]
+        out += [f"increment {k}: {what}" for what in misled(scene, accepted)]
         now = energies(accepted)
         own = np.array(measure.energies) * images(scene)
         largest = max(largest, float(np.abs(now).max()), float(np.abs(own).max()))
@@ -60,6 +62,20 @@ def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> 
         if error > SUMS * largest:
             out.append(f"increment {k}: energies off by {error / largest:.1e} of the largest")
         before = now
+    return out
+
+
+def misled(scene: Scene, accepted: Accepted) -> list[str]:
+    """Tools whose force on the whole body is not that which drives them, or that have gone elsewhere, in words."""
+    out = list[str]()
+    sizes = tool_forces(scene, accepted)[1]
+    for k, asked in zip(driven_tools(scene), forces_on_tools(scene, accepted.state.tau), strict=True):
+        off = abs(float(accepted.tool_force(int(k)) @ directions(scene)[k]) - asked)
+        if not off <= DRIVES * asked + SUMS * sizes[k]:
+            out.append(f"tool {k} is driven by another force, off by {off / asked:.1e} of it")
+    own, stated = tools_gone(scene, accepted.start, accepted.state), accepted.solved.iterate.tool_travel
+    apart = np.abs(own - stated).max(axis=1, initial=0.0)
+    out += [f"tool {k} goes otherwise, by {apart[k]:.1e}" for k in np.flatnonzero(apart > SUMS * np.abs(own).max())]
     return out
 
 

@@ -47,12 +47,13 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     before = np.vecdot(c.normal, step.start.nodes[c.node]) - c.offset
     gap, blur = _gap(step, before)
     free = ~s.held[c.node]
-    rubs = (free & (np.abs(c.tangent) > FREE)).any(axis=1)
+    rubs = moves(free, c.led, c.tangent)
     slip = np.where(rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
     tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
     mu = np.where(np.isinf(c.mu) | ~rubs, 0.0, c.mu)
     stiffness = nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes))[c.node]
-    n = c.normal * free
+    # Of a held node that a tool is driven against, the stiffness that it would have.
+    n = c.normal * np.where(moves(free, 0 * c.led, c.normal)[:, None], free, True)
     rho = np.einsum("ci,cij,cj->c", n, stiffness, n)
     r = step.end.forces
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
@@ -71,6 +72,14 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
         resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
     )
+
+
+def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
+    """Whether node, whose components (c, 2) are ``free``, or tool, by a force along ``led``, goes along ``direction``.
+
+    All (c, 2) but the answer (c,).
+    """
+    return (free & (np.abs(direction) > FREE)).any(axis=1) | (np.abs(np.vecdot(led, direction)) > FREE)
 
 
 def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
