@@ -17,7 +17,7 @@ from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, U
 from bipot.marching import Control, march, system_of
 from bipot.scene import Scene
 from bipot.typing import Floats
-from studies.fuzz_claims import Claim, LastTried, claim_of, refuted
+from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
@@ -87,15 +87,15 @@ def _penalised(make: Callable[[float, float], Form], scene: Scene, factor: float
 
 def run(drawn: Drawn, scene: Scene) -> Ran:
     """March ``scene`` as drawn; BipotErrors end it in words, anything else is raised."""
-    steps, began, reason, claim, tried = list[Accepted](), time.process_time(), "", None, LastTried()
+    steps, began, reason, claim = list[Accepted](), time.process_time(), "", None
     try:
-        for accepted in march(scene, drawn.schedule, control_of(drawn, scene), None, tried):
+        for accepted in march(scene, drawn.schedule, control_of(drawn, scene)):
             steps.append(accepted)
             if time.process_time() - began > SECONDS:
                 reason = f"left after {SECONDS:g} s of processor time"
                 break
     except BipotError as error:
-        reason, claim = f"{type(error).__name__}: {error}", claim_of(error, tried)
+        reason, claim = f"{type(error).__name__}: {error}", claim_of(error)
     return Ran(scene, steps, reason, claim)
 
 

@@ -18,7 +18,7 @@ from bipot.laws.von_mises import VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
 from studies.independent_contact import TOUCHING, moves
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
@@ -155,12 +155,11 @@ def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Float
     return nodal_loads(_applied(scene, tau), s.rest, nodes, s.elements, s.quadrature, s.axisymmetric)
 
 
-def touching(scene: Scene, node: Ints, tool: Ints, state: State) -> Contacts:
-    """Of candidates those that touch at a state, which a next increment starts from."""
-    near = _contacts(scene, node, tool, state, state)
-    gap = np.vecdot(near.normal, state.nodes[node]) - near.offset
-    mine = gap <= TOUCHING * scene.mesh.size
-    return _contacts(scene, node[mine], tool[mine], state, state)
+def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
+    """The candidates at a state that a next increment starts from, and which (c,) of them touch."""
+    there = _contacts(scene, *nodes_of(scene, setting), state, state)
+    gap = np.vecdot(there.normal, state.nodes[there.node]) - there.offset
+    return there, gap <= TOUCHING * setting.size
 
 
 def _applied(scene: Scene, tau: float) -> Applied:
