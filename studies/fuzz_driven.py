@@ -81,7 +81,9 @@ def _against(tool: FlatTool, force: Force) -> FlatTool:
     if way @ tool.normal <= 0:
         return tool
     across = np.array([way[1], -way[0]]) / np.hypot(*way)
-    return replace(tool, travel=_pair(float(across @ tool.travel) * across), driven_by=replace(force, vector=_pair(way)))
+    return replace(
+        tool, travel=_pair(float(across @ tool.travel) * across), driven_by=replace(force, vector=_pair(way))
+    )
 
 
 def _carried(scene: Scene, tool: FlatTool) -> float:

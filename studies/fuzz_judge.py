@@ -23,7 +23,7 @@ from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
 from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import Variant, variants
-from studies.fuzz_whole import difference, misstated
+from studies.fuzz_whole import difference, images, misstated
 from studies.independent import Measures, measure
 
 TEN = 10.0
@@ -219,7 +219,8 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
         elif move <= DISAGREEMENT:
-            whole = difference(base.steps[:count], other.steps[:count], base.scene, seen, 2 * resolution)
+            terms = 2 * images(base.scene) * sum(m.terms for m in all_measures)
+            whole = difference(base.steps[:count], other.steps[:count], base.scene, seen, 2 * resolution, terms)
             wrong += [
                 f"{where}: {name} differ by {off:.1e}"
                 for name, off in zip(("whole tools' forces", "energies"), whole, strict=True)

@@ -1,4 +1,4 @@
-"""Where tools, and nodes that supports hold, ought to be: paths, forces and amplitudes of a scene written a second time.
+"""Where tools, and nodes that supports hold, ought to be: paths, forces and amplitudes read a second time.
 
 A tool that a force drives goes its path across the force, and along it as far as the state says it has come.
 """

@@ -45,7 +45,7 @@ from studies.independent_element import (
 class Measures:
     """The module docstring's numbers, then the increment's work and its elastic, plastic and frictional parts.
 
-    ``resolution`` is the contact force that round-off of the gaps can make.
+    ``resolution`` is the contact force that round-off of the gaps can make, ``terms`` the size of those of the work.
     """
 
     equilibrium: float
@@ -62,6 +62,7 @@ class Measures:
     friction: float
     energies: tuple[float, float, float, float]
     resolution: float
+    terms: float
 
 
 def _size(t: Floats) -> Floats:
@@ -91,7 +92,8 @@ def measure(setting: Setting, step: Step) -> Measures:
     unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
     begun, ended_by, _ = step.loads
     applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
-    energies = contact.work + applied + work_of_supports(s, step, ended), stored, spent, contact.spent
+    supports, terms = work_of_supports(s, step, ended)
+    energies = contact.work + applied + supports, stored, spent, contact.spent
     middles = [start + step.displacement / 2] if s.midpoint else []
     return Measures(
         equilibrium=_equilibrium(s, step, ended, blur),
@@ -108,6 +110,7 @@ def measure(setting: Setting, step: Step) -> Measures:
         friction=_share(contact.lost, contact.unsure, (*energies, step.energy)),
         energies=energies,
         resolution=contact.resolution,
+        terms=contact.moved + terms + float(np.vdot(np.abs(begun + ended_by) / 2, np.abs(step.displacement))),
     )
 
 

@@ -26,8 +26,8 @@ FREE = 1e-12
 class ContactMeasures:
     """Penetration over size, of candidates and ``inside`` of held nodes, law over the largest force, energies.
 
-    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
-    the end, known to ``unsure``.
+    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, summed of terms of the size
+    ``moved``; ``lost`` to friction by those at the end, known to ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
     """
 
@@ -35,6 +35,7 @@ class ContactMeasures:
     inside: float
     law: float
     work: float
+    moved: float
     spent: float
     lost: float
     unsure: float
@@ -67,6 +68,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
+        moved=float(np.linalg.norm(mean, axis=1) @ (np.linalg.norm(du, axis=1) + np.linalg.norm(c.motion, axis=1))),
         spent=-float(np.vdot(mean[:, 1], slip)),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),

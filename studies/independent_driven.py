@@ -42,15 +42,19 @@ def _stored(step: Step, held: Floats) -> Floats | float:
     return EPS * np.abs(step.end.nodes[held]) if step.by_difference else 0.0
 
 
-def work_of_supports(s: Setting, step: Step, ended: Placed) -> float:
-    """Mean of the reactions at start and end times what supports move by in the increment."""
+def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, float]:
+    """Mean of the reactions at start and end times what supports move by; the sum of the sizes of its terms."""
     asked = np.where(s.held, step.prescribed[1] - step.prescribed[0], 0.0)
     if not asked.any():
-        return 0.0
+        return 0.0, 0.0
     begun = place(s.rest if s.small else step.start.nodes, s.elements, s.quadrature, s.axisymmetric)
     parts = (begun, step.start, step.loads[0]), (ended, step.end, step.loads[1])
-    c, mean = step.contacts, np.zeros(asked.shape)
+    c, mean, size = step.contacts, np.zeros(asked.shape), np.zeros(asked.shape)
     for configuration, moment, loads in parts:
-        mean += (nodal(s.elements, element_forces(configuration, moment.stress), len(asked)) - loads) / 2
-        np.subtract.at(mean, c.node, (moment.forces[:, :1] * c.normal + moment.forces[:, 1:] * c.tangent) / 2)
-    return float(np.vdot(mean, asked))
+        element = element_forces(configuration, moment.stress)
+        pushes = moment.forces[:, :1] * c.normal + moment.forces[:, 1:] * c.tangent
+        mean += (nodal(s.elements, element, len(asked)) - loads) / 2
+        size += (nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)) / 2
+        np.subtract.at(mean, c.node, pushes / 2)
+        np.add.at(size, c.node, np.abs(pushes) / 2)
+    return float(np.vdot(mean, asked)), float(np.vdot(size, np.abs(asked)))

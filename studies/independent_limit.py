@@ -1,9 +1,10 @@
 r"""Whether a motion proves that a load is above the limit load, recomputed from plain arrays: nothing of the library.
 
-A motion v of the nodes and w of the driven tools gains F . v + P . w from the loads. Where no volume changes and contacts
-open by at least mu times their slip (those that are welded move along), no stress within the yield surface and no forces
-within Coulomb's cone do more work than sum_q w sqrt(2/3) sigma_Y |dev D(v)|, sigma_Y the one that hardening ends with.
-A load that gains more is carried by none of them.
+A motion v of the nodes and w of the driven tools gains F . v + P . w from the loads. Where no volume changes and
+contacts open by at least mu times their slip (those that are welded move along), no stress within the yield surface and
+no forces within Coulomb's cone do more work than sum_q w sqrt(2/3) sigma_Y |dev D(v)|, sigma_Y the one that hardening
+ends with. A load that gains more is carried by none of them. A motion that costs nothing until an open contact lands
+proves nothing: the load may be carried from there on.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ def _spent(s: Setting, c: Collapse) -> tuple[float, float]:
 def _farthest(c: Collapse, k: int) -> float:
     """The longest way of a driven tool along its force on which no contact is overtaken.
 
-    Each contact asks (n . v - w n . d) >= mu |t . v - w t . d|, two inequalities of the way w; a weld asks for w = d . v.
-    Where none ends it the tool goes as far as makes its gain one.
+    Each contact asks (n . v - w n . d) >= mu |t . v - w t . d|, two inequalities of the way w, a weld for w = d . v.
+    Where none ends it the tool goes as far as makes the whole gain one at least.
     """
     contacts, direction = c.contacts, c.led.direction[k]
     mine = c.touching & (contacts.tool == c.led.tool[k])
@@ -115,7 +116,8 @@ def _farthest(c: Collapse, k: int) -> float:
         resists = leaning @ direction
         ends = mine & ~welded & (resists > FREE)
         ways.append(np.vecdot(leaning, v)[ends] / resists[ends])
-    return float(np.concatenate(ways).min()) if sum(map(len, ways)) else 1 / float(c.led.force[k])
+    gained = 1 + abs(float(np.vdot(c.loads, c.motion)))
+    return float(np.concatenate(ways).min()) if sum(map(len, ways)) else gained / float(c.led.force[k])
 
 
 def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
