@@ -78,28 +78,6 @@ class Led:
 
     tool: Ints
     normal: Floats
-    mu: Floats
-    offset: Floats
-    offset_end: Floats
-    motion: Floats
-    led: Floats
-
-    @property
-    def tangent(self) -> Floats:
-        """(n_2, -n_1)."""
-        return np.column_stack([self.normal[:, 1], -self.normal[:, 0]])
-
-
-@dataclass(frozen=True)
-class Led:
-    """The m tools that forces drive: ``tool`` (m,) by number, their ``normal`` and the force's ``direction`` (m, 2).
-
-    ``force`` (m,) is what acts at the end on the modelled part, ``begun`` and ``ended`` (m,) are how far the tool has gone along it
-    since rest at start and end, ``advance`` (m,) in the increment, as stored.
-    """
-
-    tool: Ints
-    normal: Floats
     direction: Floats
     force: Floats
     begun: Floats

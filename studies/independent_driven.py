@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from studies.independent_data import EPS, Floats, Setting, Step, beyond
+from studies.independent_data import EPS, Bools, Floats, Setting, Step, beyond
 from studies.independent_element import Placed, element_forces, nodal, place
 
 
@@ -37,7 +37,7 @@ def placed(s: Setting, step: Step) -> float:
     return max(off, short, beyond(jumped, EPS * (np.abs(led.ended) + np.abs(led.begun)), s.size))
 
 
-def _stored(step: Step, held: Floats) -> Floats | float:
+def _stored(step: Step, held: Bools) -> Floats | float:
     """Round-off of displacements (h,) that are differences of positions."""
     return EPS * np.abs(step.end.nodes[held]) if step.by_difference else 0.0
 
