@@ -46,23 +46,23 @@ def claim_of(error: BaseException) -> Claim | None:
 
 
 def proofs(scene: Scene, claim: Claim) -> list[Proof]:
-    """The study's own judgements of the motion as it is claimed, and of the rigid motion in it."""
+    """The study's own judgements of the motion as it is claimed, of the rigid motion in it, and of tools alone."""
     setting, state = setting_of(scene), claim.state
     placed = scene.mesh.nodes if setting.small else state.nodes
     loads, led = loads_at(scene, setting, placed, claim.tau)[0], led_of(scene, claim.tau, state)
     collapse = Collapse(placed, claim.motion, loads, led, *candidates_at(scene, setting, state))
-    rigid = replace(collapse, motion=rigid_part(setting, placed, claim.motion))
-    return [judged(setting, collapse), judged(setting, rigid)]
+    motions = claim.motion, rigid_part(setting, placed, claim.motion), np.zeros_like(claim.motion)
+    return [judged(setting, replace(collapse, motion=motion)) for motion in motions]
 
 
 def refuted(scene: Scene, claim: Claim) -> list[str]:
-    """Why neither the motion of a claim nor the rigid one in it proves it, in words; nothing if one does.
+    """Why neither the motion of a claim nor what is in it proves it, in words of the former; nothing if one does.
 
     The library's motion is without those of the tools. Here these go as far as they can, so that the load gains as much
     or more, and what is carried is as much or less.
     """
     reasons = [_missing(found, claim.fraction) for found in proofs(scene, claim)]
-    return [f"claim: {what}" for what in dict.fromkeys(chain(*reasons))] if all(reasons) else []
+    return [f"claim: {what}" for what in dict.fromkeys(chain(*reasons[:2]))] if all(reasons) else []
 
 
 def _missing(found: Proof, fraction: float) -> list[str]:
