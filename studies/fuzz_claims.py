@@ -67,13 +67,14 @@ def refuted(scene: Scene, claim: Claim) -> list[str]:
 
 def _missing(found: Proof, fraction: float) -> list[str]:
     """What a proof lacks, of which ``fraction`` of the load is said to be carried."""
+    if not found.gain >= 1 - FRACTION:
+        # Tools that nothing touches and that would land on the body have been left at rest.
+        return [f"the load gains {found.gain:.6g}, not one"]
     out = [f"{name} {getattr(found, name):.1e}" for name, most in LIMITS.items() if not getattr(found, name) <= most]
     if not found.carried < 1:
         out.append(f"{found.carried:.6g} of the load's gain is dissipated")
     if not found.carried <= fraction + FRACTION:
         out.append(f"{fraction:.6g} of the load is said to be carried, not {found.carried:.6g}")
-    if not found.gain >= 1 - FRACTION:
-        out.append(f"the load gains {found.gain:.6g}, not one")
     if found.carried <= FRACTION and found.nearer > FRACTION:
         out.append(f"a motion that costs nothing ends where an open contact lands, nearer by {found.nearer:.1e}")
     return out

@@ -105,7 +105,7 @@ def _farthest(c: Collapse, k: int) -> float:
     """The longest way of a driven tool along its force on which no contact is overtaken.
 
     Each contact asks (n . v - w n . d) >= mu |t . v - w t . d|, two inequalities of the way w, a weld for w = d . v.
-    Where none ends it the tool goes as far as makes the whole gain one at least.
+    Where none ends it the tool rests if it would land on the body, and else makes the whole gain one at least.
     """
     contacts, direction = c.contacts, c.led.direction[k]
     mine = c.touching & (contacts.tool == c.led.tool[k])
@@ -116,17 +116,24 @@ def _farthest(c: Collapse, k: int) -> float:
         resists = leaning @ direction
         ends = mine & ~welded & (resists > FREE)
         ways.append(np.vecdot(leaning, v)[ends] / resists[ends])
-    gained = 1 + abs(float(np.vdot(c.loads, c.motion)))
-    return float(np.concatenate(ways).min()) if sum(map(len, ways)) else gained / float(c.led.force[k])
+    if sum(map(len, ways)):
+        return float(np.concatenate(ways).min())
+    lands = c.led.normal[k] @ direction > FREE
+    return 0.0 if lands else (1 + abs(float(np.vdot(c.loads, c.motion)))) / float(c.led.force[k])
 
 
 def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
-    """How far (a length) contacts close or open by less than mu times their slip, and how far open ones come nearer."""
+    """How far (a length) contacts close or open by less than mu times their slip, and how far open ones come nearer.
+
+    That by more than contacts open by as they slip: the body itself slips without opening.
+    """
     contacts, way = c.contacts, np.zeros((len(c.contacts.node), 2))
     for number, direction, gone in zip(c.led.tool, c.led.direction, ways, strict=True):
         way[contacts.tool == number] = gone * direction
     v = c.motion[contacts.node] - way
     opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
     welded = np.isinf(contacts.mu)
-    short = np.where(welded, np.abs(opened) + slip, np.where(welded, 0.0, contacts.mu) * slip - opened)
-    return float(short[c.touching].max(initial=0.0)), float(-opened[~c.touching].min(initial=0.0))
+    dilated = np.where(welded, 0.0, contacts.mu) * slip
+    short = np.where(welded, np.abs(opened) + slip, dilated - opened)[c.touching].max(initial=0.0)
+    nearer = -opened[~c.touching].min(initial=0.0) - 2 * dilated[c.touching].max(initial=0.0)
+    return float(short), max(float(nearer), 0.0)

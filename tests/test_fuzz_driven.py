@@ -10,13 +10,14 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.marching import Control, Schedule, march
+from bipot.loads import Traction
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool, Force
 from studies import fuzz_driven, fuzz_judge, fuzz_whole
-from studies.fuzz_claims import claim_of, refuted
+from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import setting_of, step_of
 from studies.fuzz_scenes import draw
 from studies.fuzz_unfolded import about
@@ -169,7 +170,19 @@ def test_a_tool_that_flies_until_it_lands_proves_nothing(claimed):
     scene, claim = claimed
     away = replace(scene.tools[0], point=(0.0, 5.0 + 1e-3))
     rest = replace(claim, motion=np.zeros_like(claim.motion), fraction=0.0)
-    assert any("lands" in what for what in refuted(replace(scene, tools=(away,)), rest))
+    assert any("gain" in what for what in refuted(replace(scene, tools=(away,)), rest))
+
+
+def test_a_body_that_flies_until_it_lands_proves_nothing():
+    """A traction presses the block towards a base a little below it."""
+    scene = pressed_block(Support("left", 0), force=(0.0, -1.0))
+    base, load = replace(scene.tools[1], point=(0.0, -1e-3)), Traction("top", (0.0, -1.0))
+    scene = replace(scene, tools=(base,), loads=(load,))
+    down = np.where(np.arange(2) == 1, -0.1, 0.0) * np.ones_like(scene.mesh.nodes)
+    claim = Claim(system_of(scene).rest(), down, 0.0, 1.0)
+    assert any("lands" in what for what in refuted(scene, claim))
+    wall = FlatTool((10.0, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), 0.0)
+    assert refuted(replace(scene, tools=(wall,)), claim) == []
 
 
 def test_forces_and_motions_are_drawn_without_changing_other_scenes(monkeypatch):
