@@ -68,8 +68,7 @@ def refuted(scene: Scene, claim: Claim) -> list[str]:
 def _missing(found: Proof, fraction: float) -> list[str]:
     """What a proof lacks, of which ``fraction`` of the load is said to be carried."""
     if not found.gain >= 1 - FRACTION:
-        # Tools that nothing touches and that would land on the body have been left at rest.
-        return [f"the load gains {found.gain:.6g}, not one"]
+        return [f"the load gains {found.gain:.6g}, not one, where tools that are yet to land rest"]
     out = [f"{name} {getattr(found, name):.1e}" for name, most in LIMITS.items() if not getattr(found, name) <= most]
     if not found.carried < 1:
         out.append(f"{found.carried:.6g} of the load's gain is dissipated")
