@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,12 +109,12 @@ def measured(ran: Ran) -> list[Measures]:
     return out
 
 
-def broken(m: Measures, exact: bool, excused: bool = False) -> list[str]:
+def broken(m: Measures, exact: bool, excused: Collection[str] = ()) -> list[str]:
     """The measures that are beyond their limits, in words; a form that poses another law is asked for less.
 
-    Where the library says that they are below its resolution, and they may be, balance and law are excused.
+    Where the library says that they are below its resolution, and they may be, some are ``excused``.
     """
-    names = [name for name in (LIMITS if exact else POSED_BY_ALL) if not (excused and name in BELOW_RESOLUTION)]
+    names = [name for name in (LIMITS if exact else POSED_BY_ALL) if name not in excused]
     out = [f"{name} {getattr(m, name):.1e}" for name in names if not getattr(m, name) <= LIMITS[name]]
     if not m.orientation > 0:
         out.append(f"orientation {m.orientation:.1e}")
@@ -127,12 +127,17 @@ def unproved(ran: Ran) -> list[str]:
     return [] if ran.claim is None else refuted(ran.scene, ran.claim)
 
 
-def excuses(ran: Ran) -> list[bool]:
-    """Which accepted increments the library says to be below resolution, and may be: stress is BLURRED of elastic."""
-    setting = setting_of(ran.scene)
-    return [
-        bool(a.solved.certificate.below_resolution(BOUNDS)) and idle(ran.scene, setting, a, BLURRED) for a in ran.steps
-    ]
+def excuses(ran: Ran) -> list[tuple[str, ...]]:
+    """Which measures the library says to be below resolution in each accepted increment, and may be.
+
+    All where stress and contact forces are BLURRED of elastic, the law where contact forces are.
+    """
+    setting, out = setting_of(ran.scene), list[tuple[str, ...]]()
+    for accepted in ran.steps:
+        below = accepted.solved.certificate.below_resolution(BOUNDS)
+        stress, forces = idle(ran.scene, setting, accepted, BLURRED)
+        out.append(BELOW_RESOLUTION if below and stress and forces else ("law",) if "law" in below and forces else ())
+    return out
 
 
 def energy_error(all_measures: list[Measures]) -> float:

@@ -95,14 +95,14 @@ def reported_unique(accepted: Accepted) -> bool:
     return accepted.unique and not blurred and not branches(solved.iterate, solved.r)
 
 
-def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bool:
-    """Whether stress and contact forces are below a ``share`` of what the motion would make as elastic strain."""
+def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tuple[bool, bool]:
+    """Whether stress, and contact forces, are below a ``share`` of what the motion would make as elastic strain."""
     state, size = accepted.state, setting.size
     tools = tools_gone(scene, accepted.start, state)
     moved = max(float(np.abs(state.du).max()), float(np.abs(tools).max()))
     stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
-    return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)
+    return bool(np.abs(state.stress).max() < stress), bool(np.abs(state.forces).max(initial=0.0) < force)
 
 
 @dataclass(frozen=True)
