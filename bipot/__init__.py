@@ -9,6 +9,7 @@ results by name and its certificate. Public names by subject; everything else is
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
+* limit loads: limit_load, LimitLoad
 * march: march, Schedule, Control, Integration, Limits, Bounds, Locate
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
@@ -58,6 +59,7 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
+from bipot.limit_analysis import LimitLoad, limit_load
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
@@ -102,6 +104,7 @@ __all__ = [
     "InfeasibleProgram",
     "Integration",
     "InvertedElement",
+    "LimitLoad",
     "LimitPassed",
     "Limits",
     "Linear",
@@ -141,6 +144,7 @@ __all__ = [
     "block",
     "conic_program",
     "cylinder",
+    "limit_load",
     "load",
     "march",
     "resume",

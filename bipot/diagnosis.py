@@ -7,28 +7,17 @@ they may land. That is a cone in at most three numbers v; a linear program says 
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
-from bipot.conic.clarabel import Clarabel
-from bipot.conic.solver import Accuracy
 from bipot.contact import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
-from bipot.errors import ProgramError
 from bipot.iterate import Increment
-from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
-
-SATURATED = 1e9
-"""A plastic strain at which what hardens for ever has no limit load, and what saturates its last yield stress."""
-
-ACCURATE = Accuracy(1e-9)
 
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
@@ -95,25 +84,3 @@ def free_motion(system: System, state: State) -> Floats | None:
         motion = -motion
     largest = float(norm(motion).max())
     return motion / largest if largest > 0 else None
-
-
-def collapse(increment: Increment) -> Mechanism | None:
-    """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
-
-    Contacts are those that touch there, material that hardens has hardened fully: what is returned is a proof
-    (:mod:`bipot.programs.limit`). The motion v is a length over the load's gain. None where none is found.
-    """
-    system, state = increment.system, increment.start
-    body, scene = system.body, system.body.scene
-    load = body.space.gather(np.append(increment.load_ahead, scene.push(increment.tau)))
-    model = body.plastic_model(body.respond(state, np.zeros(body.space.size)))
-    if not (load.any() and model.flows):
-        return None
-    units, rows = increment.units, increment.rows.take(touches(state.gap, scene.mesh.size))
-    last = scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
-    model = replace(model, threshold=last).scaled(units)
-    try:
-        found = LimitProgram(model, load / units.force, rows).mechanism(Clarabel(), ACCURATE)
-    except ProgramError:
-        return None
-    return replace(found, v=found.v / units.force) if found.holds else None

@@ -16,7 +16,7 @@ import numpy as np
 
 from bipot.accepted import Accepted
 from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.diagnosis import collapse, diagnosis
+from bipot.diagnosis import diagnosis
 from bipot.energy import Energies
 from bipot.errors import (
     IncrementFailed,
@@ -30,17 +30,21 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.forms import Cache, Dissipation, Form, Tangent
+from bipot.forms import Cache, Dissipation, Form, Newton, Tangent
 from bipot.increment import Limits, Observer, Solved, Trial, advance, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.landing import Locate, locate
 from bipot.laws.flow import Integration
+from bipot.limit_analysis import collapse
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.starting import require_start
 from bipot.system import System, system_of
+
+NEXT = 4.0
+"""Lengths of the increment that failed within which a maximum of the load explains it."""
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -56,7 +60,7 @@ class Control:
     """
 
     form: Form = Tangent()
-    fallbacks: tuple[Form, ...] = (Dissipation(),)
+    fallbacks: tuple[Form, ...] = (Newton(), Dissipation())
     limits: Limits = Limits()
     cuts: int = 8
     integration: Integration = Integration.BDF2
@@ -134,7 +138,7 @@ def _increments(
                     break
                 # Counted from what was scheduled: from the last success they creep up to a wall without an end.
                 if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise _failed(increment, attempt, cuts)
+                    raise _failed(increment, attempt, cuts, cache)
                 cuts += 1
                 size = (tau - state.tau) / 2
                 reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
@@ -208,7 +212,7 @@ def attempt_increment(
     return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
 
 
-def _failed(increment: Increment, attempt: Attempt, cuts: int) -> IncrementFailed:
+def _failed(increment: Increment, attempt: Attempt, cuts: int, cache: Cache) -> IncrementFailed:
     """What failed, and one sentence on what to change after so many ``cuts``."""
     system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
@@ -222,7 +226,11 @@ def _failed(increment: Increment, attempt: Attempt, cuts: int) -> IncrementFaile
         advice = f"{failed}{carried}. Drive it by displacements, or load it less."
         return LimitPassed(advice, state, ray, given_way.carried)
     if system.loading.loads or system.body.scene.pushed:
-        more = "Use more increments, or drive it by displacements: the load may be next to, or past, what it carries."
+        top = cache.pace.maximum()
+        most = "may be next to, or past, its maximum"
+        if top is not None and top - state.tau < NEXT * (tau - state.tau):
+            most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"
+        more = f"Drive the body by displacements, or use more increments: the load {most}."
     elif isinstance(attempt.last, InvertedElement):
         more = (
             "Remesh there: shorter increments fold the element too."

@@ -95,3 +95,20 @@ def test_of_the_library_an_example_needs_public_names_alone(name):
     modules = [node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
     modules += [alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names]
     assert [m for m in modules if m.startswith("bipot") and m != "bipot"] == []
+
+
+def test_a_block_between_rough_platens_goes_to_its_limit_load(run):
+    plateau, multiple = run("limit_load", elements=4, increments=10)
+    # Fully integrated elements come from above, and a march from below.
+    assert 2.42766 < plateau < multiple < 1.09 * 2.42766
+
+
+def test_a_punch_goes_where_its_force_takes_it(run):
+    force, sunk = np.array(run("punch", increments=6)).T
+    assert force.max() == pytest.approx(2200.0, rel=1e-7)
+    assert force[-1] == pytest.approx(2200.0, rel=1e-7)
+    first = int(np.argmax(force > 2199.0))
+    least = first + int(np.argmin(force[first:]))
+    assert force[least] == pytest.approx(440.0, rel=1e-7)
+    # What is taken off and put on again springs back and returns.
+    assert 0.9 * sunk[first] < sunk[least] < sunk[first] <= sunk[-1] < 1.05 * sunk[first]

@@ -188,7 +188,7 @@ def test_delassus_does_not_work_on_a_stiffness_that_is_round_off():
     words = last_words(scene(supports=(), tools=(tool(), UNDER)), Control(Delassus(), (), cuts=0))
     assert "delassus: the stiffness is singular" in words
     fallen = next(march(scene(supports=(), tools=(tool(), UNDER)), Schedule(2), Control(Delassus())))
-    assert fallen.form is Dissipation.name
+    assert fallen.form is Newton.name
     assert not fallen.strayed
 
 

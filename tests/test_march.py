@@ -209,11 +209,11 @@ def test_the_schedule_lands_exactly_and_starts_small_under_friction():
 
 
 def test_a_failing_form_falls_back_and_says_so():
-    """One pass is never enough for `tangent` here: every increment is then solved by `dissipation`."""
+    """One pass is never enough for `tangent` here: every increment is then solved by the first fallback."""
     scene = upsetting(mu=0.1, reduction=0.01, elements=2)
     helpless = FailsAlways()
     for accepted in march(scene, Schedule(2, first=0.1), Control(helpless)):
-        assert accepted.form is FormName.DISSIPATION
+        assert accepted.form is FormName.NEWTON
         assert accepted.reason.startswith("tangent: nothing doing")
 
 

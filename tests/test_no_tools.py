@@ -46,7 +46,7 @@ def test_a_held_body_without_tools_stays_at_rest_by_every_form(form):
 
 def test_the_form_that_solves_contact_problems_alone_says_that_there_is_none():
     first = next(march(BARE, Schedule(2), Control(Delassus())))
-    assert first.form is FormName.DISSIPATION
+    assert first.form is FormName.NEWTON
     assert [reason.kind for reason in first.reasons] == [ReasonKind.UNSUITED]
     assert first.reason == "delassus: nothing may touch the body: there is no contact problem"
     assert first.unique

@@ -15,6 +15,9 @@ from bipot.typing import Floats, Ints
 
 BOUNDED = 0.3
 
+FASTER = 1.05
+"""What the motion speeds up by from one increment to the next before it tells of a maximum of the load."""
+
 
 @dataclass(frozen=True)
 class Setup:
@@ -76,6 +79,19 @@ class Pace:
             middle = None if self.last is None else (self.last.tau + state.tau) / 2
             self.before, self.last = self.last, Paced(state.tau, middle, state.rates)
         return self._velocity(self.last, (state.tau + tau) / 2) * (tau - state.tau)
+
+    def maximum(self) -> float | None:
+        """Where the load has a maximum by how the motion speeds up before it; None where it does not.
+
+        Next to one, at tau_c, |velocity| grows as (tau_c - tau)^(-1/2): |velocity|^-2 goes to zero linearly.
+        """
+        last, before = self.last, self.before
+        if before is None or last is None or before.middle is None or last.middle is None:
+            return None
+        fast, slow = (float(v @ v) for v in (last.velocity, before.velocity))
+        if not fast > FASTER**2 * slow > 0:
+            return None
+        return last.middle + (last.middle - before.middle) / (fast / slow - 1)
 
     def _velocity(self, last: Paced, middle: float) -> Floats:
         before = self.before

@@ -37,7 +37,7 @@ FARKAS = 1e-6
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A motion v (n,) of a body under a load, judged: everything over what the load gains by it.
+    """A motion v (n,) of a body by which a load gains one, judged: everything over that gain.
 
     ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` what plastic flow takes, and
     ``overtaken`` how far a contact is closed, or opens less than it slips, over the largest motion of one.
@@ -61,16 +61,21 @@ class Mechanism:
         short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
         largest = float(np.abs(v).max())
         return Mechanism(
-            v,
+            v / gain,
             float(change) / gain,
             float(ROOT * (model.weight * model.threshold) @ flow) / gain,
             float(short.max(initial=0.0)) / largest,
         )
 
     @property
+    def admissible(self) -> bool:
+        """Whether nothing but plastic flow resists it."""
+        return self.volume <= FARKAS and self.overtaken <= FARKAS
+
+    @property
     def holds(self) -> bool:
         """Whether it proves that the load is above the limit: it flows freely, and takes less than the load gives."""
-        return self.volume <= FARKAS and self.carried < 1 and self.overtaken <= FARKAS
+        return self.admissible and self.carried < 1
 
 
 @dataclass(frozen=True)
@@ -94,6 +99,8 @@ class LimitProgram:
             G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
             model = replace(m, volumetric=volumetric, deviatoric=deviatoric)
             program = LimitProgram(model, basis.T @ self.force, replace(rows, G_n=G_n, G_t=G_t))
+        # However small or large the load, the program is one of numbers about one.
+        program = replace(program, force=program.force / np.abs(self.force).max())
         answer, _ = solver.solve(program.conic(), accuracy)
         found = answer.block(Block.DISPLACEMENT)
         return Mechanism.of(m, self.force, rows, found if basis is None else basis @ found)

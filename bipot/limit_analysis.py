@@ -1,0 +1,103 @@
+"""Limit loads without a march: how much of its load a body carries in a given shape, and how it gives way to more.
+
+The program and what makes its answer a proof are in :mod:`bipot.programs.limit`. Contacts are those that touch in that
+shape; material that hardens has hardened fully; friction counts as that of the dilatant law, whose limit load is not
+below that of a body with Coulomb friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.solver import Accuracy
+from bipot.contact import touches
+from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.iterate import Increment
+from bipot.programs.data import Units
+from bipot.programs.limit import LimitProgram, Mechanism
+from bipot.scene import Scene
+from bipot.system import system_of
+from bipot.typing import Floats, read_only
+
+SATURATED = 1e9
+"""A plastic strain at which what saturates has done so, and what hardens for ever has no limit load."""
+
+HARDENS = 1e-6
+"""Growth of the yield stress from a tenth of that strain on, over itself, that is no saturation."""
+
+ACCURATE = Accuracy(1e-9)
+
+
+@dataclass(frozen=True)
+class LimitLoad:
+    """``multiple`` of the load that is carried at most, and the ``motion`` (a, d) of more, its largest part one."""
+
+    multiple: float
+    motion: Floats
+
+
+def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
+    """The limit load of a body at rest, as a multiple of its loads and of forces on its tools at pseudo-time ``tau``.
+
+    It is that of the mesh, by a kinematic program (:mod:`bipot.programs.limit`). With friction it is that of the
+    dilatant law: not below what the body carries.
+
+    Raises:
+        SceneError: a wrong type, a load that is zero, a material that does not flow or hardens for ever.
+        ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
+    """
+    require_type(scene, Scene, "scene")
+    require_number(tau, "tau")
+    require(0 <= tau <= 1, "tau", tau, "in [0, 1]")
+    system = system_of(scene)
+    increment = Increment(system, system.rest(), float(tau))
+    require(bool(_load(increment).any()), "scene", f"loads at tau = {tau}", "not all zero: they are what is multiplied")
+    sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
+    ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
+    require(ends, "scene.material", scene.material, "one that flows at a last yield stress")
+    found = _analysed(increment)
+    if not found.admissible:
+        raise ProgramError(f"no mechanism found: the nearest changes volume by {found.volume:.2g} of the load's gain")
+    motion = system.body.space.spread(found.v)
+    return LimitLoad(found.carried, read_only(motion / np.abs(motion).max(), np.float64))
+
+
+def collapse(increment: Increment) -> Mechanism | None:
+    """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
+
+    It is a proof; the motion v is a length over the load's gain. None where none is found.
+    """
+    body = increment.system.body
+    flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
+    if not (flows and _load(increment).any()):
+        return None
+    try:
+        found = _analysed(increment)
+    except ProgramError:
+        return None
+    return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
+
+
+def _load(increment: Increment) -> Floats:
+    """What acts on the unknowns (n,) at the increment's end, in the shape of its start."""
+    body = increment.system.body
+    return body.space.gather(np.append(increment.load_ahead, body.scene.push(increment.tau)))
+
+
+def _units(scene: Scene) -> Units:
+    """Those of the program, which does not depend on how large the load is."""
+    size = scene.mesh.size
+    return Units(size, size, float(scene.material.yield_stress(0.0)), size**3)
+
+
+def _analysed(increment: Increment) -> Mechanism:
+    """What the kinematic program finds, in these units."""
+    body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
+    model = body.plastic_model(body.respond(state, np.zeros(body.space.size)))
+    last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
+    rows = increment.rows.take(touches(state.gap, body.scene.mesh.size))
+    program = LimitProgram(replace(model, threshold=last).scaled(units), _load(increment) / units.force, rows)
+    return program.mechanism(Clarabel(), ACCURATE)

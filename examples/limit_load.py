@@ -1,0 +1,57 @@
+"""A block between rough platens to its limit load: the plateau of a march, a limit analysis, and the slip lines."""
+
+# %%
+from typing import Any
+
+import numpy as np
+
+from bipot import (
+    Configuration,
+    Elasticity,
+    FlatTool,
+    Force,
+    Geometry,
+    Perfect,
+    Quadrature,
+    Scene,
+    Schedule,
+    Symmetry,
+    VonMises,
+    block,
+    limit_load,
+    march,
+)
+
+WIDTH, HEIGHT, YIELD = 20.0, 10.0, 100.0  # mm, MPa; half of each is modelled
+SHEAR = YIELD / np.sqrt(3)
+SLIP_LINES = 2.42766  # exact mean pressure over the shear yield stress, at WIDTH / HEIGHT = 2
+
+
+def quarter(elements: int, **platen: Any) -> Scene:
+    """The quarter x, y >= 0 under a platen that nothing slides on, in small strain, so that a plateau is one."""
+    tool: dict[str, Any] = {"point": (0.0, HEIGHT / 2), "normal": (0.0, -1.0), "candidates": ("top",), "mu": np.inf}
+    return Scene(
+        mesh=block(WIDTH / 2, HEIGHT / 2, 2 * elements, elements),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(young=100_000.0, poisson=0.3), Perfect(YIELD)),
+        supports=(Symmetry("left", 0), Symmetry("base", 1)),
+        tools=(FlatTool(**(tool | platen)),),
+        quadrature=Quadrature.GAUSS2,
+        configuration=Configuration.SMALL,
+    )
+
+
+def main(elements: int = 8, increments: int = 20) -> tuple[float, float]:
+    """Mean pressure over the shear yield stress: at the end of a march, and by the limit analysis."""
+    *_, last = march(quarter(elements, travel=(0.0, -0.05)), Schedule(increments))
+    plateau = -float(last.tool_force(0)[1]) / (WIDTH * SHEAR)
+    found = limit_load(quarter(elements, travel=(0.0, 0.0), driven_by=Force((0.0, -WIDTH * SHEAR))))
+    print(f"p/k = {plateau:.4f} at the end of the march, {found.multiple:.4f} by limit analysis, {SLIP_LINES} exactly")
+    bulge = float(found.motion[:, 0].max() / -found.motion[:, 1].min())
+    print(f"of its mechanism: the side moves outwards {bulge:.3f} times as fast as the platen comes down")
+    return plateau, found.multiple
+
+
+# %%
+if __name__ == "__main__":
+    main()

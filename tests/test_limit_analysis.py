@@ -1,0 +1,137 @@
+"""Limit loads without a march: closed forms, the same program in another writing, marches that end there, refusals."""
+
+from dataclasses import replace
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+from bipot import (
+    Amplitude,
+    Elastic,
+    Elasticity,
+    FlatTool,
+    Force,
+    Geometry,
+    Linear,
+    Perfect,
+    Pressure,
+    Quadrature,
+    Scene,
+    SceneError,
+    Schedule,
+    Support,
+    Swift,
+    Symmetry,
+    Traction,
+    Voce,
+    VonMises,
+    block,
+    limit_load,
+    march,
+    ring,
+)
+from bipot.fem.elements import tabulated
+
+STEEL = Elasticity(200_000.0, 0.3)
+SOFT = Perfect(100.0)
+
+
+def strip(hardening=SOFT, **changes):
+    """A quarter of a block 8 x 2 in plane strain, pressed on its top."""
+    given = {
+        "mesh": block(4.0, 1.0, 4, 2),
+        "geometry": Geometry.PLANE_STRAIN,
+        "material": VonMises(STEEL, hardening),
+        "supports": (Symmetry("left", 0), Symmetry("base", 1)),
+        "loads": (Traction("top", (0.0, -1.0)),),
+    }
+    return Scene(**(given | changes))
+
+
+def pressed(mu, force=1.0):
+    platen = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), mu, driven_by=Force((0.0, -force)))
+    return strip(loads=(), tools=(platen,), quadrature=Quadrature.GAUSS2)
+
+
+@pytest.mark.parametrize("quadrature", [Quadrature.RADON7, Quadrature.GAUSS2])
+def test_a_strip_pressed_evenly_carries_two_over_root_three_of_its_yield_stress(quadrature):
+    found = limit_load(strip(quadrature=quadrature))
+    assert found.multiple == pytest.approx(200.0 / np.sqrt(3.0), rel=1e-7)
+    assert np.abs(found.motion).max() == 1.0
+
+
+def test_the_saturated_yield_stress_counts():
+    assert limit_load(strip(Voce(100.0, 50.0, 8.0))).multiple == pytest.approx(300.0 / np.sqrt(3.0), rel=1e-7)
+
+
+def test_a_tube_bursts_at_twice_its_shear_yield_stress_times_the_logarithm():
+    tube = Scene(
+        mesh=ring(100.0, 200.0, 10.0, 12, 1, grading=(2.0, 1.0)),
+        geometry=Geometry.AXISYMMETRIC,
+        material=VonMises(STEEL, Perfect(240.0)),
+        supports=(Support("base", 1), Support("top", 1)),
+        loads=(Pressure("bore", 1.0),),
+        quadrature=Quadrature.GAUSS2,
+    )
+    assert limit_load(tube).multiple == pytest.approx(240.0 * 2 / np.sqrt(3.0) * np.log(2.0), rel=1e-3)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2, np.inf])
+def test_the_program_is_that_of_another_writing(mu):
+    """The same by cvxpy, from the shapes of the elements: least dissipation over motions with a gain of one."""
+    scene = pressed(mu)
+    x, rule = scene.mesh.nodes, tabulated(scene.mesh.element, scene.rule)
+    v, cost, rigid = cp.Variable(x.shape), 0.0, []
+    for cell in scene.mesh.elements:
+        for weight, slope in zip(rule.weights, rule.gradients, strict=True):
+            jacobian = x[cell].T @ slope
+            gradient = v[cell].T @ (slope @ np.linalg.inv(jacobian))
+            shear = (gradient[0, 1] + gradient[1, 0]) / np.sqrt(2.0)
+            rigid.append(gradient[0, 0] + gradient[1, 1] == 0)
+            size = cp.norm(cp.hstack([gradient[0, 0], gradient[1, 1], shear]))
+            cost += weight * np.linalg.det(jacobian) * np.sqrt(2 / 3) * 100.0 * size
+    top, left, base = (scene.mesh.boundary_nodes(name) for name in ("top", "left", "base"))
+    # The platen comes down by one, and n points down: gaps grow as nodes go down faster.
+    opening = -v[top, 1] - 1.0
+    contact = [v[top, 0] == 0, opening == 0] if mu == np.inf else [opening >= mu * cp.abs(v[top, 0])]
+    least = cp.Problem(cp.Minimize(cost), [*rigid, v[left, 0] == 0, v[base, 1] == 0, *contact])
+    least.solve(solver=cp.CLARABEL)
+    # The force is that on the whole platen, of which the plane on the left cuts half away.
+    assert limit_load(scene).multiple == pytest.approx(2.0 * least.value, rel=1e-6)
+
+
+def test_the_size_of_the_load_does_not_matter():
+    whole = limit_load(pressed(0.2)).multiple
+    assert limit_load(pressed(0.2, 1e9)).multiple == pytest.approx(whole / 1e9, rel=1e-7)
+    assert limit_load(pressed(0.2, 1e-9)).multiple == pytest.approx(whole * 1e9, rel=1e-7)
+
+
+def test_a_quarter_of_the_load_is_carried_four_times():
+    ramp = replace(strip().loads[0], amplitude=Amplitude(((0.0, 0.0), (0.5, 0.25), (1.0, 1.0))))
+    scene = strip(loads=(ramp,))
+    assert limit_load(scene, 0.5).multiple == pytest.approx(4 * limit_load(scene).multiple, rel=1e-7)
+
+
+def test_a_march_reaches_what_is_just_below():
+    multiple = limit_load(pressed(np.inf)).multiple
+    *_, last = march(pressed(np.inf, 0.99 * multiple), Schedule(4))
+    assert -last.tool_force(0)[1] == pytest.approx(0.99 * multiple, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: limit_load("scene"), "scene"),
+        (lambda: limit_load(strip(), 2.0), r"tau = 2.0: must be in \[0, 1\]"),
+        (lambda: limit_load(strip(), "end"), "tau"),
+        (lambda: limit_load(strip(), 0.0), "not all zero"),
+        (lambda: limit_load(strip(loads=())), "not all zero"),
+        (lambda: limit_load(strip(material=Elastic(STEEL))), "scene.material"),
+        (lambda: limit_load(strip(Linear(100.0, 50.0))), "scene.material"),
+        (lambda: limit_load(strip(Swift(500.0, 0.01, 0.2))), "scene.material"),
+    ],
+)
+def test_what_has_no_limit_load_is_refused(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
