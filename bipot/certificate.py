@@ -99,13 +99,21 @@ class Balance:
     @property
     def equilibrium(self) -> float:
         """The largest residual over the force it is measured by."""
-        tools = [_ratio(abs(off), own) for off, own in zip(self.pushed.tolist(), self.push.tolist(), strict=True)]
-        return max(_ratio(float(np.abs(self.residual).max(initial=0.0)), self.force), *tools, 0.0)
+        return max(_ratio(float(np.abs(self.residual).max(initial=0.0)), self.force), self._uncarried)
 
     @property
     def resolution(self) -> float:
-        """What round-off alone makes of :attr:`equilibrium`."""
-        return _ratio(self.blur, self.force)
+        """What round-off alone makes of :attr:`equilibrium`: nothing where a tool's force is not carried.
+
+        Round-off of internal forces is that of nodes. A tool's residual has none of it, only contact forces.
+        """
+        return _ratio(self.blur, self.force) if self._uncarried <= Bounds.equilibrium else 0.0
+
+    @property
+    def _uncarried(self) -> float:
+        """The largest residual of a tool over its force."""
+        tools = [_ratio(abs(off), own) for off, own in zip(self.pushed.tolist(), self.push.tolist(), strict=True)]
+        return max(tools, default=0.0)
 
 
 @dataclass(frozen=True)
