@@ -68,17 +68,25 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 def collapse(increment: Increment) -> Mechanism | None:
     """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
 
-    It is a proof; the motion v is a length over the load's gain. None where none is found.
+    It is a proof; the motion v is a length over the load's gain. None where none is found, nor while a tool that a
+    force drives touches nothing: on its way to the body it gains, and the body may carry it once it is there.
     """
     body = increment.system.body
     flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
-    if not (flows and _load(increment).any()):
+    if not (flows and _load(increment).any()) or _on_its_way(increment):
         return None
     try:
         found = _analysed(increment)
     except ProgramError:
         return None
     return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
+
+
+def _on_its_way(increment: Increment) -> bool:
+    """Whether a tool that a force drives touches nothing."""
+    scene, contacts = increment.system.body.scene, increment.system.candidates
+    touched = contacts.tool[touches(increment.start.gap, scene.mesh.size)]
+    return any(tool.driven_by is not None and k not in touched for k, tool in enumerate(scene.tools))
 
 
 def _load(increment: Increment) -> Floats:

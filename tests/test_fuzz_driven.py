@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.errors import LimitPassed
+from bipot.errors import IncrementFailed, LimitPassed
+from bipot.examined import Examined
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
+from bipot.forms import Newton
+from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Traction
@@ -226,3 +230,24 @@ def test_a_tool_that_the_plane_cuts_keeps_the_whole_force_and_a_support_s_image_
     half, whole = ran(scene, 2), ran(other.scene, 2)
     assert fuzz_judge.disagreement(half, whole, other, 0.0)[0] < fuzz_judge.DISAGREEMENT
     assert whole.steps[-1].state.translation == pytest.approx(half.steps[-1].state.translation, rel=1e-6)
+
+
+def test_a_tool_that_hovers_over_an_unstressed_body_is_not_excused_by_the_round_off_of_its_nodes():
+    """Half way to the body, which rests: nothing carries the tool's force, and the nodes carry nothing at all."""
+    scene = pressed_block(Support("left", 0), Support("base", 1), based=False)
+    system = system_of(replace(scene, tools=(replace(scene.tools[0], point=(0.0, 10.1)),)))
+    halfway = np.zeros(system.body.space.size)
+    halfway[-1] = 0.05
+    iterate = Increment(system, system.rest(), 1.0).at(halfway)
+    examined = Examined(iterate, np.zeros((system.candidates.node.size, 2)), 0.0)
+    assert examined.certificate.equilibrium == 1.0
+    assert examined.ratios()["equilibrium"] > 1
+
+
+def test_a_march_that_fails_while_a_tool_is_on_its_way_claims_no_collapse():
+    scene = pressed_block(Support("left", 0), Support("base", 1), based=False, force=(0.0, -300.0))
+    away = replace(scene, tools=(replace(scene.tools[0], point=(0.0, 10.1)),))
+    assert ran(away, 2).steps[-1].tool_forces[0, 1] == pytest.approx(-300.0)
+    with pytest.raises(IncrementFailed) as caught:
+        list(march(away, Schedule(2), Control(Newton(), (), Limits(passes=1), cuts=0)))
+    assert not isinstance(caught.value, LimitPassed)
