@@ -104,10 +104,8 @@ class Balance:
     @property
     def tools(self) -> float:
         """The largest residual of a tool over the force that drives it."""
-        return max(
-            (_ratio(abs(r), push) for r, push in zip(self.pushed.tolist(), self.push.tolist(), strict=True)),
-            default=0.0,
-        )
+        pairs = zip(np.abs(self.pushed).tolist(), self.push.tolist(), strict=True)
+        return max((_ratio(off, push) for off, push in pairs), default=0.0)
 
     @property
     def resolution(self) -> float:

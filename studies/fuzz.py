@@ -5,13 +5,15 @@
 Scenes and problems have the seeds S, S + 1, ...: one seed again is ``--seed THAT --scenes 1 --coulomb 0``. Every scene
 is marched as drawn, in other units, mirrored, renumbered and, about each of its planes of symmetry, unfolded.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
-gets a row as each is done; rows that it has are not run again. The outcome is one of
+gets a row as each is done; rows that it has are not run again. ``kind`` says what is driven by force or by supports.
+The outcome is one of
 
 * certified: to the end, and no independent measure above ten times the library's bound;
 * refused: ended by the library in words (``reason``), and nothing wrong with what it accepted until then;
 * wrong: accepted with a measure above that, with energies or forces of whole tools other than their sums, or with such
   or nodal forces that differ by more than 1e-5 of the largest between the variants where the answer was not reported as
-  undetermined; or a discrete problem called solved that is not;
+  undetermined; ended with a claim of collapse that the inequalities of ``studies/independent_limit.py`` do not prove;
+  or a discrete problem called solved that is not;
 * raw exception, warning: what no user should see.
 
 The last line counts them. Exit code 1 where one of the last three kinds is in the file, 130 after Ctrl-C.

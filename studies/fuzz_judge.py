@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,12 +17,13 @@ from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, U
 from bipot.marching import Control, march, system_of
 from bipot.scene import Scene
 from bipot.typing import Floats
+from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
 from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import Variant, variants
-from studies.fuzz_whole import difference, misstated
+from studies.fuzz_whole import difference, images, misstated
 from studies.independent import Measures, measure
 
 TEN = 10.0
@@ -32,6 +33,8 @@ LIMITS = {
     "yielding": TEN * BOUNDS.yield_violation,
     "penetration": TEN * BOUNDS.penetration,
     "inside": TEN * BOUNDS.penetration,
+    "driven": TEN * BOUNDS.equilibrium,
+    "placed": TEN * BOUNDS.penetration,
     "law": TEN * 1e-6,
     "elastic": TEN * BOUNDS.equilibrium,
     "flow": TEN * BOUNDS.equilibrium,
@@ -42,7 +45,7 @@ BLURRED = 1e-4
 """Round-off of elastic stress, some hundred units of it, is above a bound of 1e-7 where stress is well below this."""
 
 BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow")
-POSED_BY_ALL = ("equilibrium", "yielding", "inside", "elastic", "flow")
+POSED_BY_ALL = ("equilibrium", "yielding", "inside", "driven", "placed", "elastic", "flow")
 DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 
@@ -53,11 +56,12 @@ SECONDS = 4.0
 
 @dataclass(frozen=True)
 class Ran:
-    """The accepted increments of a run and how it ended: a BipotError's sentence, or ""."""
+    """The accepted increments of a run and how it ended: a BipotError's sentence, or "", and what that claims."""
 
     scene: Scene
     steps: list[Accepted]
     reason: str
+    claim: Claim | None = None
 
 
 def control_of(drawn: Drawn, scene: Scene) -> Control:
@@ -83,7 +87,7 @@ def _penalised(make: Callable[[float, float], Form], scene: Scene, factor: float
 
 def run(drawn: Drawn, scene: Scene) -> Ran:
     """March ``scene`` as drawn; BipotErrors end it in words, anything else is raised."""
-    steps, began, reason = list[Accepted](), time.process_time(), ""
+    steps, began, reason, claim = list[Accepted](), time.process_time(), "", None
     try:
         for accepted in march(scene, drawn.schedule, control_of(drawn, scene)):
             steps.append(accepted)
@@ -91,8 +95,8 @@ def run(drawn: Drawn, scene: Scene) -> Ran:
                 reason = f"left after {SECONDS:g} s of processor time"
                 break
     except BipotError as error:
-        reason = f"{type(error).__name__}: {error}"
-    return Ran(scene, steps, reason)
+        reason, claim = f"{type(error).__name__}: {error}", claim_of(error)
+    return Ran(scene, steps, reason, claim)
 
 
 def measured(ran: Ran) -> list[Measures]:
@@ -105,12 +109,12 @@ def measured(ran: Ran) -> list[Measures]:
     return out
 
 
-def broken(m: Measures, exact: bool, excused: bool = False) -> list[str]:
+def broken(m: Measures, exact: bool, excused: Collection[str] = ()) -> list[str]:
     """The measures that are beyond their limits, in words; a form that poses another law is asked for less.
 
-    Where the library says that they are below its resolution, and they may be, balance and law are excused.
+    Where the library says that they are below its resolution, and they may be, some are ``excused``.
     """
-    names = [name for name in (LIMITS if exact else POSED_BY_ALL) if not (excused and name in BELOW_RESOLUTION)]
+    names = [name for name in (LIMITS if exact else POSED_BY_ALL) if name not in excused]
     out = [f"{name} {getattr(m, name):.1e}" for name in names if not getattr(m, name) <= LIMITS[name]]
     if not m.orientation > 0:
         out.append(f"orientation {m.orientation:.1e}")
@@ -118,12 +122,22 @@ def broken(m: Measures, exact: bool, excused: bool = False) -> list[str]:
     return out + [f"{name} dissipation {share:.1e}" for name, share in shares.items() if not share >= DISSIPATES]
 
 
-def excuses(ran: Ran) -> list[bool]:
-    """Which accepted increments the library says to be below resolution, and may be: stress is BLURRED of elastic."""
-    setting = setting_of(ran.scene)
-    return [
-        bool(a.solved.certificate.below_resolution(BOUNDS)) and idle(ran.scene, setting, a, BLURRED) for a in ran.steps
-    ]
+def unproved(ran: Ran) -> list[str]:
+    """What is wrong with the claim that the run ended with, if any."""
+    return [] if ran.claim is None else refuted(ran.scene, ran.claim)
+
+
+def excuses(ran: Ran) -> list[tuple[str, ...]]:
+    """Which measures the library says to be below resolution in each accepted increment, and may be.
+
+    All where stress and contact forces are BLURRED of elastic, the law where contact forces are.
+    """
+    setting, out = setting_of(ran.scene), list[tuple[str, ...]]()
+    for accepted in ran.steps:
+        below = accepted.solved.certificate.below_resolution(BOUNDS)
+        stress, forces = idle(ran.scene, setting, accepted, BLURRED)
+        out.append(BELOW_RESOLUTION if below and stress and forces else ("law",) if "law" in below and forces else ())
+    return out
 
 
 def energy_error(all_measures: list[Measures]) -> float:
@@ -173,7 +187,7 @@ def _known(seed: int, others: bool) -> Iterator[Row]:
     yield (row := Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
         drawn = draw(seed)
-        yield (row := replace(row, kind=f"scene {drawn.body}", form=drawn.form))
+        yield (row := replace(row, kind=f"scene {drawn.kind}", form=drawn.form))
         yield _judged(row, drawn, others)
     except BipotError as error:
         # A scene or variant that is refused when it is made.
@@ -194,7 +208,7 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
         for k, (m, e) in enumerate(zip(all_measures, excuses(base), strict=True), 1)
         for what in broken(m, exact, e)
     ]
-    wrong += misstated(base.scene, base.steps, all_measures)
+    wrong += misstated(base.scene, base.steps, all_measures) + unproved(base)
     worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
     for seen in _others(drawn, row.seed) if others else ():
         other = run(drawn, seen.scene)
@@ -206,10 +220,12 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
             for m, e in zip(measured(other), excuses(other), strict=True)
             for what in broken(m, exact, e)
         ][:1]
+        wrong += [f"{where}: {what}" for what in unproved(other)[:1]]
         if not force <= DISAGREEMENT:
             wrong.append(f"{where}: forces differ by {force:.1e}")
         elif move <= DISAGREEMENT:
-            whole = difference(base.steps[:count], other.steps[:count], base.scene, seen, 2 * resolution)
+            terms = 2 * images(base.scene) * sum(m.terms for m in all_measures)
+            whole = difference(base.steps[:count], other.steps[:count], base.scene, seen, 2 * resolution, terms)
             wrong += [
                 f"{where}: {name} differ by {off:.1e}"
                 for name, off in zip(("whole tools' forces", "energies"), whole, strict=True)

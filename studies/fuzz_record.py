@@ -18,11 +18,14 @@ from bipot.laws.von_mises import VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
-from bipot.tools import FlatTool
-from bipot.typing import Floats, Ints
-from studies.independent_contact import FREE
+from bipot.typing import Bools, Floats, Ints
+from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
+from studies.independent_contact import TOUCHING, moves
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
 from studies.independent_loads import Applied, nodal_loads
+
+TOGETHER = 1e-9
+"""A slip below this fraction of what tool and support move by is none."""
 
 
 def setting_of(scene: Scene) -> Setting:
@@ -47,14 +50,15 @@ def setting_of(scene: Scene) -> Setting:
 
 
 def nodes_of(scene: Scene, setting: Setting, movable: bool = True) -> tuple[Ints, Ints]:
-    """Node and tool (c,) of every candidate, a node of a tool's boundaries that can move along its normal.
+    """Node and tool (c,) of every candidate: a node of a tool's boundaries, of which one can move along the normal.
 
-    Of the others, which supports hold along it, if not ``movable``.
+    Of the others, which supports hold along that while no force drives the tool so, if not ``movable``.
     """
-    nodes, tools = [], []
+    nodes, tools, led = [], [], directions(scene)
     for k, tool in enumerate(scene.tools):
         mine = np.unique(np.concatenate([scene.mesh.boundaries[name].ravel() for name in tool.candidates]))
-        asked = (~setting.held[mine] & (np.abs(tool.normal) > FREE)).any(axis=1) == movable
+        normal = np.broadcast_to(tool.normal, (len(mine), 2))
+        asked = moves(~setting.held[mine], led[k], normal) == movable
         nodes.append(mine[asked])
         tools.append(np.full(int(asked.sum()), k))
     return np.concatenate(nodes), np.concatenate(tools)
@@ -73,12 +77,14 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         end=_moment(end),
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
-        contacts=_contacts(scene, node, tool, start.tau, end.tau),
-        held=_contacts(scene, *nodes_of(scene, setting, movable=False), start.tau, end.tau),
+        contacts=_contacts(scene, node, tool, start, end),
+        held=_contacts(scene, *nodes_of(scene, setting, movable=False), start, end),
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
         loads=_loads(scene, setting, start, end),
+        prescribed=(prescribed_at(scene, start.tau), prescribed_at(scene, end.tau)),
+        led=led_of(scene, end.tau, start, end),
     )
 
 
@@ -89,14 +95,14 @@ def reported_unique(accepted: Accepted) -> bool:
     return accepted.unique and not blurred and not branches(solved.iterate, solved.r)
 
 
-def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> bool:
-    """Whether stress and contact forces are below a ``share`` of what the motion would make as elastic strain."""
+def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tuple[bool, bool]:
+    """Whether stress, and contact forces, are below a ``share`` of what the motion would make as elastic strain."""
     state, size = accepted.state, setting.size
-    tools = [_moved(t, state.tau) - _moved(t, accepted.start.tau) for t in scene.tools]
+    tools = tools_gone(scene, accepted.start, state)
     moved = max(float(np.abs(state.du).max()), float(np.abs(tools).max()))
     stress = share * (3 * setting.bulk + 2 * setting.shear) * moved / size
     force = stress * (size**2 if setting.axisymmetric else size)
-    return bool(np.abs(state.stress).max() < stress and np.abs(state.forces).max(initial=0.0) < force)
+    return bool(np.abs(state.stress).max() < stress), bool(np.abs(state.forces).max(initial=0.0) < force)
 
 
 @dataclass(frozen=True)
@@ -114,9 +120,14 @@ class Pushed:
 def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     """The forces of an accepted increment."""
     node, tool = nodes_of(scene, setting)
-    c, r = _contacts(scene, node, tool, accepted.start.tau, accepted.state.tau), accepted.state.forces
-    held = ~(~setting.held[node] & (np.abs(c.tangent) > FREE)).any(axis=1)
-    rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(np.vecdot(c.tangent, c.motion))
+    start, end = accepted.start, accepted.state
+    c, r = _contacts(scene, node, tool, start, end), end.forces
+    asked = (prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))[node]
+    slip = np.vecdot(c.tangent, c.motion - asked)
+    # That support and tool go together is a difference of round-off.
+    together = np.abs(slip) <= TOGETHER * (np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
+    held = ~moves(~setting.held[node], c.led, c.tangent) & ~together
+    rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(slip)
     friction = r[:, 1] + rubbed * r[:, 0]
     return Pushed(tool, r[:, :1] * c.normal + friction[:, None] * c.tangent, bool(rubbed.any()))
 
@@ -135,11 +146,20 @@ def _loads(scene: Scene, setting: Setting, start: State, end: State) -> tuple[Fl
     """Nodal forces at start and end, each where equilibrium is asked, and the sizes of those at the end."""
     s, paper = setting, scene.configuration is Configuration.PAPER
     begun, ended = (s.rest, s.rest) if s.small else (start.nodes, start.nodes if paper else end.nodes)
-    at = [
-        nodal_loads(_applied(scene, state.tau), s.rest, nodes, s.elements, s.quadrature, s.axisymmetric)
-        for state, nodes in ((start, begun), (end, ended))
-    ]
-    return at[0][0], at[1][0], at[1][1]
+    at = [loads_at(scene, s, nodes, tau) for tau, nodes in ((start.tau, begun), (end.tau, ended))]
+    return at[0][0], *at[1]
+
+
+def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Floats, Floats]:
+    """Nodal forces (a, d) of the loads at a time on the configuration ``nodes`` (a, d), and the sizes (a,) of those."""
+    return nodal_loads(_applied(scene, tau), s.rest, nodes, s.elements, s.quadrature, s.axisymmetric)
+
+
+def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
+    """The candidates at a state that a next increment starts from, and which (c,) of them touch."""
+    there = _contacts(scene, *nodes_of(scene, setting), state, state)
+    gap = np.vecdot(there.normal, state.nodes[there.node]) - there.offset
+    return there, gap <= TOUCHING * setting.size
 
 
 def _applied(scene: Scene, tau: float) -> Applied:
@@ -175,31 +195,20 @@ def _moment(state: State) -> Moment:
     return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
 
 
-def _contacts(scene: Scene, node: Ints, tool: Ints, tau: float, tau_end: float) -> Contacts:
+def _contacts(scene: Scene, node: Ints, tool: Ints, start: State, end: State) -> Contacts:
     normal = np.array([t.normal for t in scene.tools])
     point = np.array([t.point for t in scene.tools])
-    begun, ended = (np.array([_moved(t, at) for t in scene.tools]) for at in (tau, tau_end))
-    # A difference of multiples: positions of a tool far away would lose small travels.
-    motion = np.array([_multiple(t, tau_end) - _multiple(t, tau) for t in scene.tools]).reshape(-1, 2)
     mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
     return Contacts(
         node=node,
+        tool=tool,
         normal=normal[tool],
         mu=mu,
-        offset=np.vecdot(normal, point + begun)[tool],
-        offset_end=np.vecdot(normal, point + ended)[tool],
-        motion=(motion * np.array([t.travel for t in scene.tools]).reshape(-1, 2))[tool],
+        offset=np.vecdot(normal, point + tools_at(scene, start))[tool],
+        offset_end=np.vecdot(normal, point + tools_at(scene, end))[tool],
+        motion=tools_gone(scene, start, end)[tool],
+        led=directions(scene)[tool],
     )
-
-
-def _multiple(tool: FlatTool, tau: float) -> Floats:
-    """Multiples (d,) of the travel's components."""
-    taus = [point[0] for point in tool.path]
-    return np.array([np.interp(tau, taus, [np.ravel(m)[k % np.size(m)] for _, m in tool.path]) for k in range(2)])
-
-
-def _moved(tool: FlatTool, tau: float) -> Floats:
-    return _multiple(tool, tau) * np.array(tool.travel)
 
 
 def _curve(hardening: Hardening) -> Callable[[Floats], Floats]:

@@ -25,8 +25,9 @@ from bipot.marching import Schedule
 from bipot.mesh import Mesh
 from bipot.paths import Amplitude, Path
 from bipot.scene import Scene
-from bipot.supports import Support, Symmetry
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
+from studies.fuzz_driven import forced, prescribed
 from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
@@ -44,6 +45,13 @@ class Drawn:
     schedule: Schedule
     form: str
     integration: Integration
+
+    @property
+    def kind(self) -> str:
+        """The body, and what drives it beside tools that go their paths."""
+        forced = any(tool.driven_by is not None for tool in self.scene.tools)
+        moved = any(isinstance(support, Prescribed) for support in self.scene.supports)
+        return self.body + " by force" * forced + " by supports" * moved
 
 
 def draw(seed: int) -> Drawn:
@@ -65,6 +73,7 @@ def draw(seed: int) -> Drawn:
     )
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
     scene = _cut(np.random.default_rng([seed, 4]), scene)
+    scene = prescribed(np.random.default_rng([seed, 7]), forced(np.random.default_rng([seed, 6]), scene))
     form = str(rng.choice(FORMS, p=SHARES))
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
     return Drawn(body, scene, _schedule(rng, tools, travel > FORMING * size), form, integration)

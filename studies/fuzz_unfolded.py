@@ -15,7 +15,7 @@ from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
-from studies.fuzz_variants import Variant, reflected
+from studies.fuzz_variants import Variant, moved_by, reflected
 
 IMAGE = "'"
 """Ends the names of mirrored boundaries."""
@@ -93,17 +93,19 @@ def _supports(support: Support, plane: Symmetry) -> tuple[Support, ...]:
     """A support and its image, which is itself in the plane."""
     if support.boundary == plane.boundary:
         return (support,)
-    return support, replace(support, boundary=support.boundary + IMAGE)
+    reversed_along = np.where(np.arange(2) == plane.direction, -1.0, 1.0)
+    return support, replace(moved_by(support, reversed_along), boundary=support.boundary + IMAGE)
 
 
 def _tools(tool: FlatTool, d: int, at: float, image: Ints) -> tuple[FlatTool, ...]:
-    """The whole of a tool that the plane cuts, or the tool and its image."""
+    """The whole of a tool that the plane cuts, with the force that drives it whole, or the tool and its image."""
     names = tuple(name + IMAGE for name in tool.candidates)
     mu_at = {int(image[a]): mu for a, mu in tool.mu_at.items()}
     if abs(tool.normal[d]) < FLAT:
         return (replace(tool, candidates=(*tool.candidates, *names), mu_at={**tool.mu_at, **mu_at}),)
     point = np.array(tool.point)
     point[d] = 2 * at - point[d]
+    force = tool.driven_by
     other = replace(
         tool,
         point=_pair(point),
@@ -111,6 +113,7 @@ def _tools(tool: FlatTool, d: int, at: float, image: Ints) -> tuple[FlatTool, ..
         travel=_pair(np.array(tool.travel), d),
         candidates=names,
         mu_at=mu_at,
+        driven_by=None if force is None else replace(force, vector=_pair(np.array(force.vector), d)),
     )
     return tool, other
 

@@ -13,6 +13,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.scene import Scene
+from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
 
@@ -60,13 +61,16 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
     material = VonMises(
         Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
     )
-    tools = tuple(_moved(tool, lambda x: x * length, lambda x: x * length) for tool in scene.tools)
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
+    tools = tuple(
+        _moved(tool, lambda x: x * length, lambda x: x * length, push=lambda f: f * force) for tool in scene.tools
+    )
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
         material=material,
         tools=tools,
+        supports=tuple(moved_by(support, np.full(2, length)) for support in scene.supports),
         loads=tuple(_in_units(load, length, stress, force) for load in scene.loads),
     )
     return Variant("units", other, np.arange(len(mesh.nodes)), np.ones(2), length, force)
@@ -76,9 +80,11 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     """Coordinate ``axis`` reversed."""
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
-    tools = tuple(_moved(tool, lambda x: x * sign, lambda x: x * sign, lambda n: n * sign) for tool in scene.tools)
+    tools = tuple(_moved(tool, *[lambda x: x * sign] * 4) for tool in scene.tools)
+    supports = tuple(moved_by(support, sign) for support in scene.supports)
     mesh = Mesh(mesh.nodes * sign, mesh.elements[:, reflected(mesh, axis)], mesh.boundaries)
-    other = replace(scene, mesh=mesh, tools=tools, loads=tuple(_turned(load, sign) for load in scene.loads))
+    loads = tuple(_turned(load, sign) for load in scene.loads)
+    other = replace(scene, mesh=mesh, tools=tools, supports=supports, loads=loads)
     return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
 
 
@@ -108,17 +114,27 @@ def _moved(
     point: Callable[[Floats], Floats],
     travel: Callable[[Floats], Floats],
     normal: Callable[[Floats], Floats] = lambda n: n,
+    push: Callable[[Floats], Floats] = lambda f: f,
 ) -> FlatTool:
     def pair(vector: Floats) -> tuple[float, float]:
         # No signed zeros: they are other numbers to whoever compares representations.
         return float(vector[0]) + 0.0, float(vector[1]) + 0.0
 
+    force = tool.driven_by
     return replace(
         tool,
         point=pair(point(np.array(tool.point))),
         travel=pair(travel(np.array(tool.travel))),
         normal=pair(normal(np.array(tool.normal))),
+        driven_by=None if force is None else replace(force, vector=pair(push(np.array(force.vector)))),
     )
+
+
+def moved_by(support: Support, factor: Floats) -> Support:
+    """The support with its motion, if it moves, times that of the factors (2,) which is its direction's."""
+    if isinstance(support, Prescribed):
+        return replace(support, displacement=support.displacement * float(factor[support.direction]) + 0.0)
+    return support
 
 
 def _in_units(load: Load, length: float, stress: float, force: float) -> Load:

@@ -12,14 +12,16 @@ from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats
+from studies.fuzz_placed import FLAT, directions, driven_tools, forces_on_tools, tools_gone
 from studies.fuzz_record import pushed_by, setting_of
 from studies.fuzz_variants import Variant
 from studies.independent import Measures
+from studies.independent_data import EPS
 
 SUMS = 1e-9
 """Sums of the same numbers in another order differ by less than this over the sum of their sizes."""
-
-FLAT = 1e-9
+DRIVES = 1e-6
+"""Ten times the library's bound on equilibrium: what a whole tool's force may be off the one that drives it."""
 
 
 def images(scene: Scene) -> int:
@@ -46,20 +48,36 @@ def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
 
 def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> list[str]:
     """Forces of whole tools and energies of the whole body that the library states otherwise, in words."""
-    out, largest, before = list[str](), 0.0, np.zeros(4)
+    out, largest, terms, before = list[str](), 0.0, 0.0, np.zeros(4)
     for k, (accepted, measure) in enumerate(zip(steps, measures, strict=True), 1):
         forces, sizes = tool_forces(scene, accepted)
         off = np.array([accepted.tool_force(i) for i in range(len(scene.tools))]).reshape(-1, 2) - forces
         wrong = np.flatnonzero(np.abs(off).max(axis=1) > SUMS * sizes)
         out += [f"increment {k}: force of tool {i} off by {np.abs(off[i]).max():.1e}" for i in wrong[:1]]
+        out += [f"increment {k}: {what}" for what in misled(scene, accepted)]
         now = energies(accepted)
         own = np.array(measure.energies) * images(scene)
         largest = max(largest, float(np.abs(now).max()), float(np.abs(own).max()))
+        terms += measure.terms * images(scene)
         # Friction on what supports hold is in the library's energies alone.
         error = 0.0 if pushed_by(scene, setting_of(scene), accepted).rubs else float(np.abs(now - before - own).max())
-        if error > SUMS * largest:
+        if error > SUMS * largest + EPS * terms:
             out.append(f"increment {k}: energies off by {error / largest:.1e} of the largest")
         before = now
+    return out
+
+
+def misled(scene: Scene, accepted: Accepted) -> list[str]:
+    """Tools whose force on the whole body is not that which drives them, or that have gone elsewhere, in words."""
+    out = list[str]()
+    sizes = tool_forces(scene, accepted)[1]
+    for k, asked in zip(driven_tools(scene), forces_on_tools(scene, accepted.state.tau), strict=True):
+        off = abs(float(accepted.tool_force(int(k)) @ directions(scene)[k]) - asked)
+        if not off <= DRIVES * asked + SUMS * sizes[k]:
+            out.append(f"tool {k} is driven by another force, off by {off / asked:.1e} of it")
+    own, stated = tools_gone(scene, accepted.start, accepted.state), accepted.solved.iterate.tool_travel
+    apart = np.abs(own - stated).max(axis=1, initial=0.0)
+    out += [f"tool {k} goes otherwise, by {apart[k]:.1e}" for k in np.flatnonzero(apart > SUMS * np.abs(own).max())]
     return out
 
 
@@ -69,10 +87,12 @@ def energies(accepted: Accepted) -> Floats:
     return np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
 
 
-def difference(base: list[Accepted], other: list[Accepted], scene: Scene, seen: Variant, unsure: float) -> Floats:
+def difference(
+    base: list[Accepted], other: list[Accepted], scene: Scene, seen: Variant, unsure: float, terms: float = 0.0
+) -> Floats:
     """Largest differences (2,) of whole tools' forces and of energies over the runs' largest, of increments in pairs.
 
-    Each nodal force is known to ``unsure``.
+    Each nodal force is known to ``unsure``; the work is summed of terms of the size ``terms``.
     """
     off, largest = np.zeros(2), np.zeros(2)
     for a, b in zip(base, other, strict=True):
@@ -82,6 +102,6 @@ def difference(base: list[Accepted], other: list[Accepted], scene: Scene, seen: 
             off[0] = max(off[0], force - unsure * images(scene) * len(scene.mesh.nodes))
             largest[0] = max(largest[0], size)
         mine = energies(a)
-        off[1] = max(off[1], np.abs(mine - energies(b) / (seen.force * seen.length)).max())
+        off[1] = max(off[1], np.abs(mine - energies(b) / (seen.force * seen.length)).max() - EPS * terms)
         largest[1] = max(largest[1], np.abs(mine).max())
     return np.divide(off, largest, out=np.zeros(2), where=largest > 0)

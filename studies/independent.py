@@ -11,6 +11,9 @@ the size of the body, is then judged as any other.
   of the stress, times 2 G over sigma_Y; and gamma > 0 only on the yield surface;
 * penetration: (-gap)+ over the size of the body, at every candidate;
 * inside: the same at the nodes of the tools' boundaries that supports hold along the normal, where no force pushes;
+* driven: |sum_c r . d - F| over F, of each tool that a force F drives along d, F and contacts of the modelled part;
+* placed: how far held nodes are from where supports ask for them, and tools from where they were plus their advance,
+  over the size of the body; the same of the increment's displacements of held nodes over its largest motion;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
   the node;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
@@ -25,6 +28,7 @@ import numpy as np
 
 from studies.independent_contact import contact_measures
 from studies.independent_data import EPS, Floats, Setting, Step, beyond
+from studies.independent_driven import driven, placed, work_of_supports
 from studies.independent_element import (
     Placed,
     displacement_gradient,
@@ -41,7 +45,7 @@ from studies.independent_element import (
 class Measures:
     """The module docstring's numbers, then the increment's work and its elastic, plastic and frictional parts.
 
-    ``resolution`` is the contact force that round-off of the gaps can make.
+    ``resolution`` is the contact force that round-off of the gaps can make, ``terms`` the size of those of the work.
     """
 
     equilibrium: float
@@ -50,12 +54,15 @@ class Measures:
     flow: float
     penetration: float
     inside: float
+    driven: float
+    placed: float
     law: float
     orientation: float
     plastic: float
     friction: float
     energies: tuple[float, float, float, float]
     resolution: float
+    terms: float
 
 
 def _size(t: Floats) -> Floats:
@@ -85,7 +92,8 @@ def measure(setting: Setting, step: Step) -> Measures:
     unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
     begun, ended_by, _ = step.loads
     applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
-    energies = contact.work + applied, stored, spent, contact.spent
+    supports, terms = work_of_supports(s, step, ended)
+    energies = contact.work + applied + supports, stored, spent, contact.spent
     middles = [start + step.displacement / 2] if s.midpoint else []
     return Measures(
         equilibrium=_equilibrium(s, step, ended, blur),
@@ -94,12 +102,15 @@ def measure(setting: Setting, step: Step) -> Measures:
         flow=flow,
         penetration=contact.penetration,
         inside=contact.inside,
+        driven=driven(step),
+        placed=placed(s, step),
         law=contact.law,
         orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
         plastic=_share(plastic, unsure, (*energies, step.energy)),
         friction=_share(contact.lost, contact.unsure, (*energies, step.energy)),
         energies=energies,
         resolution=contact.resolution,
+        terms=contact.moved + terms + float(np.vdot(np.abs(begun + ended_by) / 2, np.abs(step.displacement))),
     )
 
 

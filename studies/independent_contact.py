@@ -26,8 +26,8 @@ FREE = 1e-12
 class ContactMeasures:
     """Penetration over size, of candidates and ``inside`` of held nodes, law over the largest force, energies.
 
-    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, ``lost`` to friction by those at
-    the end, known to ``unsure``.
+    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, summed of terms of the size
+    ``moved``; ``lost`` to friction by those at the end, known to ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
     """
 
@@ -35,6 +35,7 @@ class ContactMeasures:
     inside: float
     law: float
     work: float
+    moved: float
     spent: float
     lost: float
     unsure: float
@@ -47,12 +48,13 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     before = np.vecdot(c.normal, step.start.nodes[c.node]) - c.offset
     gap, blur = _gap(step, before)
     free = ~s.held[c.node]
-    rubs = (free & (np.abs(c.tangent) > FREE)).any(axis=1)
+    rubs = moves(free, c.led, c.tangent)
     slip = np.where(rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
     tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
     mu = np.where(np.isinf(c.mu) | ~rubs, 0.0, c.mu)
     stiffness = nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes))[c.node]
-    n = c.normal * free
+    # Of a held node that a tool is driven against, the stiffness that it would have.
+    n = c.normal * np.where(moves(free, 0 * c.led, c.normal)[:, None], free, True)
     rho = np.einsum("ci,cij,cj->c", n, stiffness, n)
     r = step.end.forces
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
@@ -66,11 +68,20 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
+        moved=float(np.linalg.norm(mean, axis=1) @ (np.linalg.norm(du, axis=1) + np.linalg.norm(c.motion, axis=1))),
         spent=-float(np.vdot(mean[:, 1], slip)),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
         resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
     )
+
+
+def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
+    """Whether node, whose components (c, 2) are ``free``, or tool, by a force along ``led``, goes along ``direction``.
+
+    All (c, 2) but the answer (c,).
+    """
+    return (free & (np.abs(direction) > FREE)).any(axis=1) | (np.abs(np.vecdot(led, direction)) > FREE)
 
 
 def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:

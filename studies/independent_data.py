@@ -48,19 +48,41 @@ class Setting:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Candidates in an increment: node, normal, coefficient, offset n . x of the plane at start and end, its motion."""
+    """Candidates in an increment: node, normal, coefficient, offset n . x of the plane at start and end, its motion.
+
+    ``tool`` (c,) numbers their tools, ``led`` (c, 2) is the direction of the force that drives it, zero without one.
+    """
 
     node: Ints
+    tool: Ints
     normal: Floats
     mu: Floats
     offset: Floats
     offset_end: Floats
     motion: Floats
+    led: Floats
 
     @property
     def tangent(self) -> Floats:
         """(n_2, -n_1)."""
         return np.column_stack([self.normal[:, 1], -self.normal[:, 0]])
+
+
+@dataclass(frozen=True)
+class Led:
+    """The m tools that forces drive: ``tool`` (m,) by number, their ``normal`` and the force's ``direction`` (m, 2).
+
+    ``force`` (m,) is what acts at the end on the modelled part. How far the tool has gone along it since rest is
+    ``begun`` and ``ended`` (m,) at start and end, ``advance`` (m,) in the increment, as stored.
+    """
+
+    tool: Ints
+    normal: Floats
+    direction: Floats
+    force: Floats
+    begun: Floats
+    ended: Floats
+    advance: Floats
 
 
 @dataclass(frozen=True)
@@ -80,6 +102,7 @@ class Step:
 
     ``loads`` are nodal forces (a, 2) at start and end and the sizes (a,) of what they are summed of.
     ``held`` are nodes of the tools' boundaries that supports hold along the normal: no candidates, and without force.
+    ``prescribed`` are the displacements (a, 2) since rest that supports ask of what they hold, at start and end.
     ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
     before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
     """
@@ -94,6 +117,8 @@ class Step:
     flow: tuple[Floats, Floats] | None
     largest: float
     loads: tuple[Floats, Floats, Floats]
+    prescribed: tuple[Floats, Floats]
+    led: Led
     energy: float = 0.0
 
 
