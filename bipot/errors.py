@@ -74,13 +74,14 @@ class IncrementFailed(BipotError):
 class LimitPassed(IncrementFailed, UnboundedProgram):
     """The march stopped because the load is above what the body carries in its present shape.
 
-    ``ray`` (a, d) is the mechanism, with a gain of the load of one; ``fraction`` of the load is what is carried at most
-    (:mod:`bipot.programs.limit`).
+    ``ray`` (a, d) is the mechanism, with a gain of the load of one, and ``translation`` (m,) that of tools that forces
+    drive; ``fraction`` of the load at pseudo-time ``tau`` is what is carried at most (:mod:`bipot.programs.limit`).
     """
 
-    def __init__(self, message: str, state: Any, ray: Any, fraction: float) -> None:
+    def __init__(self, message: str, state: Any, ray: Any, **found: Any) -> None:
         super().__init__(message, state)
-        self.ray, self.fraction = ray, fraction
+        self.ray = ray
+        self.translation, self.fraction, self.tau = found["translation"], found["fraction"], found["tau"]
 
 
 def require(condition: bool, field: str, value: object, allowed: str) -> None:

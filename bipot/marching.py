@@ -222,9 +222,16 @@ def _failed(increment: Increment, attempt: Attempt, cuts: int, cache: Cache) -> 
     given_way = collapse(increment)
     if given_way is not None:
         carried = f"The load passes the limit load: in its present shape the body carries {given_way.carried:.6g} of it"
-        ray = system.body.space.spread(given_way.v)
+        space = system.body.space
         advice = f"{failed}{carried}. Drive it by displacements, or load it less."
-        return LimitPassed(advice, state, ray, given_way.carried)
+        return LimitPassed(
+            advice,
+            state,
+            space.spread(given_way.v),
+            translation=space.beside(given_way.v),
+            fraction=given_way.carried,
+            tau=tau,
+        )
     if system.loading.loads or system.body.scene.pushed:
         top = cache.pace.maximum()
         most = "may be next to, or past, its maximum"

@@ -136,3 +136,14 @@ def test_a_tool_dragged_by_friction_is_held_by_it_from_the_first_increment_on(fo
 def test_a_driven_tool_that_starts_inside_the_body_is_refused():
     with pytest.raises(SceneError, match=r"tools\[0\].point .* not inside it by 1: a force drives it"):
         body(tools=(on_top(1000.0, y=9.0),))
+
+
+@pytest.mark.parametrize("form", ALONE[:3], ids=lambda form: form.name.value)
+def test_a_force_that_stays_moves_nothing_more(form):
+    """The matrix was solved for the forces and not for their changes: their round-off moved contacts that rest."""
+    jump = Amplitude(((0.0, 1.0), (1.0, 1.0)))
+    pressed = body(tools=(on_top(driven_by=Force((0.0, -1000.0), jump)),))
+    first, *others = march(pressed, Schedule(4), Control(form, ()))
+    for step in others:
+        assert step.tool_forces[0, 1] == pytest.approx(-1000.0, rel=1e-7)
+        assert np.abs(step.state.du).max() < 1e-6 * np.abs(first.state.du).max()

@@ -164,11 +164,16 @@ class Border:
         return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1])
 
     def solve(self, lu: sla.SuperLU, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
-        """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r."""
-        mine = self.contact
-        right = times(self._yielding(law), r[mine]) - miss[mine]
-        found = self.pattern.solve(lu, np.concatenate([b, right.ravel()]))
-        return found[: len(b)], found[len(b) :].reshape(right.shape) * (law.scale[mine, None] / SOFTENED)
+        """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r.
+
+        The unknowns are changes of the forces: where little moves they are small, and so is their round-off in dx.
+        """
+        mine, touched = self.contact, self.touched
+        acting = np.vecdot(touched.column, r[touched.contact])
+        b = b + np.bincount(touched.dof, acting, minlength=len(b))
+        found = self.pattern.solve(lu, np.concatenate([b, -miss[mine].ravel()]))
+        change = found[len(b) :].reshape(len(mine), -1) * (law.scale[mine, None] / SOFTENED)
+        return found[: len(b)], r[mine] + change
 
     def _yielding(self, law: Law) -> Floats:
         """The law by force (b, d, d), with a compliance where it does not depend on it."""
