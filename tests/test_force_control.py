@@ -145,7 +145,9 @@ def carried():
 def test_a_singular_punch_is_carried_up_to_its_limit_and_not_beyond():
     limit = carried()
     assert 1.0 < limit < 1.35
+    *_, before = march(strip(0.9 * limit), Schedule(1), Control(Newton(), (Dissipation(),)))
     *_, last = march(strip(0.99 * limit), Schedule(1), Control(Newton(), (Dissipation(),)))
+    assert 200 < last.state.translation[0] / before.state.translation[0] < 400
     assert -last.tool_forces[0, 1] == pytest.approx(0.99 * limit * (2 + np.pi) * 100 / np.sqrt(3), rel=1e-7)
     for factor in (1.01, 1.1):
         with pytest.raises(LimitPassed) as caught:
