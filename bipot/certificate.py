@@ -3,7 +3,7 @@ r"""How far an increment is from the law: numbers recomputed from the returned f
 Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion u = (g + du_n, du_t),
 stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
-* equilibrium: largest nodal residual over the largest nodal sum of |element forces|;
+* equilibrium: largest nodal residual over the largest nodal sum of |element forces| and |loads|;
 * tool equilibrium: that of a tool that a force drives, over this force;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;

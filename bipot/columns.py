@@ -10,8 +10,8 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.fem.orientation import scaled_jacobians
-from bipot.increment import System
 from bipot.overlap import overlap
+from bipot.system import System
 
 Value = float | int | str
 

@@ -109,12 +109,14 @@ class Candidates:
 
     def pushed(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
-        by_force = [tool.driven_by is not None for tool in self.scene.tools]
-        return self._owned[by_force] @ values
+        return self._owned[self.scene.by_force] @ values
 
     @cached_property
     def held(self) -> tuple[Ints, ...]:
-        """Tool by tool, the nodes (h,) of its boundaries that supports hold along its normal."""
+        """Tool by tool, the nodes (h,) of its boundaries that are no candidates.
+
+        Supports hold them along its normal, and no force moves the tool along that.
+        """
         mesh, owned = self.scene.mesh, zip(self._owned, self.scene.tools, strict=True)
         return tuple(np.setdiff1d(mesh.boundary_nodes(*tool.candidates), self.node[mine]) for mine, tool in owned)
 
@@ -199,7 +201,7 @@ class Candidates:
     def _operator(self, direction: Floats) -> sp.csr_matrix:
         """Rows ``direction . (dU_node - dU_tool)``, held nodes and tools along their paths apart."""
         dofs = np.column_stack([self.space.position[2 * self.node[:, None] + np.arange(2)], self._translation])
-        entries = np.column_stack([direction, -np.vecdot(direction, _led(self.scene)[self.tool])])
+        entries = np.column_stack([direction, -np.vecdot(direction, _directions(self.scene)[self.tool])])
         kept = (dofs >= 0) & (np.abs(entries) > ACROSS * (np.arange(3) == 2))
         ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
         return sp.csr_matrix((entries[kept], dofs[kept], ends), shape=(len(self.node), self.space.size))
@@ -207,7 +209,7 @@ class Candidates:
     @cached_property
     def _translation(self) -> Ints:
         """The unknown (c,) that is the translation of the candidate's tool, -1 where that goes its path."""
-        by_force = [tool.driven_by is not None for tool in self.scene.tools]
+        by_force = self.scene.by_force
         number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
         return number.astype(np.intp)[self.tool]
 
@@ -261,17 +263,16 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     mu = [scene.tools[k].mu_at.get(a, scene.tools[k].mu) for k, a in zip(tool.tolist(), node.tolist(), strict=True)]
     normal, tangent = np.moveaxis(frames(_normals(scene))[tool], -2, 0)
     free = space.position[2 * node[:, None] + np.arange(2)] >= 0
-    led = _led(scene)[tool]
+    led = _directions(scene)[tool]
     kept, tangent_free = (
         free_along(free, direction) | (np.abs(np.vecdot(led, direction)) > ACROSS) for direction in (normal, tangent)
     )
     return Candidates(scene, space, node[kept], tool[kept], tangent_free[kept], np.array(mu, dtype=np.float64)[kept])
 
 
-def _led(scene: Scene) -> Floats:
+def _directions(scene: Scene) -> Floats:
     """Directions (k, d) along which forces drive the tools; zero where none does."""
-    forces = [tool.driven_by for tool in scene.tools]
-    return np.array([np.zeros(2) if force is None else force.direction for force in forces]).reshape(-1, 2)
+    return scene.led(np.ones(len(scene.pushed)))
 
 
 def _across(tool: FlatTool, motion: Floats) -> Floats:

@@ -3,7 +3,7 @@ r"""What an accepted increment leaves open: contact forces that share their node
 Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
 where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
 rigid motion that the supports allow leaves every closed contact closed and every sticking one at rest. Both are rank
-tests.
+tests. Tools that forces drive bind the contacts of all nodes together: the first is then of all at once.
 
 Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
 rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
@@ -102,15 +102,15 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
         return ()
     active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
+    if iterate.advance.size:
+        # Tools that forces drive bind the contacts of all nodes together.
+        return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)
     unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions, whatever else moves.
     suspect = (contacts > 1) | (unknowns > free)
-    if not iterate.advance.size:
-        return tuple(int(a) for a in np.flatnonzero(suspect) if _undetermined(iterate, active, node == a).size)
-    # Tools that forces drive bind the contacts of all nodes together.
-    return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
+    return tuple(int(a) for a in np.flatnonzero(suspect) if _undetermined(iterate, active, node == a).size)
 
 
 def loose_motions(iterate: Iterate, r: Floats) -> Floats:

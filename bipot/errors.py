@@ -7,6 +7,7 @@ accepted carries the last good state with it (:class:`IncrementFailed`).
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from numbers import Integral, Real
 from typing import Any
@@ -78,10 +79,14 @@ class LimitPassed(IncrementFailed, UnboundedProgram):
     drive; ``fraction`` of the load at pseudo-time ``tau`` is what is carried at most (:mod:`bipot.programs.limit`).
     """
 
-    def __init__(self, message: str, state: Any, ray: Any, **found: Any) -> None:
-        super().__init__(message, state)
-        self.ray = ray
-        self.translation, self.fraction, self.tau = found["translation"], found["fraction"], found["tau"]
+    ray: Any = None
+    translation: Any = None
+    fraction: float = math.nan
+    tau: float = math.nan
+
+    def __init__(self, message: str, state: Any = None, **found: Any) -> None:
+        IncrementFailed.__init__(self, message, state)
+        vars(self).update(found)
 
 
 def require(condition: bool, field: str, value: object, allowed: str) -> None:

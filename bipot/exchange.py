@@ -14,7 +14,6 @@ from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
 from bipot.forms.conic import tangent_program
-from bipot.increment import System
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch
@@ -36,7 +35,7 @@ class ContactProblem:
     candidate: NDArray[np.intp]
 
 
-def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
+def contact_problem(accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
     The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate that
@@ -56,9 +55,9 @@ def contact_problem(system: System, accepted: Accepted) -> ContactProblem:
     return ContactProblem(problem, r[near].ravel(), np.flatnonzero(near))
 
 
-def export_fclib(path: Path, system: System, accepted: Accepted) -> None:
+def export_fclib(path: Path, accepted: Accepted) -> None:
     """Write the increment's contact problem with the march's own solution as an FCLIB file."""
-    found = contact_problem(system, accepted)
+    found = contact_problem(accepted)
     write_fclib(
         path,
         found.problem,

@@ -24,13 +24,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from bipot.accepted import Accepted
 from bipot.contact import CARRIES
-from bipot.increment import System
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
 from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
+from bipot.system import System
 from bipot.traction import SLIP_TOLERANCE, Traction, traction
 from bipot.typing import Floats
 
@@ -74,7 +74,7 @@ def create(path: Path, system: System, parameters: Parameters, units: Mapping[st
 
 def record(file: Item, system: System, accepted: Accepted) -> None:
     """Write one accepted increment to a file of :func:`create` and flush."""
-    tractions = increment_traction(system, accepted)
+    tractions = increment_traction(accepted)
     vtk, own = file["VTKHDF"], file["bipot/steps"]
     steps, mesh = vtk["Steps"], system.body.scene.mesh
     number, points = int(steps.attrs["NSteps"]), len(mesh.nodes)
@@ -104,7 +104,7 @@ def finish(file: Item) -> None:
     file["bipot"].attrs["complete"] = bool(steps.attrs["NSteps"] and steps["Values"][-1] == 1.0)
 
 
-def increment_traction(system: System, accepted: Accepted) -> Traction:
+def increment_traction(accepted: Accepted) -> Traction:
     """Recovered traction and status at the end of an accepted increment, on its configuration of equilibrium."""
     return traction(accepted.solved.iterate, accepted.solved.r)
 

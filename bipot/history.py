@@ -23,10 +23,10 @@ from bipot.columns import ENERGY_ERROR, Column, Value
 from bipot.errors import BipotError, IncrementFailed, ResultsError, require
 from bipot.export import Item, Parameters, create, finish, record
 from bipot.laws.flow import Flow
-from bipot.marching import system_of
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.scene import Scene
+from bipot.system import system_of
 
 CURVES = "history.csv"
 FIELDS = "run.h5"

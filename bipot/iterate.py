@@ -75,9 +75,8 @@ class Increment:
     @cached_property
     def new_load(self) -> Floats:
         """What comes new on the unknowns (n,) where the body is at the start: nodal loads, and forces on tools."""
-        scene = self.system.body.scene
-        pushed = scene.push(self.tau) - scene.push(self.start.tau)
-        return self.system.body.space.gather(np.append(self.load_ahead - self.load_before, pushed))
+        before = self.system.load(self.load_before, self.start.tau)
+        return self.system.load(self.load_ahead, self.tau) - before
 
     @cached_property
     def travel(self) -> Floats:
@@ -100,9 +99,9 @@ class Increment:
     def units(self) -> Units:
         """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
 
-        Expected is the travel of tools, what is prescribed, or what the new loads do to their own nodes and to those of
-        their tools; where there is nothing the motion of the last increment, what would release the stress, or a small
-        part of the body's size.
+        Expected is the largest of the tools' travel, of what is prescribed, and of what new loads do to their own nodes
+        and to those of their tools; where nothing goes a path, of the latter and the last motion; where all are zero,
+        what would release the stress, or a small part of the body's size.
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
@@ -110,7 +109,8 @@ class Increment:
         moved, new = float(norm(state.du).max()), 0.0
         if scene.loads or scene.pushed:
             yielding = norm(space.spread(self.new_load)) / rigidity.nodal
-            new = max(*yielding, *(np.abs(space.beside(self.new_load)) / rigidity.tools))
+            sinking = np.abs(space.beside(self.new_load)) / rigidity.tools
+            new = float(max(yielding.max(), sinking.max(initial=0.0)))
         prescribed = max(self.reach, float(norm(self.driven).max()))
         length = max(prescribed, new) if prescribed else max(moved, new)
         length = length or max(size * stress / young, LEAST_MOTION * size)
@@ -180,8 +180,7 @@ class Iterate:
     @property
     def load(self) -> Floats:
         """What acts on the unknowns (n,): loads, and the forces on tools."""
-        system = self.increment.system
-        return system.body.space.gather(np.append(self.nodal_load, system.body.scene.push(self.increment.tau)))
+        return self.increment.system.load(self.nodal_load, self.increment.tau)
 
     @cached_property
     def residual(self) -> Floats:

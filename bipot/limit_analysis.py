@@ -46,7 +46,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     dilatant law: not below what the body carries.
 
     Raises:
-        SceneError: a wrong type, a load that is zero, a material that does not flow or hardens for ever.
+        SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a force on a tool that touches nothing,
+            a material that does not flow or hardens for ever.
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
     """
     require_type(scene, Scene, "scene")
@@ -63,7 +64,8 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(nothing, f"scene.tools[{k}]", tool.driven_by, "on a tool that touches the body at rest")
     found = _analysed(increment, increment.rows.take(_touching(increment)))
     if not found.admissible:
-        raise ProgramError(f"no mechanism found: the nearest changes volume by {found.volume:.2g} of the load's gain")
+        short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
+        raise ProgramError(f"no mechanism found: the nearest {short}")
     motion = system.body.space.spread(found.v)
     return LimitLoad(found.carried, read_only(motion / np.abs(motion).max(), np.float64))
 
@@ -79,9 +81,9 @@ def collapse(increment: Increment) -> Mechanism | None:
         return None
     rows = increment.rows
     # An open candidate may not close, however it slips.
-    open_ones = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
+    rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
     try:
-        found = _analysed(increment, open_ones)
+        found = _analysed(increment, rows)
     except ProgramError:
         return None
     return replace(found, v=found.v / _units(body.scene).force) if found.holds else None
@@ -89,8 +91,7 @@ def collapse(increment: Increment) -> Mechanism | None:
 
 def _load(increment: Increment) -> Floats:
     """What acts on the unknowns (n,) at the increment's end, in the shape of its start."""
-    body = increment.system.body
-    return body.space.gather(np.append(increment.load_ahead, body.scene.push(increment.tau)))
+    return increment.system.load(increment.load_ahead, increment.tau)
 
 
 def _units(scene: Scene) -> Units:

@@ -97,6 +97,7 @@ def march(
     Raises:
         SceneError: at once, a wrong type, a start state of another scene, BDF2 of a material whose stress is not
             returned, naming its field.
+        LimitPassed: as the next, where the load is proved to be above what the body carries; with the mechanism.
         IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
             what a landing left of it, halved ``control.cuts`` times.
     """
@@ -227,7 +228,7 @@ def _failed(increment: Increment, attempt: Attempt, cuts: int, cache: Cache) -> 
         return LimitPassed(
             advice,
             state,
-            space.spread(given_way.v),
+            ray=space.spread(given_way.v),
             translation=space.beside(given_way.v),
             fraction=given_way.carried,
             tau=tau,

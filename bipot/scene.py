@@ -127,6 +127,11 @@ class Scene:
         return self.configuration.measure.balanced(self.origin(nodes), du)
 
     @cached_property
+    def by_force(self) -> Bools:
+        """Which tools (k,) a force drives."""
+        return np.array([tool.driven_by is not None for tool in self.tools], dtype=bool)
+
+    @cached_property
     def pushed(self) -> tuple[Force, ...]:
         """The forces (m,) that drive tools, tool by tool."""
         return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
@@ -147,8 +152,7 @@ class Scene:
     def led(self, translation: Floats) -> Floats:
         """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
         out = np.zeros((len(self.tools), 2))
-        by_force = [k for k, tool in enumerate(self.tools) if tool.driven_by is not None]
-        for k, force, gone in zip(by_force, self.pushed, translation.tolist(), strict=True):
+        for k, force, gone in zip(np.flatnonzero(self.by_force), self.pushed, translation.tolist(), strict=True):
             out[k] = gone * force.direction
         return out
 

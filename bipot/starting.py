@@ -97,10 +97,11 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     except InvertedElement as folded:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
-    loads = body.space.gather(np.append(system.loading.forces(nodes, start.tau), body.scene.push(start.tau)))
+    loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
     residual = body.space.vector(forces) - loads - contacts.load(start.forces)
-    at_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
-    off = max(float(norm(body.space.spread(residual)).max()), float(at_tools))
+    # Of a tool that a force drives, by the same scale: that it is near is all that is asked here.
+    off_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
+    off = max(float(norm(body.space.spread(residual)).max()), float(off_tools))
     scale = body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.du).max()) + arrived.reach

@@ -25,10 +25,6 @@ class Support:
         require_count(self.direction, "support.direction", 0)
         require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
 
-    def at(self, tau: float) -> float:
-        """The displacement at pseudo-time ``tau``."""
-        return 0.0
-
 
 @dataclass(frozen=True)
 class Prescribed(Support):

@@ -44,6 +44,10 @@ class System:
         """The scene's loads."""
         return Loading(self.body.space, self.body.scene.loads)
 
+    def load(self, nodal: Floats, tau: float) -> Floats:
+        """What acts on the unknowns (n,): ``nodal`` loads (a, d), and the forces on tools at ``tau``."""
+        return self.body.space.gather(np.append(nodal, self.body.scene.push(tau)))
+
     def reactions(self, element_forces: Floats, load: Floats, r: Floats) -> Floats:
         """Forces (a, d) of the supports that balance element forces (e, dk), nodal loads (a, d), contacts r (c, d)."""
         out = self.body.space.nodal(element_forces) - load
@@ -94,7 +98,7 @@ class System:
         )
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
-        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.iterate).
+        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.examined).
 
         An estimate where that is below ``faint``; the lengths of the increment come to ``moved``.
         """

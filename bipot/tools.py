@@ -45,7 +45,7 @@ class Force:
         require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
         for size in (self.size, self.size * self.amplitude.largest):
             require_magnitude(size, "force.vector, its amplitude with it", LARGEST_STRESS)
-        allowed = "above zero after tau = 0, where it is not below: to let go of the body, move the tool by its path"
+        allowed = "above zero after tau = 0, where it is not below: to let go, drive the tool by a path alone"
         later = all(multiple > 0 for tau, multiple in self.amplitude.points if tau > 0)
         require(later and self.amplitude.at(0.0) >= 0, "force.amplitude", self.amplitude.points, allowed)
 

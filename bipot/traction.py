@@ -41,7 +41,7 @@ from bipot.tools import FlatTool
 from bipot.typing import Bools, Floats, Ints
 
 SLIP_TOLERANCE = 1e-6
-"""Slip and gap count as zero below this fraction of the increment's :meth:`~bipot.contact.Candidates.length`."""
+"""Slip and gap count as zero below this fraction of the increment's :attr:`~bipot.iterate.Iterate.length`."""
 
 LEAST_SHARE = 0.05
 """A node with less than this fraction of the area of the edges around it has no traction of its own."""

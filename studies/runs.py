@@ -105,7 +105,7 @@ def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[floa
 
 
 def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
-    solved, state, found = accepted.solved, accepted.state, increment_traction(system, accepted)
+    solved, state, found = accepted.solved, accepted.state, increment_traction(accepted)
     motion = solved.rows.motion(solved.response.x)
     pressure, shear = consistent_tractions(system.candidates, state.nodes, solved.r, carries(solved.r))
     return Snapshot(

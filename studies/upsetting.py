@@ -127,7 +127,7 @@ class Planned:
         """Write the increment's contact problem for other codes."""
         folder = self.recorder.folder / "fclib"
         folder.mkdir(exist_ok=True)
-        export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", self.recorder.system, accepted)
+        export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", accepted)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -48,8 +48,8 @@ def accepted():
 def exported(accepted, tmp_path_factory):
     """The file it is exported to, the problem read back, and the march's own forces."""
     file = tmp_path_factory.mktemp("fclib") / "increment.hdf5"
-    export_fclib(file, system_of(SCENE), accepted)
-    return file, read_fclib(file), contact_problem(system_of(SCENE), accepted).r
+    export_fclib(file, accepted)
+    return file, read_fclib(file), contact_problem(accepted).r
 
 
 def test_the_file_holds_the_problem_and_the_marchs_solution(exported):
@@ -64,7 +64,7 @@ def test_the_file_holds_the_problem_and_the_marchs_solution(exported):
 
 def test_the_motion_of_the_reduced_problem_is_that_of_the_march(exported, accepted):
     _, problem, r = exported
-    near = contact_problem(system_of(SCENE), accepted).candidate
+    near = contact_problem(accepted).candidate
     motion = accepted.solved.rows.motion(accepted.solved.response.x)[near]
     travel = 0.5 * (accepted.state.tau - accepted.start.tau)
     np.testing.assert_allclose(problem.velocity(r).reshape(-1, 2), motion, atol=1e-9 * travel)
@@ -83,22 +83,22 @@ def dwell():
 
 def test_every_closed_contact_of_a_dwell_is_written(dwell, tmp_path):
     """No travel, displacements from 1e-11 down to round-off: nine contacts carry force in each increment."""
-    system, resting = dwell
+    _, resting = dwell
     assert len(resting) >= 4
     for accepted in resting:
-        found = contact_problem(system, accepted)
+        found = contact_problem(accepted)
         closed = np.flatnonzero(accepted.solved.r[:, 0] > 0)
         assert len(closed) == 9
         assert set(closed) <= set(found.candidate)
         assert residual(found.problem, found.r) < 1e-6
-        export_fclib(tmp_path / "dwell.hdf5", system, accepted)
+        export_fclib(tmp_path / "dwell.hdf5", accepted)
         np.testing.assert_array_equal(read_solution(tmp_path / "dwell.hdf5")["r"], found.r)
 
 
 def test_contacts_that_are_closed_without_force_are_written_too(dwell):
-    system, (*_, last) = dwell
+    _, (*_, last) = dwell
     idle = replace(last.solved, r=np.zeros_like(last.solved.r))
-    assert len(contact_problem(system, replace(last, solved=idle)).candidate) == 9
+    assert len(contact_problem(replace(last, solved=idle)).candidate) == 9
 
 
 def test_far_tools_leave_the_nearest_candidate():
@@ -106,7 +106,7 @@ def test_far_tools_leave_the_nearest_candidate():
     far = replace(SCENE.tools[0], point=(0.0, 50.0))
     scene = replace(SCENE, tools=(far,))
     accepted = next(march(scene, Schedule(5), Control(NewtonForm(), (Tangent(), Dissipation()))))
-    found = contact_problem(system_of(scene), accepted)
+    found = contact_problem(accepted)
     assert 1 <= len(found.candidate) < 17
     assert not found.r.any()
 
@@ -153,4 +153,4 @@ def test_welded_points_are_refused():
     system = fresh(np.inf, reduction=0.1, elements=2)
     accepted = next(march(system.body.scene, path(0.1, 2)))
     with pytest.raises(ProgramError, match="welded"):
-        contact_problem(system, accepted)
+        contact_problem(accepted)

@@ -82,7 +82,7 @@ def test_vtk_reads_contact_fields_of_every_increment(run, steps):
     node = system.candidates.node
     others = np.setdiff1d(np.arange(len(steps[0][1])), node)
     for (_, _, nodal, _), a in zip(steps, accepted, strict=True):
-        result = increment_traction(system, a)
+        result = increment_traction(a)
         np.testing.assert_array_equal(nodal["recovered_pressure"][node], result.recovered_pressure)
         np.testing.assert_array_equal(nodal["recovered_shear"][node], result.recovered_shear)
         np.testing.assert_array_equal(nodal["status"][node], result.status)

@@ -16,7 +16,7 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
-from bipot.marching import Control, Schedule, march, system_of
+from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path
 
@@ -55,9 +55,9 @@ def test_frictionless_force_radius_and_volume_are_exact_to_1e_4(frictionless):
 
 
 def test_frictionless_pressure_is_uniform(frictionless):
-    scene, accepted = frictionless
+    _, accepted = frictionless
     end = accepted[-1]
-    pressure = increment_traction(system_of(scene), end).recovered_pressure
+    pressure = increment_traction(end).recovered_pressure
     on_top = pressure[np.isfinite(pressure)]
     assert len(on_top) == 21
     np.testing.assert_allclose(on_top, on_top.mean(), rtol=1e-6)

@@ -129,4 +129,4 @@ def test_what_needs_a_contact_says_so():
     with pytest.raises(SceneError, match=r"scene\.tools = \(\): must be at least one"):
         contact_penalty(system.candidates)
     with pytest.raises(ProgramError, match="there is no contact problem"):
-        contact_problem(system, accepted)
+        contact_problem(accepted)

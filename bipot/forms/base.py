@@ -1,4 +1,4 @@
-"""What every form shares: the step it returns, what it may find once in a run, and which candidates get rows.
+"""What every form shares: the step it returns, and what it may find once in a run.
 
 A form turns an iterate and its contact forces into the next ones. What it carries from pass to pass is its state, a
 value: made by ``init`` from the iterate that an increment starts from, given back anew by every ``step``. Everything

@@ -6,15 +6,13 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
-import numpy as np
-
 from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.conic import shortened, tangent_program
 from bipot.forms.posed import Posed
-from bipot.forms.spring import softly_held
+from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate
 from bipot.programs.condensation import condense
 from bipot.programs.data import Stopwatch
@@ -67,7 +65,7 @@ class Delassus:
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, TangentKind.CONSISTENT, clock)
-        program = softly_held(program, iterate, state, np.ones(iterate.advance.size, dtype=bool))
+        program = softly_held(program, iterate, state, ~unresisted(program, iterate))
         condensed = condense(program, state.cache.split(program))
         reduced = reduce(condensed.program)
         built = clock.outside()

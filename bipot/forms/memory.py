@@ -23,7 +23,8 @@ FASTER = 1.05
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is the diagonal of the run's first tangent, SOFTENED: it balances forces against motions.
+    ``stiffness`` (n + 1,) is the diagonal of the run's first tangent (of translations the mean), SOFTENED: it balances
+    forces against motions.
     """
 
     pattern: Pattern

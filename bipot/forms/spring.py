@@ -1,4 +1,6 @@
-"""A spring on tools that forces drive, for programs in which nothing else resists their translation.
+"""A spring on tools that forces drive, where nothing else in a program resists their translation.
+
+A program that is solved by its stiffness alone (`delassus`) takes one for every such tool.
 
 It has no tension where the tool is at the iterate, so the passes take its pull away: the next one finds the tool where
 this one leaves it (a proximal point), and at the end of the increment there is none.

@@ -2,7 +2,8 @@
 
 A contact owns its unknowns where no other contact touches them, they are no more than its rows, which are independent,
 and all have the same neighbours (those of one node do): equilibrium there defines its forces. Contacts that share a
-node, couple several, or have two rows on one unknown (an inclined tool at the axis) keep their forces as unknowns.
+node, hang on a tool that a force drives, couple several nodes, or have two rows on one unknown (an inclined tool at the
+axis) keep their forces as unknowns.
 """
 
 from __future__ import annotations
