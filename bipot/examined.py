@@ -5,9 +5,9 @@ Round-off of the internal forces is that of their own assembly,
     eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
 
 summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement,
-those of the tools within reach, and what forces may move tools by: what an unstressed body is measured by. That of a contact's motion is eps times
-these lengths. Where an estimate from the largest stress and the mesh at rest, taken tenfold, is far below every bound,
-it stands for the sum.
+those of the tools within reach, and what forces may move tools by: what an unstressed body is measured by. That of a
+contact's motion is eps times these lengths. Where an estimate from the largest stress and the mesh at rest, taken
+tenfold, is far below every bound, it stands for the sum.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ def test_overlap_and_edge_tractions_hold_what_the_forces_say(run):
 
 
 def test_problems_for_other_codes_are_those_of_the_increment(run):
-    _, given, accepted, _ = run
+    _, _, accepted, _ = run
     found = contact_problem(accepted[-1])
     u = found.problem.velocity(found.r)
     assert np.abs(u.reshape(-1, 2)[:, 0]).max() < 1e-6
