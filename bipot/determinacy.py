@@ -178,8 +178,12 @@ def _rigid(iterate: Iterate) -> Floats:
     that a force drives."""
     increment = iterate.increment
     rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
-    tools = np.eye(len(rigid))[:, len(rigid) - len(iterate.advance) :]
-    return np.hstack([rigid, tools]) if tools.size else rigid
+    count = len(iterate.advance)
+    if not count:
+        return rigid
+    tools = np.zeros((len(rigid), count))
+    tools[-count:] = np.eye(count)
+    return np.hstack([rigid, tools])
 
 
 def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:
