@@ -79,10 +79,15 @@ class Examined:
             residual=norm(space.spread(residual)),
             force=force,
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
-            + EPS * (float(np.abs(loads).max()) + float(np.abs(self.r).max(initial=0.0))),
+            + EPS * (float(np.abs(loads).max()) + self._present),
             pushed=space.beside(residual),
             push=space.beside(self.iterate.load),
         )
+
+    @cached_property
+    def _present(self) -> float:
+        """The largest contact force."""
+        return float(np.abs(self.r).max(initial=0.0))
 
     @cached_property
     def _moved(self) -> float:
@@ -93,7 +98,7 @@ class Examined:
 
     def _contact(self) -> ContactFields:
         rows, r, moved, motion = self.iterate.rows, self.r, self._moved, self.iterate.motion
-        present = float(np.abs(r).max(initial=0.0))
+        present = self._present
         return ContactFields(
             r=r,
             motion=motion,

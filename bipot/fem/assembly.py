@@ -68,7 +68,8 @@ class Space:
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) into the vector (n,) of the unknowns."""
-        return self.gather(np.append(self.nodal(element), np.zeros(self.translations)))
+        nodal = self.nodal(element).ravel()
+        return self.gather(np.append(nodal, np.zeros(self.translations)) if self.translations else nodal)
 
     def nodal(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) at the nodes (a, d), held unknowns included."""
