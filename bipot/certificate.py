@@ -87,14 +87,14 @@ class MaterialFields:
 class Balance:
     """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off.
 
-    Residuals ``pushed`` (m,) of tools that forces drive are measured by these, ``push`` (m,).
+    The ``tool_residual`` (m,) of tools that forces drive is measured by these, ``tool_force`` (m,).
     """
 
     residual: Floats
     force: float
     blur: float
-    pushed: Floats
-    push: Floats
+    tool_residual: Floats
+    tool_force: Floats
 
     @property
     def equilibrium(self) -> float:
@@ -104,8 +104,8 @@ class Balance:
     @property
     def tools(self) -> float:
         """The largest residual of a tool over the force that drives it."""
-        pairs = zip(np.abs(self.pushed).tolist(), self.push.tolist(), strict=True)
-        return max((_ratio(off, push) for off, push in pairs), default=0.0)
+        pairs = zip(np.abs(self.tool_residual).tolist(), self.tool_force.tolist(), strict=True)
+        return max((_ratio(off, force) for off, force in pairs), default=0.0)
 
     @property
     def resolution(self) -> float:

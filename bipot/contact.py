@@ -107,7 +107,7 @@ class Candidates:
         normal, tangent = self._operators
         return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
 
-    def pushed(self, values: Floats) -> Floats:
+    def driven_sums(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
         return self._owned[self.scene.by_force] @ values
 

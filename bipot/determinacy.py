@@ -102,7 +102,7 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
         return ()
     active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
-    if iterate.advance.size:
+    if iterate.translated.size:
         # Tools that forces drive bind the contacts of all nodes together.
         return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)
@@ -178,7 +178,7 @@ def _rigid(iterate: Iterate) -> Floats:
     that a force drives."""
     increment = iterate.increment
     rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
-    count = len(iterate.advance)
+    count = len(iterate.translated)
     if not count:
         return rigid
     tools = np.zeros((len(rigid), count))

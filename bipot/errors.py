@@ -79,14 +79,18 @@ class LimitPassed(IncrementFailed, UnboundedProgram):
     drive; ``fraction`` of the load at pseudo-time ``tau`` is what is carried at most (:mod:`bipot.programs.limit`).
     """
 
-    ray: Any = None
-    translation: Any = None
-    fraction: float = math.nan
-    tau: float = math.nan
-
-    def __init__(self, message: str, state: Any = None, **found: Any) -> None:
-        IncrementFailed.__init__(self, message, state)
-        vars(self).update(found)
+    def __init__(
+        self,
+        message: str,
+        state: Any = None,
+        *,
+        ray: Any = None,
+        translation: Any = None,
+        fraction: float = math.nan,
+        tau: float = math.nan,
+    ) -> None:
+        super().__init__(message, state)
+        self.ray, self.translation, self.fraction, self.tau = ray, translation, fraction, tau
 
 
 def require(condition: bool, field: str, value: object, allowed: str) -> None:

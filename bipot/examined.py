@@ -60,7 +60,7 @@ class Examined:
         """Each measure over its bound or resolution; those of equilibrium alone where one is above one."""
         balance, bounds = self.balance, self.bounds
         first = {"equilibrium": balance.equilibrium / max(bounds.equilibrium, balance.resolution)}
-        if balance.push.size:
+        if balance.tool_force.size:
             first["tool_equilibrium"] = balance.tools / bounds.tool_equilibrium
         return self.certificate.ratios(bounds) if max(first.values()) <= 1 else first
 
@@ -80,8 +80,8 @@ class Examined:
             force=force,
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
             + EPS * (float(np.abs(loads).max()) + self._present),
-            pushed=space.beside(residual),
-            push=space.beside(self.iterate.load),
+            tool_residual=space.beside(residual),
+            tool_force=space.beside(self.iterate.load),
         )
 
     @cached_property
@@ -93,7 +93,7 @@ class Examined:
     def _moved(self) -> float:
         """Lengths of the increment (module docstring)."""
         # A tool that a force drives may come to rest where it is: it is placed to what its force could move it by.
-        driven = self.increment.units.length if self.iterate.advance.size else 0.0
+        driven = self.increment.units.length if self.iterate.translated.size else 0.0
         return float(norm(self.response.du).max()) + self.increment.reach + driven
 
     def _contact(self) -> ContactFields:

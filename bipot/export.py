@@ -165,7 +165,7 @@ def step_fields(accepted: Accepted, tractions: Traction) -> dict[str, ArrayLike]
         "gap": state.gap,
         "du": state.du,
         "translation": state.translation,
-        "advance": state.advance,
+        "translated": state.translated,
         "length": state.length,
         "force_tol": tractions.force_tol,
         "slip_tol": tractions.slip_tol,

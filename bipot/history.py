@@ -138,7 +138,7 @@ class History:
                 gap=steps["gap"][step],
                 du=steps["du"][step],
                 translation=steps["translation"][step],
-                advance=steps["advance"][step],
+                translated=steps["translated"][step],
                 length=float(steps["length"][step]),
                 flow=_flow(steps, step),
             )

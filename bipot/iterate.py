@@ -139,7 +139,7 @@ class Iterate:
         return self.response.x
 
     @property
-    def advance(self) -> Floats:
+    def translated(self) -> Floats:
         """Of these the translations (m,) of tools along the forces that drive them."""
         return self.increment.system.body.space.beside(self.x)
 
@@ -147,14 +147,14 @@ class Iterate:
     def tool_travel(self) -> Floats:
         """Displacement (tools, d) of each tool."""
         travel = self.increment.travel
-        return travel + self.increment.system.body.scene.led(self.advance) if self.advance.size else travel
+        return travel + self.increment.system.body.scene.led(self.translated) if self.translated.size else travel
 
     @property
     def length(self) -> float:
         """How far tools go in the increment, or nodes where the tools rest; never zero."""
         least = LEAST_MOTION * self.increment.system.body.scene.mesh.size
         moved = max(float(norm(self.response.du).max()), least)
-        return max(self.increment.reach, float(np.abs(self.advance).max(initial=0.0))) or moved
+        return max(self.increment.reach, float(np.abs(self.translated).max(initial=0.0))) or moved
 
     @property
     def rows(self) -> ContactRows:

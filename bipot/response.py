@@ -24,7 +24,7 @@ from bipot.scene import Scene
 from bipot.tensors import deviatoric_basis, equivalent_stress, identity, trace
 from bipot.typing import Floats, read_only
 
-ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "advance")
+ARRAYS = ("nodes", "stress", "plastic_strain", "peeq", "forces", "gap", "du", "translation", "translated")
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class State:
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
     (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
     and du are kept as they were found, because positions lose a small travel to their round-off. Of tools
-    that forces drive ``translation`` (m,) is how far they have gone along these since rest, ``advance`` (m,) in the
+    that forces drive ``translation`` (m,) is how far they have gone along these since rest, ``translated`` (m,) in the
     increment that led here. Arrays are read-only.
     """
 
@@ -47,7 +47,7 @@ class State:
     gap: Floats
     du: Floats
     translation: Floats
-    advance: Floats
+    translated: Floats
     length: float = 0.0
     flow: Flow | None = None
 
@@ -73,7 +73,7 @@ class State:
     @property
     def rates(self) -> Floats:
         """The velocity, node by node, and d translation/dtau (a d + m,)."""
-        rates = self.advance / self.length if self.length > 0 else np.zeros_like(self.advance)
+        rates = self.translated / self.length if self.length > 0 else np.zeros_like(self.translated)
         return np.concatenate([self.velocity.ravel(), rates])
 
 
@@ -93,7 +93,7 @@ def rest(scene: Scene, gap: Floats) -> State:
         gap=gap,
         du=np.zeros_like(nodes),
         translation=np.zeros(len(scene.pushed)),
-        advance=np.zeros(len(scene.pushed)),
+        translated=np.zeros(len(scene.pushed)),
     )
 
 
@@ -243,7 +243,7 @@ class Body:
         peeq = response.state.peeq + returned.dpeeq
         flowed = np.where(returned.plastic[..., None], plastic - before, 0.0)
         flow = Flow(flowed, np.where(returned.plastic, peeq - start.peeq, 0.0))
-        du, advance = response.du, self.space.beside(response.x)
+        du, translated = response.du, self.space.beside(response.x)
         return State(
             tau=tau,
             nodes=start.nodes + du,
@@ -253,8 +253,8 @@ class Body:
             forces=forces,
             gap=gap,
             du=du,
-            translation=start.translation + advance,
-            advance=advance,
+            translation=start.translation + translated,
+            translated=translated,
             length=tau - start.tau,
             flow=flow,
         )

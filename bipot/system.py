@@ -92,7 +92,7 @@ class System:
         return Rigidity(
             nodal=nodal,
             contact=nodal[self.candidates.node],
-            tools=self.candidates.pushed(nodal[self.candidates.node]),
+            tools=self.candidates.driven_sums(nodal[self.candidates.node]),
             lever=float(np.bincount(mesh.elements.ravel(), levers.ravel()).max()),
             gradient=float(slopes.sum(axis=2).max()),
         )

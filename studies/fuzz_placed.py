@@ -34,7 +34,7 @@ def tools_at(scene: Scene, state: State) -> Floats:
 
 def tools_gone(scene: Scene, start: State, end: State) -> Floats:
     """Displacement (k, d) of the tools in the increment that led to ``end``: no difference of positions."""
-    return along_path(scene, start.tau, end.tau) + _led(scene, end.advance)
+    return along_path(scene, start.tau, end.tau) + _led(scene, end.translated)
 
 
 def directions(scene: Scene) -> Floats:
@@ -74,7 +74,7 @@ def led_of(scene: Scene, tau: float, start: State, end: State | None = None) -> 
         force=forces_on_tools(scene, tau) * halves(scene),
         begun=start.translation,
         ended=end.translation,
-        advance=end.advance,
+        advance=end.translated,
     )
 
 

@@ -10,10 +10,12 @@ from bipot.accepted import Accepted
 from bipot.contact import Candidates
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
-from bipot.forms import Tangent
+from bipot.forms import Dissipation, Form, Newton, Tangent
 from bipot.increment import System
 from bipot.laws.hardening import Perfect
+from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.loads import Load
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
@@ -97,6 +99,26 @@ def scene(**changes):
         "tools": (tool(),),
     }
     return Scene(**(given | changes))
+
+
+FORMS = (Newton(), Tangent(), Dissipation())
+
+
+def named(form: Form) -> str:
+    """What a test calls a form."""
+    return form.name.value
+
+
+def last(scene: Scene, schedule: Schedule, form: Form) -> Accepted:
+    """The last increment of a march by one form alone."""
+    return list(march(scene, schedule, Control(form, fallbacks=())))[-1]
+
+
+def bar(loads: tuple[Load, ...] = (), supports: tuple[Support, ...] = (), length: float = 4.0) -> Scene:
+    """A bar along the second axis, its base on rollers, elastic with nu = 0."""
+    mesh = block(1.0, length, 2, 8)
+    rollers = (Support("base", 1), Support("left", 0))
+    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e6, 0.0)), (*rollers, *supports), loads=loads)
 
 
 def refused(make, words):

@@ -102,13 +102,13 @@ def test_a_force_on_half_a_tool_is_half_of_it(pressed):
     assert "driven" in found(half, led=replace(step.led, force=2 * step.led.force))
 
 
-@pytest.mark.parametrize("names", [("translation",), ("advance",), ("translation", "advance")])
+@pytest.mark.parametrize("names", [("translation",), ("translated",), ("translation", "translated")])
 def test_a_tool_that_is_elsewhere_is_found(pressed, names):
     state = pressed.steps[-1].state
     planted = with_state(pressed, **{name: getattr(state, name) + PLANTED for name in names})
     said = found(pressed, planted)
     assert "placed" in said or "law" in said
-    if "advance" in names:
+    if "translated" in names:
         assert "tool 0 goes otherwise" in misstated(pressed, planted)
 
 

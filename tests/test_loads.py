@@ -8,12 +8,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from bipot.accepted import Accepted
 from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.forms import Newton
 from bipot.iterate import Increment
 from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
@@ -25,24 +24,7 @@ from bipot.paths import Amplitude
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
-from tests.scenes import PLANES
-
-FORMS = [Newton(), Tangent(), Dissipation()]
-
-
-def named(form: Form) -> str:
-    return form.name.value
-
-
-def last(scene: Scene, schedule: Schedule, form: Form) -> Accepted:
-    return list(march(scene, schedule, Control(form, fallbacks=())))[-1]
-
-
-def bar(loads: tuple[Load, ...] = (), supports: tuple[Support, ...] = (), length: float = 4.0) -> Scene:
-    """A bar along the second axis, its base on rollers, elastic with nu = 0."""
-    mesh = block(1.0, length, 2, 8)
-    rollers = (Support("base", 1), Support("left", 0))
-    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e6, 0.0)), (*rollers, *supports), loads=loads)
+from tests.scenes import FORMS, PLANES, bar, last, named
 
 
 @pytest.mark.parametrize("form", FORMS, ids=named)

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.forms import Newton, Tangent
 from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -22,23 +21,7 @@ from bipot.paths import Amplitude
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
-
-FORMS = [Newton(), Tangent(), Dissipation()]
-
-
-def named(form: Form) -> str:
-    return form.name.value
-
-
-def last(scene: Scene, schedule: Schedule, form: Form) -> Accepted:
-    return list(march(scene, schedule, Control(form, fallbacks=())))[-1]
-
-
-def bar(loads: tuple[Load, ...] = (), supports: tuple[Support, ...] = (), length: float = 4.0) -> Scene:
-    """A bar along the second axis, its base on rollers, elastic with nu = 0."""
-    mesh = block(1.0, length, 2, 8)
-    rollers = (Support("base", 1), Support("left", 0))
-    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e6, 0.0)), (*rollers, *supports), loads=loads)
+from tests.scenes import FORMS, bar, last, named
 
 
 def pressed(*extra: Load, held: tuple[Support, ...] = ()) -> Scene:

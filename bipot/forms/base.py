@@ -74,10 +74,9 @@ class Cache:
         """The split of the run's stiffness pattern on the unknowns that contact rows touch."""
         K, kept = sp.csc_matrix(program.K), touched(program.contact.rows, len(program.f))
         # The last one only: a run meets many sets of candidates, and each split is as large as the pattern.
-        held = self._split
-        if held is None or len(held.place) != K.nnz or not np.array_equal(held.kept, kept):
-            held = self._split = Split.of(K, kept)
-        return held
+        if self._split is None or not np.array_equal(self._split.kept, kept):
+            self._split = Split.of(K, kept)
+        return self._split
 
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
         """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""

@@ -76,7 +76,7 @@ class Tangent:
         raw = self._gone_on(iterate, r, state, program) or self._posed(program, r[state.near], state.cache)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
-            tried = shortened(iterate, r, state, x, forces, self.halvings, clock)
+            tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
         else:
             with clock:
                 tried = Tried(iterate.increment.at(x), forces)
@@ -168,7 +168,7 @@ class Tried(NamedTuple):
     whole: bool = True
 
 
-def shortened(
+def _shortened(
     iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
 ) -> Tried:
     """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""
@@ -237,7 +237,7 @@ def tangent_program(
     with clock:
         K = iterate.stiffness(kind)
     program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
-    return softly_held(program, iterate, state, unresisted(program, iterate)) if iterate.advance.size else program
+    return softly_held(program, iterate, state, unresisted(program, iterate)) if iterate.translated.size else program
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.conic import shortened, tangent_program
+from bipot.forms.conic import tangent_program
 from bipot.forms.posed import Posed
 from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate
@@ -25,9 +25,6 @@ USABLE = 1e-8
 
 PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
 """Steps are counted and not timed, so that a march is the same on every machine."""
-
-HALVINGS = 3
-"""How often a step that leads away from equilibrium and law is halved."""
 
 FIRST, *REST = DEFAULT_CHAIN
 CHAIN = tuple(stage for stage in REST if not isinstance(stage.solver, GaussSeidel))
@@ -75,11 +72,13 @@ class Delassus:
         near = found.r.reshape(-1, r.shape[1])
         x = condensed.recover(reduced.displacement(near)) * units.length
         solved = clock.outside()
-        tried = shortened(iterate, r, state, x, state.spread(near * units.force), HALVINGS, clock)
-        state = state.after(tried.iterate, tried.r, exact=tried.whole, distance=tried.distance)
+        with clock:
+            there = iterate.increment.at(x)
+        forces = state.spread(near * units.force)
+        state = state.after(there, forces, exact=True)
         outcome = Outcome.SOLVED if found.converged else Outcome.ALMOST
         timing = Timing(built - began, solved - built, clock.seconds)
-        return Step(tried.iterate, tried.r, outcome, found.iterations, timing, state.coupling.report), state
+        return Step(there, forces, outcome, found.iterations, timing, state.coupling.report), state
 
     def _find(self, reduced: Reduced, start: Floats) -> CoulombSolution:
         first = FIRST.solver if self.solver is None else self.solver

@@ -40,7 +40,7 @@ class Posed:
         """
         rows, units, system = iterate.rows, iterate.increment.units, iterate.increment.system
         near = near_tools(rows, iterate.x, units.length)
-        if system.rigid.size or iterate.advance.size:
+        if system.rigid.size or iterate.translated.size:
             # What supports do not hold may go as far as the next tool.
             near = np.ones_like(near)
         coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), rule is not None)

@@ -31,13 +31,13 @@ def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: 
     K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
     # Each has one entry in its column: a sum of matrices would lose the zeros of the run's pattern.
     K.data[K.indptr[len(space.free) : -1]] += spring
-    f[len(space.free) :] += spring * iterate.advance / units.length
+    f[len(space.free) :] += spring * iterate.translated / units.length
     return replace(program, K=K, f=f)
 
 
 def unresisted(program: TangentProgram, iterate: Iterate) -> Bools:
     """Tools (m,) that forces drive along contacts without any friction yet, and against none."""
-    terms, count = program.contact, iterate.advance.size
+    terms, count = program.contact, iterate.translated.size
     against = terms.rows.G_n.indices
     dragged, _ = terms.tangent_rows(terms.sliding | terms.stuck | terms.coned)
     first = iterate.x.size - count
