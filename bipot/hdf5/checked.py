@@ -1,0 +1,194 @@
+"""Groups of an HDF5 file that need not be trusted: every name, type, shape and place is checked before it is read.
+
+Only hard links are followed, and only integers and floats of the standard sizes are read. A refusal names the file,
+the field, its value and what is allowed. Opening a damaged file is HDF5's own work, which nothing here can check.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import BipotError
+from bipot.hdf5.dataset import Allowed, Dataset, Shape
+from bipot.hdf5.source import Refusal, Source
+from bipot.hdf5.types import require_kind
+
+if TYPE_CHECKING:
+    from h5py.h5g import GroupID
+
+LARGEST = 2**30
+"""Bytes of the largest array that is read, 8 a number as it is held."""
+
+LARGEST_TEXT = 2**24
+"""Bytes of a text."""
+
+MOST_NAMES = 10_000
+"""Links of a group whose names are asked."""
+
+INTEGERS = "iu"
+"""Kinds of a count, signed or not."""
+
+
+@contextmanager
+def opened(source: str | Path | BinaryIO, refuse: Refusal, largest: int = LARGEST) -> Iterator[Checked]:
+    """The root of a file, given by its path or open for reading; ``refuse`` makes the error of a message.
+
+    ``largest`` is what one array may take, in bytes, 8 a number.
+    """
+    # h5py takes long to import, and only files need it.
+    import h5py
+
+    told = _told(source, refuse, largest)
+    with told.reading("the file"):
+        file = h5py.File(source, "r", locking=False)
+    try:
+        yield Checked(told, "", file.id)
+    finally:
+        with told.reading("the file"):
+            file.close()
+
+
+def _told(source: str | Path | BinaryIO, refuse: Refusal, largest: int) -> Source:
+    if isinstance(source, str | Path):
+        path = Path(source)
+        if not path.is_file():
+            # A pipe or a device would be waited for, or read without end.
+            raise refuse(f"{path} cannot be read: {'it is no regular file' if path.exists() else 'there is none'}")
+        return Source(str(path), path.stat().st_size, largest, refuse)
+    return Source(str(getattr(source, "name", "the open file")), source.seek(0, 2), largest, refuse)
+
+
+@dataclass(frozen=True)
+class Checked:
+    """A group by its ``name`` in a file, "" the root; fields are named from it, ``"a/b"`` for one in a group of it.
+
+    Every method refuses by the error that :func:`opened` was given. A ``kind`` holds NumPy's letters of what is
+    allowed, f, i and u: numbers come back as float64 where f is among them, else as int64.
+    """
+
+    source: Source
+    name: str
+    id: GroupID
+
+    def __contains__(self, name: str) -> bool:
+        *above, last = name.split("/")
+        parent = self.group("/".join(above)) if above else self
+        with self.source.reading(self._full(name)):
+            return parent.id.links.exists(last.encode())
+
+    def names(self) -> list[str]:
+        """Names of its links, refused where there are more than MOST_NAMES."""
+        found: list[bytes] = []
+
+        def take(name: bytes) -> bool | None:
+            found.append(name)
+            # Anything but None ends the iteration: a group may declare any number.
+            return True if len(found) > MOST_NAMES else None
+
+        with self.source.reading(self._full()):
+            self.id.links.iterate(take)
+            many = len(found) > MOST_NAMES
+            self.source.require(not many, f"{self._full()}: number of names", "more", f"at most {MOST_NAMES}")
+            return [name.decode() for name in found]
+
+    def group(self, name: str) -> Checked:
+        """The group of that name."""
+        import h5py
+
+        found = self._item(name)
+        if not isinstance(found, h5py.h5g.GroupID):
+            raise self._refusal(name, "is no group")
+        return Checked(self.source, self._full(name), found)
+
+    def length(self, name: str) -> int:
+        """Rows that a dataset declares."""
+        shape = self._dataset(name).shape
+        self.source.require(len(shape) > 0, f"{self._full(name)}: its shape", shape, "of one dimension at least")
+        return shape[0]
+
+    def array(
+        self, name: str, kind: str, shape: Shape, *, finite: bool = True, least: float = -inf, most: float = inf
+    ) -> NDArray[Any]:
+        """A whole dataset of that kind and shape, None for any length, its values from ``least`` to ``most``."""
+        dataset = self._dataset(name)
+        dataset.require(kind, shape)
+        return dataset.read(kind, 0, dataset.shape[0] if shape else 1, Allowed(finite, least, most))
+
+    def rows(self, name: str, kind: str, start: int, stop: int, shape: Shape, *, finite: bool = True) -> NDArray[Any]:
+        """Rows from ``start`` up to ``stop``, each of ``shape``; only these are allocated."""
+        dataset = self._dataset(name)
+        dataset.require(kind, (None, *shape), stop - start)
+        length = dataset.shape[0]
+        inside = 0 <= start <= stop <= length
+        self.source.require(inside, f"{self._full(name)}: number of its rows", length, f"at least {stop}")
+        return dataset.read(kind, start, stop, Allowed(finite))
+
+    def number(self, name: str, kind: str) -> Any:
+        """The one number of a dataset, which has no dimensions or one of length 1."""
+        return self.array(name, kind, () if self._dataset(name).shape == () else (1,)).reshape(()).item()
+
+    def integer(self, name: str, least: float = -inf, most: float = inf) -> int:
+        """The one integer of a dataset, from ``least`` to ``most``."""
+        value = self.number(name, INTEGERS)
+        self.source.require(least <= value <= most, self._full(name), value, f"in [{least}, {most}]")
+        return value
+
+    def attribute(self, name: str) -> int:
+        """The one integer of an attribute of this group."""
+        import h5py
+
+        field = f"{self._full()}: attribute {name}"
+        with self.source.reading(field):
+            self.source.require(h5py.h5a.exists(self.id, name.encode()), field, "missing", "there")
+            found = h5py.h5a.open(self.id, name.encode())
+            self.source.require(found.shape in ((), (1,)), f"{field}: its shape", found.shape, "() or (1,)")
+            require_kind(self.source, field, found, INTEGERS)
+            value = np.empty(found.shape, found.dtype)
+            found.read(value)
+            return int(value.reshape(()).item())
+
+    def text(self, name: str, largest: int = LARGEST_TEXT) -> str:
+        """The text whose UTF-8 bytes are the unsigned 8-bit integers of a dataset of one dimension."""
+        length = self.length(name)
+        self.source.require(length <= largest, f"{self._full(name)}: its bytes", length, f"at most {largest}")
+        codes = self.array(name, "u", (length,), most=255)
+        with self.source.reading(self._full(name)):
+            return codes.astype(np.uint8).tobytes().decode("utf-8")
+
+    def _full(self, name: str = "") -> str:
+        return f"{self.name}/{name}" if name else self.name or "/"
+
+    def _refusal(self, name: str, why: str) -> BipotError:
+        return self.source.refuse(f"{self.source.path}: {self._full(name)} {why}")
+
+    def _dataset(self, name: str) -> Dataset:
+        import h5py
+
+        found = self._item(name)
+        if not isinstance(found, h5py.h5d.DatasetID):
+            raise self._refusal(name, "is no dataset")
+        return Dataset(self.source, self._full(name), found)
+
+    def _item(self, name: str) -> Any:
+        """What a name leads to by hard links alone."""
+        from h5py.h5g import GroupID
+        from h5py.h5l import TYPE_HARD
+        from h5py.h5o import open as open_object
+
+        found: Any = self.id
+        with self.source.reading(self._full(name)):
+            for part in name.encode().split(b"/"):
+                if not isinstance(found, GroupID) or not part or not found.links.exists(part):
+                    raise self._refusal(name, "is missing")
+                if found.links.get_info(part).type != TYPE_HARD:
+                    raise self._refusal(name, "is a link to elsewhere: only what a group holds itself is read")
+                found = open_object(found, part)
+        return found

@@ -1,0 +1,93 @@
+"""One dataset of a file that need not be trusted: what it declares is checked, then its numbers are, once read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, prod
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.hdf5.source import Source
+from bipot.hdf5.storage import require_stored
+from bipot.hdf5.types import require_kind
+
+if TYPE_CHECKING:
+    from h5py.h5d import DatasetID
+
+Shape = tuple[int | None, ...]
+"""None for a length that may be any."""
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """Values that a dataset may hold: from ``least`` to ``most``, and finite or not."""
+
+    finite: bool = True
+    least: float = -inf
+    most: float = inf
+
+    def words(self) -> str:
+        """As a message says it."""
+        return "finite" if (self.least, self.most) == (-inf, inf) else f"in [{self.least}, {self.most}]"
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A dataset by the ``field`` that messages name."""
+
+    source: Source
+    field: str
+    id: DatasetID
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape that it declares, which need not be stored."""
+        import h5py
+
+        with self.source.reading(self.field):
+            space = self.id.get_space()
+            kind = space.get_simple_extent_type()
+            self.source.require(kind != h5py.h5s.NULL, f"{self.field}: its shape", "null", "that of an array")
+            return space.get_simple_extent_dims()
+
+    def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
+        """Refuse another kind, another shape, and more than the file may give at once: ``rows``, None for all."""
+        found = self.shape
+        fits = len(found) == len(shape) and all(want in (None, n) for n, want in zip(found, shape, strict=True))
+        self.source.require(fits, f"{self.field}: its shape", found, _words(shape))
+        with self.source.reading(self.field):
+            require_kind(self.source, self.field, self.id, kind)
+        held, largest = 8 * prod(found if rows is None else (rows, *found[1:])), self.source.largest
+        self.source.require(held <= largest, f"{self.field}: its bytes", held, f"at most {largest}")
+
+    def read(self, kind: str, start: int, stop: int, allowed: Allowed) -> NDArray[Any]:
+        """Rows from ``start`` up to ``stop``, or the one number where it has no dimensions."""
+        import h5py
+
+        with self.source.reading(self.field):
+            require_stored(self.source, self.field, self.id, start, stop)
+            whole = h5py.Dataset(self.id)
+            found = np.asarray(whole[start:stop] if whole.shape else whole[()])
+            values = found.astype(np.float64 if "f" in kind else np.int64, copy=False)
+        if found.dtype.kind == "u" and values.dtype == np.int64:
+            # What no int64 holds came out negative.
+            allowed = Allowed(allowed.finite, max(0, allowed.least), allowed.most)
+        self._require_values(values, allowed)
+        return values
+
+    def _require_values(self, values: NDArray[Any], allowed: Allowed) -> None:
+        inside = (values >= allowed.least) & (values <= allowed.most)
+        if values.dtype == np.float64:
+            inside = (inside | np.isnan(values)) & np.isfinite(values) if allowed.finite else inside | np.isnan(values)
+        if not inside.all():
+            place = tuple(int(k) for k in np.argwhere(~inside)[0])
+            words = (
+                "finite" if (allowed.least, allowed.most) == (-inf, inf) else f"in [{allowed.least}, {allowed.most}]"
+            )
+            self.source.require(False, f"{self.field}{list(place)}", values[place], words)
+
+
+def _words(shape: Shape) -> str:
+    return f"({', '.join('any' if n is None else str(n) for n in shape)})"
