@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bipot.components import Components
+from bipot.course import Course
 from bipot.energy import Energies
 from bipot.errors import require, require_count
 from bipot.forms import FormName
@@ -19,9 +20,10 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Accepted:
-    """One accepted increment: where it started, where it ended, how it was solved and what it cost.
+    """One accepted increment: where it started, where it led, how it was solved and what it cost.
 
-    ``tool_forces`` (k, d) are those of the tools on the modelled part, ``energies`` those of the whole body.
+    ``course`` is where the march is after it, from which :func:`bipot.marching.march` goes on. ``tool_forces`` (k, d)
+    are those of the tools on the modelled part.
     ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
     was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
     (:mod:`bipot.landing`), None if it was not. Results have names: of nodes (a, d), of integration points (e, q),
@@ -35,12 +37,10 @@ class Accepted:
     (True, (8, 2))
     """
 
-    number: int
     start: State
-    state: State
+    course: Course
     solved: Solved
     tool_forces: Floats
-    energies: Energies
     form: FormName
     passes: int
     cuts: int
@@ -48,6 +48,21 @@ class Accepted:
     seconds: float
     landed: int | None = None
     strayed: bool = False
+
+    @property
+    def number(self) -> int:
+        """Its number in the march, from 1."""
+        return self.course.number
+
+    @property
+    def state(self) -> State:
+        """The state at its end."""
+        return self.course.state
+
+    @property
+    def energies(self) -> Energies:
+        """Those of the whole body so far, this increment's included."""
+        return self.course.energies
 
     @property
     def reason(self) -> str:

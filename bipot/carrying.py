@@ -100,25 +100,25 @@ class Carried:
         excess = fraction(self.ratio) - fraction(ratio)
         return excess > TOO_MUCH * ratio or -excess > TOO_LITTLE * ratio
 
-    def after(self, course: Course) -> Carried:
+    def after(self, flowed: Flowed) -> Carried:
         """What to carry instead where the material took another course: itself if it did not."""
-        if self.is_wrong(course.overall):
-            return replace(self, ratio=course.overall, wrong=self.wrong + 1)
-        if course.stopped.any():
-            return replace(self, ratio=course.ratio, on=self.on & ~course.stopped)
+        if self.is_wrong(flowed.overall):
+            return replace(self, ratio=flowed.overall, wrong=self.wrong + 1)
+        if flowed.stopped.any():
+            return replace(self, ratio=flowed.ratio, on=self.on & ~flowed.stopped)
         return self
 
     def found_by(self, system: System, euler: Solved) -> Carried | None:
         """What to carry by what the material does with backward Euler; None where that is as well."""
         none = replace(self, ratio=0.0)
-        ratio = Course.of(system, none, euler).overall
+        ratio = Flowed.of(system, none, euler).overall
         if not none.is_wrong(ratio):
             return None
         return replace(self, ratio=ratio if self.is_wrong(ratio) else self.ratio, found=True)
 
 
 @dataclass(frozen=True)
-class Course:
+class Flowed:
     """What the material did: points (e, q) whose flow did not go on, the ratio of it at the others, and overall.
 
     ``overall`` counts the flow of points that stopped as zero. Both are 0 where no flow went on.
@@ -129,7 +129,7 @@ class Course:
     overall: float
 
     @staticmethod
-    def of(system: System, carried: Carried, solved: Solved) -> Course:
+    def of(system: System, carried: Carried, solved: Solved) -> Flowed:
         """Measured on the increment that was ``solved`` with the flow ``carried``."""
         response, a = solved.response, carried.fraction
         own, weight = response.returned.plastic_strain, response.kinematics.volume
@@ -145,7 +145,7 @@ class Course:
         going = carried.on & ~stopped
         along = max(float(np.sum((weight * np.vecdot(flow, last))[going])), 0.0)
         square = weight * np.vecdot(last, last)
-        return Course(stopped, *(along / float(np.sum(square[on])) if along > 0 else 0.0 for on in (going, carried.on)))
+        return Flowed(stopped, *(along / float(np.sum(square[on])) if along > 0 else 0.0 for on in (going, carried.on)))
 
 
 Refused = Callable[[Solved], Reason | None]
@@ -173,7 +173,7 @@ def carry_on(increment: Increment, solve: Solve, refused: Refused, second: bool)
             if carried is None:
                 return _joined(tried)
             continue
-        after = carried.after(Course.of(system, carried, solved))
+        after = carried.after(Flowed.of(system, carried, solved))
         if after is carried:
             why = refused(solved)
             if why is None:

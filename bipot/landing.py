@@ -21,7 +21,7 @@ from bipot.contact import carries
 from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 
 FIRST_LOOK = 0.9
 """Where to look for the event between an open start and a first trial that is closed."""
@@ -75,12 +75,12 @@ def locate(
     solved: Solved,
     solve: Callable[[Increment], Attempt],
     how: Locate,
-    known: frozenset[int] = frozenset(),
+    known: Bools,
 ) -> tuple[Landing | None, int]:
     """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
 
-    ``solve`` attempts it with another end; ``known`` are candidates not to locate again. None leaves the increment
-    whole: nothing lands, an event in its margins, a failed or undecided search.
+    ``solve`` attempts it with another end; ``known`` (c,) marks candidates not to locate again. None leaves the
+    increment whole: nothing lands, an event in its margins, a failed or undecided search.
     """
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
@@ -88,7 +88,8 @@ def locate(
     start_gap = state.gap
 
     def landings(found: Solved) -> Ints:
-        return np.setdiff1d(newly_closed(start_gap, found.r, none), np.fromiter(known, dtype=np.intp))
+        closed = newly_closed(start_gap, found.r, none)
+        return closed[~known[closed]]
 
     landed, passes, end = landings(solved), 0, tau - how.margin * length
     low, high = state.tau + how.margin * length, tau

@@ -7,21 +7,18 @@ exactly, and what happened is recorded in words.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
-
-import numpy as np
+from typing import NamedTuple
 
 from bipot.accepted import Accepted
 from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.diagnosis import diagnosis
-from bipot.energy import Energies
+from bipot.course import Course
 from bipot.errors import (
-    IncrementFailed,
     InvertedElement,
-    LimitPassed,
     NotConverged,
     ProgramError,
     UnsuitedForm,
@@ -30,21 +27,18 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
+from bipot.failing import given_up
 from bipot.forms import Cache, Dissipation, Form, Newton, Tangent
-from bipot.increment import Limits, Observer, Solved, Trial, advance, solve_increment, unobserved
+from bipot.increment import Limits, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
-from bipot.landing import Locate, locate
+from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
-from bipot.limit_analysis import collapse
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.schedule import Schedule
-from bipot.starting import require_start
+from bipot.starting import course_of
 from bipot.system import System, system_of
-
-NEXT = 4.0
-"""Lengths of the increment that failed within which a maximum of the load explains it."""
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
@@ -86,17 +80,23 @@ def march(
     scene: Scene,
     schedule: Schedule,
     control: Control = Control(),
-    start: State | None = None,
+    start: State | Course | None = None,
     observe: Observer = unobserved,
 ) -> Iterator[Accepted]:
     """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
 
-    ``number`` and ``energies`` count from the given ``start``, whatever run it is taken from: a resumed march numbers
-    its first increment 1 and its work, dissipation and stored energy start at zero. ``observe`` sees every pass.
+    From a :class:`~bipot.course.Course`, e.g. the ``course`` of an accepted increment, the march goes on: what it
+    yields is to the last bit what the march that it is taken from yields next, but for ``seconds``. From a state it
+    begins: ``number`` and ``energies`` count from there, and nothing is known of the increments before. ``observe``
+    sees every pass.
+
+    Another schedule or control may go on from a course. Where its pseudo-time is one of the schedule's, increment
+    control begins anew there; where not, the next increment has the length of the course unless a scheduled
+    pseudo-time comes before, and ``control.cuts`` count from the course's uncut length.
 
     Raises:
-        SceneError: at once, a wrong type, a start state of another scene, BDF2 of a material whose stress is not
-            returned, naming its field.
+        SceneError: at once, a wrong type, a start of another scene, BDF2 of a material whose stress is not returned,
+            naming its field.
         LimitPassed: as the next, where the load is proved to be above what the body carries; with the mechanism.
         IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
             what a landing left of it, halved ``control.cuts`` times.
@@ -104,79 +104,127 @@ def march(
     require_type(scene, Scene, "scene")
     require_type(schedule, Schedule, "schedule")
     require_type(control, Control, "control")
-    require_type(start, State, "start", optional=True)
     # Flow carried on takes the stress off the yield surface until the return brings it back.
     allowed = f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface"
     second = control.integration is Integration.BDF2
     require(not (second and scene.material.drifts), "integration", control.integration.value, allowed)
     system = system_of(scene)
-    if start is not None:
-        require_start(start, system, control.limits.bounds.equilibrium)
-    return _increments(system, schedule, control, system.rest() if start is None else start, observe)
+    course = course_of(start, system, control.limits.bounds.equilibrium)
+    return _increments(Run(system, control, observe), schedule, course)
 
 
-def _increments(
-    system: System, schedule: Schedule, control: Control, state: State, observe: Observer
-) -> Iterator[Accepted]:
+@dataclass(frozen=True)
+class Run:
+    """What the increments of a march share; of the cache only what no increment's numbers change."""
+
+    system: System
+    control: Control
+    observe: Observer
+    cache: Cache = field(default_factory=Cache)
+
+    def attempt(self, increment: Increment, largest: float) -> Attempt:
+        """Try the increment."""
+        return attempt_increment(increment, self.control, self.cache, largest, self.observe)
+
+
+class Found(NamedTuple):
+    """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts."""
+
+    increment: Increment
+    attempt: Attempt
+    solved: Solved
+    uncut: float
+    cuts: int
+    passes: int
+    reasons: tuple[Reason, ...]
+    landing: Landing | None = None
+
+
+def _increments(run: Run, schedule: Schedule, course: Course) -> Iterator[Accepted]:
     """The march from a checked start."""
-    cache, energies = Cache(), Energies()
-    largest = float(np.abs(state.forces).max(initial=0.0))
-    number = 0
-    for target in schedule.landing_on(system.body.scene.kinks):
-        size, known = target - state.tau, frozenset[int]()
-        least = size / 2**control.cuts
-        while state.tau < target:
-            began, cuts, passes, reasons = time.perf_counter(), 0, 0, list[Reason]()
-            attempted = partial(attempt_increment, control=control, cache=cache, largest=largest, observe=observe)
-            while True:
-                # Landing on the target itself, not on a sum that round-off moves.
-                tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
-                increment = Increment(system, state, tau)
-                attempt = attempted(increment)
-                passes += attempt.passes
-                reasons += attempt.failures
-                if attempt.solved is not None:
-                    break
-                # Counted from what was scheduled: from the last success they creep up to a wall without an end.
-                if tau - state.tau < 2 * least * (1 - 1e-9):
-                    raise _failed(increment, attempt, cuts, cache)
-                cuts += 1
-                size = (tau - state.tau) / 2
-                reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
-            solved, end, landing = attempt.solved, tau, None
-            if control.locate is not None:
-                landing, spent = locate(increment, solved, attempted, control.locate, known)
-                passes += spent
-            if landing is not None:
-                attempt, solved, tau, known = landing.attempt, landing.solved, landing.tau, known | {landing.candidate}
-                said = f"cut to the landing of node {landing.node} at tau = {tau:.6g}"
-                landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": tau})
-                reasons += [*attempt.failures, landed]
-            if solved.almost:
-                said = f"{solved.almost} passes almost solved, certificate re-checked"
-                reasons.append(Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}))
-            accepted = advance(state, solved)
-            energies = energies.after(state, accepted, solved)
-            largest = max(largest, float(np.abs(solved.r).max(initial=0.0)))
-            number += 1
-            seconds = time.perf_counter() - began
-            yield Accepted(
-                number,
-                state,
-                accepted,
-                solved,
-                solved.iterate.tool_forces(solved.r),
-                energies,
-                attempt.form,
-                passes,
-                cuts,
-                tuple(reasons),
-                seconds,
-                None if landing is None else landing.node,
-                cuts > 0 or attempt.strayed,
-            )
-            state, size = accepted, 2 * (tau - state.tau) if landing is None else end - tau
-            least = least if landing is None else size / 2**control.cuts
+    times = schedule.landing_on(run.system.body.scene.kinks)
+    if course.state.tau in times:
+        course = course.scheduled()
+    for target in times:
+        while course.state.tau < target:
+            accepted = _next(run, course, target)
+            yield accepted
+            course = accepted.course
+
+
+def _next(run: Run, course: Course, target: float) -> Accepted:
+    """The next increment on the way to the scheduled ``target``."""
+    began = time.perf_counter()
+    run.cache.begin(course.before)
+    found = _located(run, course, _halved(run, course, target))
+    solved, reasons = found.solved, found.reasons
+    if solved.almost:
+        said = f"{solved.almost} passes almost solved, certificate re-checked"
+        reasons += (Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}),)
+    return Accepted(
+        start=course.state,
+        course=_after(course, found, target),
+        solved=solved,
+        tool_forces=solved.iterate.tool_forces(solved.r),
+        form=found.attempt.form,
+        passes=found.passes,
+        cuts=found.cuts,
+        reasons=reasons,
+        seconds=time.perf_counter() - began,
+        landed=None if found.landing is None else found.landing.node,
+        strayed=found.cuts > 0 or found.attempt.strayed,
+    )
+
+
+def _halved(run: Run, course: Course, target: float) -> Found:
+    """The increment of the course's length or less, halved until an attempt solves it."""
+    state, anew = course.state, target - course.state.tau
+    size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
+    least = uncut / 2**run.control.cuts
+    cuts, passes, reasons = 0, 0, list[Reason]()
+    while True:
+        # Landing on the target itself, not on a sum that round-off moves.
+        tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
+        increment = Increment(run.system, state, tau)
+        attempt = run.attempt(increment, course.largest)
+        passes += attempt.passes
+        reasons += attempt.failures
+        if attempt.solved is not None:
+            return Found(increment, attempt, attempt.solved, uncut, cuts, passes, tuple(reasons))
+        # Counted from what was scheduled: from the last success they creep up to a wall without an end.
+        if tau - state.tau < 2 * least * (1 - 1e-9):
+            raise given_up(increment, attempt, cuts, run.cache.pace)
+        cuts += 1
+        size = (tau - state.tau) / 2
+        reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))
+
+
+def _located(run: Run, course: Course, found: Found) -> Found:
+    """What was found, cut to the first landing in it if landings are to be located."""
+    if run.control.locate is None:
+        return found
+    solve = partial(run.attempt, largest=course.largest)
+    landing, spent = locate(found.increment, found.solved, solve, run.control.locate, course.landed)
+    found = found._replace(passes=found.passes + spent)
+    if landing is None:
+        return found
+    said = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
+    landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": landing.tau})
+    reasons = (*found.reasons, *landing.attempt.failures, landed)
+    return found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
+
+
+def _after(course: Course, found: Found, target: float) -> Course:
+    """Where the march is after what was found: at the ``target``, or on the way to it."""
+    after = course.after(found.solved)
+    tau, landed = after.state.tau, course.landed.copy()
+    if tau == target:
+        return after
+    if found.landing is None:
+        return replace(after, size=min(2 * (tau - course.state.tau), target - tau), uncut=found.uncut, landed=landed)
+    landed[found.landing.candidate] = True
+    rest = found.increment.tau - tau
+    return replace(after, size=rest, uncut=rest, landed=landed)
 
 
 def attempt_increment(
@@ -211,40 +259,3 @@ def attempt_increment(
         return dissipation.negative(control.limits.bounds.relative_gap, friction=solved.posed is None)
 
     return carry_on(increment, solve, refused, control.integration is Integration.BDF2)
-
-
-def _failed(increment: Increment, attempt: Attempt, cuts: int, cache: Cache) -> IncrementFailed:
-    """What failed, and one sentence on what to change after so many ``cuts``."""
-    system, state, tau = increment.system, increment.start, increment.tau
-    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
-    found = diagnosis(system, state, tau)
-    if found:
-        return IncrementFailed(failed + found, state)
-    given_way = collapse(increment)
-    if given_way is not None:
-        carried = f"The load passes the limit load: in its present shape the body carries {given_way.carried:.6g} of it"
-        space = system.body.space
-        advice = f"{failed}{carried}. Drive it by displacements, or load it less."
-        return LimitPassed(
-            advice,
-            state,
-            ray=space.spread(given_way.v),
-            translation=space.beside(given_way.v),
-            fraction=given_way.carried,
-            tau=tau,
-        )
-    if system.loading.loads or system.body.scene.pushed:
-        top = cache.pace.maximum()
-        most = "may be next to, or past, its maximum"
-        if top is not None and top - state.tau < NEXT * (tau - state.tau):
-            most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"
-        more = f"Drive the body by displacements, or use more increments: the load {most}."
-    elif isinstance(attempt.last, InvertedElement):
-        more = (
-            "Remesh there: shorter increments fold the element too."
-            if cuts
-            else "Use more increments, or remesh there."
-        )
-    else:
-        more = "Use more increments, or a mesh that is less distorted there."
-    return IncrementFailed(failed + more, state)

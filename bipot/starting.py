@@ -1,4 +1,4 @@
-"""A state that a march is asked to start from must be one of its scene."""
+"""A state or course that a march is asked to start from must be one of its scene."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bipot.course import Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
@@ -15,7 +16,7 @@ from bipot.laws.flow import Flow
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Floats
+from bipot.typing import Bools, Floats
 
 PLACED = 1e-9
 """How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
@@ -30,6 +31,31 @@ BALANCED = 1e-3
 """How far a start's contact forces may be from its stress, relative to the largest nodal sum of |element forces|.
 
 Far above what is accepted, and far below what would move a scale."""
+
+
+def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:
+    """The course that a march starts from; of a state the one that begins there, of None that at rest.
+
+    Raises:
+        SceneError: another type; as :func:`require_start`; of a course that has other arrays than the scene's, a length
+            beyond the end of the path, or a last increment that did not begin before its end, naming the field.
+    """
+    if start is None:
+        return Course.of(system.rest())
+    if isinstance(start, State):
+        require_start(start, system, equilibrium)
+        return Course.of(start)
+    require(isinstance(start, Course), "start", start, "a State, a Course or None")
+    require_start(start.state, system, equilibrium)
+    at_rest, tau, before = Course.of(system.rest()), start.state.tau, start.before
+    allowed = f"at most {1 - tau:g}, what is left of the path"
+    require(not start.size > 1 - tau, "start.size", start.size, allowed)
+    _require_like(start.landed, at_rest.landed, "start.landed")
+    _require_like(before.velocity, at_rest.before.velocity, "start.before.velocity")
+    require(not before.tau >= tau, "start.before.tau", before.tau, f"below start.state.tau, {tau:g}")
+    allowed = f"below start.before.tau, {before.tau:g}"
+    require(not before.middle >= before.tau, "start.before.middle", before.middle, allowed)
+    return start
 
 
 def require_start(start: State, system: System, equilibrium: float) -> None:
@@ -111,7 +137,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
 
 
-def _require_like(given: ArrayLike, own: Floats, field: str) -> None:
+def _require_like(given: ArrayLike, own: Floats | Bools, field: str) -> None:
     """The shape of the scene's own array, and finite."""
     shape = np.shape(given)
     require(shape == own.shape, field, f"of shape {shape}", f"of shape {own.shape}, as in the scene")

@@ -90,18 +90,16 @@ def test_a_search_that_fails_leaves_the_increment_whole():
     system, (first, second) = system_of(asked), run(asked, how=None)[:2]
 
     failed = Attempt(None, Newton.name, 3, [])
-    found = locate(Increment(system, first.state, second.state.tau), second.solved, lambda tau: failed, HOW)
+    increment, nobody = Increment(system, first.state, second.state.tau), np.zeros(len(second.solved.r), dtype=bool)
+    found = locate(increment, second.solved, lambda tau: failed, HOW, nobody)
     assert found == (None, 3)
 
 
 def test_a_known_candidate_is_not_located_again():
     asked = scene(GAP)
     system, (first, second) = system_of(asked), run(asked, how=None)[:2]
-    everyone = frozenset(range(len(system.candidates.node)))
-    assert locate(Increment(system, first.state, second.state.tau), second.solved, pytest.fail, HOW, everyone) == (
-        None,
-        0,
-    )
+    increment, everyone = Increment(system, first.state, second.state.tau), np.ones(len(second.solved.r), dtype=bool)
+    assert locate(increment, second.solved, pytest.fail, HOW, everyone) == (None, 0)
 
 
 @pytest.mark.parametrize("wrong", [{"tolerance": 0.0}, {"tolerance": 1.0}, {"solves": 0}, {"margin": 0.5}])

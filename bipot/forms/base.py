@@ -16,7 +16,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.conic.solver import Handle
-from bipot.forms.memory import Pace, Setup
+from bipot.forms.memory import Pace, Paced, Setup
 from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import TangentProgram
@@ -60,8 +60,8 @@ class Step:
 
 @dataclass
 class Cache:
-    """What a run finds once: orderings, patterns, the predictor, what solvers keep of the last program. Owned by
-    the march."""
+    """What a run finds once, orderings and patterns; of an increment the predictor, and what solvers keep of the last
+    program. Owned by the march."""
 
     pace: Pace = field(default_factory=Pace)
     handles: dict[FormName, Handle] = field(default_factory=dict)
@@ -69,6 +69,11 @@ class Cache:
     _setup: Setup | None = None
     _pattern: Pattern | None = None
     _frames: tuple[bytes, Frames] | None = None
+
+    def begin(self, before: Paced) -> None:
+        """An increment begins, ``before`` the last but one: nothing stays that depends on another's numbers."""
+        self.pace = Pace(before)
+        self.handles.clear()
 
     def split(self, program: TangentProgram) -> Split:
         """The split of the run's stiffness pattern on the unknowns that contact rows touch."""

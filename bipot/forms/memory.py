@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.errors import require_number
 from bipot.fem.strain import Scratch
 from bipot.iterate import Iterate
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, as_numbers, read_only
 
 BOUNDED = 0.3
 
@@ -56,48 +58,63 @@ class Setup:
 
 @dataclass(frozen=True)
 class Paced:
-    """An accepted increment as the predictor sees it: where it ended, its middle (None if unknown), its velocity."""
+    """An accepted increment as the predictor sees it: where it ended, its middle, its velocity, node by node, and that
+    of translations (a d + m,), read-only. Where it ended or began is NaN if unknown, and so is then its middle.
+    """
 
     tau: float
-    middle: float | None
+    middle: float
     velocity: Floats
 
+    def __post_init__(self) -> None:
+        for name in ("tau", "middle"):
+            require_number(getattr(self, name), f"paced.{name}")
+        velocity = as_numbers(self.velocity, "paced.velocity")
+        object.__setattr__(self, "velocity", read_only(velocity, np.float64))
 
-@dataclass
+    @staticmethod
+    def unknown(state: State) -> Paced:
+        """The increment before one that led to ``state`` from who knows where."""
+        return Paced(math.nan, math.nan, np.zeros_like(state.rates))
+
+    def next(self, state: State) -> Paced:
+        """The increment after this one, which led to ``state``."""
+        return Paced(state.tau, (self.tau + state.tau) / 2, state.rates)
+
+
+@dataclass(frozen=True)
 class Pace:
     """Predicts an increment's motion: the velocity extrapolated linearly from the last two increments.
 
     The velocity of an increment is that of its middle. Where it changes by more than BOUNDED of itself (first yield,
-    a landing, a reversal) the last velocity is kept.
+    a landing, a reversal) the last velocity is kept. ``before`` is the last increment but one, None if unknown.
     """
 
-    last: Paced | None = None
     before: Paced | None = None
 
     def predict(self, state: State, tau: float) -> Floats:
         """Displacements, node by node, and translations (a d + m,) from ``state`` to ``tau``."""
-        if self.last is None or self.last.tau != state.tau:
-            middle = None if self.last is None else (self.last.tau + state.tau) / 2
-            self.before, self.last = self.last, Paced(state.tau, middle, state.rates)
-        return self._velocity(self.last, (state.tau + tau) / 2) * (tau - state.tau)
+        before, last = self._seen(state)
+        velocity, over = last.velocity, last.middle - before.middle
+        if over > 0:
+            change = (velocity - before.velocity) * (((state.tau + tau) / 2 - last.middle) / over)
+            bounded = np.linalg.norm(change) <= BOUNDED * np.linalg.norm(velocity)
+            velocity = velocity + change if bounded else velocity
+        return velocity * (tau - state.tau)
 
-    def maximum(self) -> float | None:
-        """Where the load has a maximum by how the motion speeds up before it; None where it does not.
+    def maximum(self, state: State) -> float | None:
+        """Where the load has a maximum by how the motion to ``state`` speeds up before it; None where it does not.
 
         Next to one, at tau_c, |velocity| grows as (tau_c - tau)^(-1/2): |velocity|^-2 goes to zero linearly.
         """
-        last, before = self.last, self.before
-        if before is None or last is None or before.middle is None or last.middle is None:
-            return None
+        before, last = self._seen(state)
+        over = last.middle - before.middle
         fast, slow = (float(v @ v) for v in (last.velocity, before.velocity))
-        if not fast > FASTER**2 * slow > 0:
+        if not over > 0 or not fast > FASTER**2 * slow > 0:
             return None
-        return last.middle + (last.middle - before.middle) / (fast / slow - 1)
+        return last.middle + over / (fast / slow - 1)
 
-    def _velocity(self, last: Paced, middle: float) -> Floats:
-        before = self.before
-        if before is None or before.middle is None or last.middle is None:
-            return last.velocity
-        change = (last.velocity - before.velocity) * ((middle - last.middle) / (last.middle - before.middle))
-        bounded = np.linalg.norm(change) <= BOUNDED * np.linalg.norm(last.velocity)
-        return last.velocity + change if bounded else last.velocity
+    def _seen(self, state: State) -> tuple[Paced, Paced]:
+        """The last increment but one, and the last, which led to ``state``."""
+        before = self.before or Paced.unknown(state)
+        return before, before.next(state)
