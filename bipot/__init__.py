@@ -10,11 +10,11 @@ results by name and its certificate. Public names by subject; everything else is
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
 * limit loads: limit_load, LimitLoad
-* march: march, Schedule, Control, Integration, Limits, Bounds, Locate
+* march: march, Course, Schedule, Control, Integration, Limits, Bounds, Locate
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
-* files: Recorder, History, load, resume
+* files: results (``results.open``), Recorder, Existing, History
 * errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, InvertedElement
 * errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 
@@ -32,6 +32,7 @@ from bipot.conic.problem import ConicProgram, ConicSolution
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.course import Course
 from bipot.elements import Element
 from bipot.energy import Energies
 from bipot.errors import (
@@ -52,7 +53,6 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
-from bipot.history import History, Recorder, load, resume
 from bipot.increment import Limits
 from bipot.landing import Locate
 from bipot.laws.flow import Integration
@@ -66,6 +66,7 @@ from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
+from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support, Symmetry
@@ -87,6 +88,7 @@ __all__ = [
     "ConicProgram",
     "ConicSolution",
     "Control",
+    "Course",
     "Cvxpy",
     "Delassus",
     "Dissipation",
@@ -94,6 +96,7 @@ __all__ = [
     "Elasticity",
     "Element",
     "Energies",
+    "Existing",
     "FileError",
     "FlatTool",
     "Force",
@@ -145,9 +148,7 @@ __all__ = [
     "conic_program",
     "cylinder",
     "limit_load",
-    "load",
     "march",
-    "resume",
     "ring",
     "upsetting",
 ]

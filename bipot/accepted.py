@@ -15,6 +15,7 @@ from bipot.reason import Reason
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.symmetry import whole_force
+from bipot.traction import Traction, traction
 from bipot.typing import Floats
 
 
@@ -68,6 +69,11 @@ class Accepted:
     def reason(self) -> str:
         """Why it fell back or was cut, in words."""
         return "; ".join(map(str, self.reasons))
+
+    @property
+    def traction(self) -> Traction:
+        """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
+        return traction(self.solved.iterate, self.solved.r)
 
     def tool_force(self, tool: int) -> Floats:
         """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.

@@ -11,7 +11,8 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from bipot.errors import ResultsError
-from bipot.history import History, load
+from bipot.results import History
+from bipot.results import open as open_results
 from paper_figs.closed_forms import Cylinder
 from studies.tables import Value, read_csv
 
@@ -52,7 +53,7 @@ def runs(results: Path) -> list[History]:
         ResultsError: one is missing or incomplete; the message names the command that makes them.
     """
     command = COMMAND.format(results=results)
-    found = [load(results / f"mu{mu:g}", command) for mu in MU]
+    found = [open_results(results / f"mu{mu:g}", command) for mu in MU]
     for run in found:
         if not run.complete:
             raise ResultsError(f"{run.folder}: the run is incomplete; run: {command}")

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.history import History
+from bipot.results import History
 from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH, cylinder_of, make
 
 ARROW = {"arrowstyle": "-|>", "color": "black", "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}

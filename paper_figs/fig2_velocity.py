@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.history import History
+from bipot.results import History
 from paper_figs.common import PUNCH, WIDTH, friction, make, punch_travel
 from studies.quality import quality
 

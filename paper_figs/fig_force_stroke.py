@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot import plot
-from bipot.history import History
+from bipot.results import History
 from paper_figs.closed_forms import Cylinder
 from paper_figs.common import COLOUR, DASHES, GREY, MARKER, cylinder_of, friction, make
 

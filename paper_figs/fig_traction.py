@@ -24,8 +24,8 @@ from bipot import plot
 from bipot.contact import frames
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.history import History
 from bipot.laws.coulomb import Status
+from bipot.results import History
 from bipot.traction import edge_tractions
 from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, friction, make
 

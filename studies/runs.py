@@ -12,7 +12,6 @@ from bipot.accepted import Accepted
 from bipot.conic.problem import Timing
 from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
-from bipot.export import increment_traction
 from bipot.fem.surface import edge_mass
 from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
@@ -105,7 +104,7 @@ def record(scene: Scene, schedule: Schedule, control: Control, marks: tuple[floa
 
 
 def _snapshot(system: System, accepted: Accepted, condition: float) -> Snapshot:
-    solved, state, found = accepted.solved, accepted.state, increment_traction(accepted)
+    solved, state, found = accepted.solved, accepted.state, accepted.traction
     motion = solved.rows.motion(solved.response.x)
     pressure, shear = consistent_tractions(system.candidates, state.nodes, solved.r, carries(solved.r))
     return Snapshot(

@@ -3,8 +3,9 @@ r"""The seed paper's example: a cylinder upset between rigid punches with exact 
     python -m studies.upsetting --mu 0.1 0.3 [--form tangent|dissipation|newton|penalty|uzawa|delassus] [--out DIR]
 
 A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %. For each mu the folder
-``DIR/mu{mu:g}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.h5`` (fields, for
-ParaView). The table at the end says how far the answer is from the law.
+``DIR/mu{mu}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.vtkhdf`` (fields, for
+ParaView). A folder that holds a run is left alone unless ``--resume`` goes on with it or ``--overwrite`` begins anew.
+The table at the end says how far the answer is from the law.
 """
 
 from __future__ import annotations
@@ -23,12 +24,13 @@ from bipot.contact import carries
 from bipot.errors import BipotError
 from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
-from bipot.history import Recorder, load
 from bipot.increment import System
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
+from bipot.results import Existing, Recorder
+from bipot.results import open as open_results
 from bipot.scene import Scene
-from studies.upsetting_case import Case, cases, parser
+from studies.upsetting_case import Case, cases, existing, parser
 from studies.upsetting_table import Result, table
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
@@ -100,27 +102,29 @@ class Planned:
     fclib: bool
 
     @staticmethod
-    def of(case: Case, out: Path, fclib: bool = False) -> Planned:
+    def of(case: Case, out: Path, existing: Existing = Existing.REFUSE, fclib: bool = False) -> Planned:
         """Make them; raises SceneError or ResultsError."""
         scene, schedule, control = case.scene(), case.schedule(), case.control()
-        folder = out / f"mu{case.mu:g}"
-        recorder = Recorder(folder, scene, history_columns(case.reduction), case.parameters(), UNITS)
+        columns, parameters = history_columns(case.reduction), case.parameters()
+        recorder = Recorder(out / case.folder, scene, columns, parameters, UNITS, existing=existing)
         return Planned(case, scene, schedule, control, recorder, fclib)
 
     def run(self) -> Result:
         """March to the end, recording every accepted increment."""
         progress, began = terminal(), time.perf_counter()
         with self.recorder as recorder:
+            if recorder.note:
+                print(f"{recorder.folder}: {recorder.note}", file=sys.stderr)
             progress.start(f"mu = {self.case.mu:g}, {self.case.form.value}")
             try:
-                for accepted in march(self.scene, self.schedule, self.control):
+                for accepted in march(self.scene, self.schedule, self.control, recorder.start):
                     recorder.record(accepted)
                     if self.fclib:
                         self.export(accepted)
                     progress.advance(accepted.state.tau, f"increment {accepted.number}")
             finally:
                 progress.close()
-        seconds, history = time.perf_counter() - began, load(self.recorder.folder)
+        seconds, history = time.perf_counter() - began, open_results(self.recorder.folder)
         return Result(self.case.mu, history, seconds)
 
     def export(self, accepted: Accepted) -> None:
@@ -135,9 +139,9 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser().parse_args(argv)
     done: list[Result] = []
     try:
-        done.extend(
-            planned.run() for planned in [Planned.of(case, arguments.out, arguments.fclib) for case in cases(arguments)]
-        )
+        chosen = existing(arguments)
+        planned = [Planned.of(case, arguments.out, chosen, arguments.fclib) for case in cases(arguments)]
+        done.extend(one.run() for one in planned)
     except BipotError as error:
         print(f"error: {error}", file=sys.stderr)
         code = 2

@@ -6,6 +6,7 @@ An option that the chosen form does not use is refused, not ignored.
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
@@ -33,6 +34,7 @@ from bipot.forms import (
 )
 from bipot.laws.hardening import Hardening
 from bipot.marching import Control, Schedule, system_of
+from bipot.results import Existing
 from bipot.scene import Scene, upsetting
 from studies.hardening_words import hardening_from_text, hardening_usage
 
@@ -90,6 +92,12 @@ class Case:
     kn: float | None = None
     kt: float | None = None
 
+    @property
+    def folder(self) -> str:
+        """Where its results are: no two coefficients share one."""
+        short = f"{self.mu:g}"
+        return f"mu{short if float(short) == self.mu else repr(self.mu)}"
+
     def scene(self) -> Scene:
         """The cylinder; raises SceneError on bad input."""
         return upsetting(
@@ -141,7 +149,7 @@ class Case:
     def parameters(self) -> dict[str, Any]:
         """What identifies the run in its folder."""
         asked = {k: getattr(v, "value", v) for k, v in vars(self).items()}
-        return asked | {"mu": f"{self.mu:g}", "solver": self.route()}
+        return asked | {"solver": self.route()}
 
     def route(self) -> str:
         """How the run's conic programs reach their solver, in words."""
@@ -174,6 +182,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
     p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
+    chosen = p.add_mutually_exclusive_group()
+    chosen.add_argument("--resume", action="store_true", help="go on with the runs that are in the folder")
+    chosen.add_argument("--overwrite", action="store_true", help="begin anew, whatever runs are in the folder")
     p.add_argument("--out", type=Path, default=Path("results/upsetting"))
     p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
     return p
@@ -204,6 +215,13 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
     ]
 
 
+def existing(arguments: argparse.Namespace) -> Existing:
+    """What to do about runs that are there already."""
+    if arguments.resume:
+        return Existing.RESUME
+    return Existing.OVERWRITE if arguments.overwrite else Existing.REFUSE
+
+
 def refuse_without_effect(arguments: argparse.Namespace) -> None:
     """Refuse options that the form does not use, a --fast that changes nothing, and two runs of one folder."""
     form, a = FormName(arguments.form), arguments
@@ -217,9 +235,8 @@ def refuse_without_effect(arguments: argparse.Namespace) -> None:
     ):
         if value is not None and not used:
             raise SceneError(f"{option} has no effect on --form {form.value} as asked: it needs {by}")
-    folders = [f"{mu:g}" for mu in a.mu]
-    require(len(set(folders)) == len(folders), "--mu", folders, "different to six digits, a folder each")
-    welds = [name for name in folders if name == "inf"]
+    require(len(set(a.mu)) == len(a.mu), "--mu", a.mu, "different, a folder each")
+    welds = [mu for mu in a.mu if math.isinf(mu)]
     require(
         not (welds and (form in PENALISED or form is FormName.DELASSUS)),
         "--mu",

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.history import History
+from bipot.results import History
 
 ENERGY_WARNING = 0.01
 """Work and energies that differ by more than this fraction of the work are warned of."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import RawIOBase
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -38,7 +39,7 @@ INTEGERS = "iu"
 
 
 @contextmanager
-def opened(source: str | Path | BinaryIO, refuse: Refusal, largest: int = LARGEST) -> Iterator[Checked]:
+def opened(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal, largest: int = LARGEST) -> Iterator[Checked]:
     """The root of a file, given by its path or open for reading; ``refuse`` makes the error of a message.
 
     ``largest`` is what one array may take, in bytes, 8 a number.
@@ -56,7 +57,7 @@ def opened(source: str | Path | BinaryIO, refuse: Refusal, largest: int = LARGES
             file.close()
 
 
-def _told(source: str | Path | BinaryIO, refuse: Refusal, largest: int) -> Source:
+def _told(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal, largest: int) -> Source:
     if isinstance(source, str | Path):
         path = Path(source)
         if not path.is_file():

@@ -1,0 +1,270 @@
+"""A file that is written whole or not at all: HDF5 writes to memory, and what it wrote is put on disk by a journal.
+
+HDF5 changes bytes here and there, so that a process killed meanwhile leaves a file that nobody can read, and where the
+disk is full the library's own clean-up may crash. :class:`Journaled` is the file object that h5py is given instead: its
+writes cannot fail, for they are kept as pages in memory. :meth:`Journaled.commit` then puts them on disk:
+
+1. pages behind what was committed go there at once: nothing refers to them yet;
+2. pages that replace committed ones go into a journal beside the file, which ends with a checksum;
+3. they go into the file, and the journal is deleted.
+
+Killed before the journal is complete, the file is that of the last commit; afterwards it is the new one, once the
+journal's pages are applied: by whoever writes next (:func:`recover`), in memory by whoever reads (:func:`reading`).
+The order holds for a process that ends, not for a machine that loses power, which would cost a wait for the disk.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import struct
+import zlib
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Protocol
+
+PAGE = 4096
+"""Bytes that are read, kept and written together."""
+
+MAGIC = b"bipot journal 1\n"
+COUNT, PLACE, SUM = struct.Struct("<q"), struct.Struct("<q"), struct.Struct("<I")
+
+Pages = Mapping[int, bytes | bytearray]
+"""Content by number of the page."""
+
+
+class Buffer(Protocol):
+    """What is written or read into, as h5py gives it."""
+
+    def __len__(self) -> int: ...
+
+
+def journal_of(path: Path) -> Path:
+    """Where the journal of a file is."""
+    return path.with_name(f"{path.name}.journal")
+
+
+def pages_in(journal: Path) -> dict[int, bytes]:
+    """The pages of a complete journal; none where there is no journal, or one that was not finished."""
+    try:
+        text = journal.read_bytes()
+    except FileNotFoundError:
+        return {}
+    head, record = len(MAGIC) + COUNT.size, PLACE.size + PAGE
+    if len(text) < head + SUM.size or not text.startswith(MAGIC):
+        return {}
+    (count,) = COUNT.unpack_from(text, len(MAGIC))
+    body, end = text[: -SUM.size], text[-SUM.size :]
+    if count < 0 or len(body) != head + count * record or SUM.pack(zlib.crc32(body)) != end:
+        return {}
+    starts = range(head, len(body), record)
+    return {PLACE.unpack_from(body, at)[0]: body[at + PLACE.size : at + record] for at in starts}
+
+
+def recover(path: Path) -> bool:
+    """Finish or forget a commit that was interrupted, before the file is written again; whether there was one.
+
+    Raises:
+        OSError: the file or its folder cannot be written.
+    """
+    journal = journal_of(path)
+    if not journal.exists():
+        return False
+    pages = pages_in(journal)
+    if pages:
+        descriptor = os.open(path, os.O_WRONLY | _BINARY)
+        try:
+            _put(descriptor, pages)
+        finally:
+            os.close(descriptor)
+    journal.unlink()
+    return True
+
+
+class Journaled(io.RawIOBase):
+    """A binary file for h5py's file-object driver; see the module's text.
+
+    Attributes:
+        path: of the file, ``name`` the same as a text.
+        failed: whether a commit failed: from then on nothing more is written, and nothing complains.
+    """
+
+    def __init__(self, path: Path, descriptor: int | None, pages: Pages, *, writable: bool) -> None:
+        self.path, self.name, self.failed = path, str(path), False
+        self._descriptor, self._writable = descriptor, writable
+        self._dirty = {number: bytearray(page) for number, page in pages.items()}
+        self._committed = os.fstat(descriptor).st_size if descriptor is not None else 0
+        self._size, self._position = self._committed, 0
+
+    # What h5py calls.
+
+    def readable(self) -> bool:
+        """It is."""
+        return True
+
+    def writable(self) -> bool:
+        """Whether it is."""
+        return self._writable
+
+    def seekable(self) -> bool:
+        """It is."""
+        return True
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Go to a place."""
+        self._position = {io.SEEK_SET: 0, io.SEEK_CUR: self._position, io.SEEK_END: self._size}[whence] + offset
+        return self._position
+
+    def tell(self) -> int:
+        """The place."""
+        return self._position
+
+    def truncate(self, size: int | None = None) -> int:
+        """Set the length that HDF5 sees."""
+        self._size = self._position if size is None else size
+        return self._size
+
+    def readinto(self, buffer: Buffer) -> int:  # type: ignore[override]
+        """Read what is there, from memory where that is newer than the disk."""
+        view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
+        end, done = min(self._position + len(view), self._size), 0
+        while self._position < end:
+            number, within = divmod(self._position, PAGE)
+            count = min(PAGE - within, end - self._position)
+            view[done : done + count] = self._page(number)[within : within + count]
+            self._position += count
+            done += count
+        return done
+
+    def write(self, data: Buffer) -> int:  # type: ignore[override]
+        """Keep it in memory."""
+        view = memoryview(data).cast("B")  # type: ignore[arg-type]
+        done = 0
+        while done < len(view):
+            number, within = divmod(self._position, PAGE)
+            count = min(PAGE - within, len(view) - done)
+            page = self._dirty.get(number)
+            if page is None:
+                page = self._dirty[number] = bytearray(PAGE) if count == PAGE else bytearray(self._page(number))
+            page[within : within + count] = view[done : done + count]
+            self._position += count
+            done += count
+        self._size = max(self._size, self._position)
+        return done
+
+    # What a writer calls.
+
+    def commit(self) -> None:
+        """Put on disk what was written since the last commit: all of it, or none.
+
+        Raises:
+            OSError: it cannot be written; the file on disk is whole, and nothing is written to it any more.
+        """
+        if self.failed or not self._dirty:
+            return
+        try:
+            if self._descriptor is None:
+                self._descriptor = self._made()
+            else:
+                self._add(self._descriptor)
+        except OSError:
+            self.failed = True
+            raise
+        finally:
+            self._dirty = {}
+        self._committed = os.fstat(self._descriptor).st_size
+
+    def close(self) -> None:
+        """Close the file as of the last commit."""
+        if self._descriptor is not None and not self.closed:
+            os.close(self._descriptor)
+        super().close()
+
+    def _made(self) -> int:
+        """The file of the first commit, which replaces what was there under its name."""
+        temporary = self.path.with_name(f"{self.path.name}.new")
+        descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC | _BINARY, 0o666)
+        try:
+            _put(descriptor, self._dirty)
+            os.replace(temporary, self.path)
+        except OSError:
+            os.close(descriptor)
+            with suppress(OSError):
+                temporary.unlink()
+            raise
+        return descriptor
+
+    def _add(self, descriptor: int) -> None:
+        there, held = os.stat(self.path), os.fstat(descriptor)
+        if (there.st_dev, there.st_ino) != (held.st_dev, held.st_ino):
+            raise OSError(f"{self.path.name} has been replaced while it was written")
+        journal, known = journal_of(self.path), -(-self._committed // PAGE)
+        old = {number: page for number, page in self._dirty.items() if number < known}
+        try:
+            _put(descriptor, {number: page for number, page in self._dirty.items() if number >= known})
+            body = MAGIC + COUNT.pack(len(old)) + b"".join(PLACE.pack(number) + page for number, page in old.items())
+            _write_whole(journal, body + SUM.pack(zlib.crc32(body)))
+        except OSError:
+            with suppress(OSError):
+                journal.unlink(missing_ok=True)
+            with suppress(OSError):
+                os.ftruncate(descriptor, self._committed)
+            raise
+        # From here on the journal tells the new content, whether it gets into the file or not.
+        _put(descriptor, old)
+        journal.unlink()
+
+    def _page(self, number: int) -> bytes | bytearray:
+        """Content of a page, zeros behind the end."""
+        held = self._dirty.get(number)
+        if held is not None:
+            return held
+        on_disk = b"" if self._descriptor is None else _read(self._descriptor, number * PAGE)
+        return on_disk.ljust(PAGE, b"\0")
+
+
+def creating(path: Path) -> Journaled:
+    """A new file, which appears under its name with its first commit and replaces what was there."""
+    return Journaled(path, None, {}, writable=True)
+
+
+def writing(path: Path) -> Journaled:
+    """An existing file, recovered, to be written on; raises OSError."""
+    recover(path)
+    return Journaled(path, os.open(path, os.O_RDWR | _BINARY), {}, writable=True)
+
+
+def reading(path: Path) -> Journaled:
+    """An existing file to be read, a commit that was interrupted finished in memory; raises OSError."""
+    return Journaled(path, os.open(path, os.O_RDONLY | _BINARY), pages_in(journal_of(path)), writable=False)
+
+
+_BINARY = getattr(os, "O_BINARY", 0)
+
+
+def _read(descriptor: int, offset: int) -> bytes:
+    os.lseek(descriptor, offset, os.SEEK_SET)
+    return os.read(descriptor, PAGE)
+
+
+def _put(descriptor: int, pages: Pages) -> None:
+    """Write pages to their places."""
+    for number in sorted(pages):
+        os.lseek(descriptor, number * PAGE, os.SEEK_SET)
+        _all(descriptor, pages[number])
+
+
+def _all(descriptor: int, data: bytes | bytearray) -> None:
+    """Write all of it: the system may take a part, and say why only when asked to go on."""
+    view = memoryview(data)
+    while len(view):
+        view = view[os.write(descriptor, view) :]
+
+
+def _write_whole(path: Path, data: bytes) -> None:
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | _BINARY, 0o666)
+    try:
+        _all(descriptor, data)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,57 @@
+"""What a run says of itself: the scene in plain numbers and words, and the versions it was computed with."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import version
+from typing import Any
+
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import VonMises
+from bipot.scene import Scene
+from bipot.supports import Prescribed, Support, Symmetry
+
+Parameters = Mapping[str, Any]
+"""What identifies a run: JSON values by name."""
+
+PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
+
+
+def versions() -> dict[str, str]:
+    """Versions of this package, of what it computes with, and of Python."""
+    return {**{name: version(name) for name in PACKAGES}, "python": platform.python_version()}
+
+
+def describe(scene: Scene) -> dict[str, Any]:
+    """The scene in plain numbers and words, for readers of the file."""
+    material = scene.material
+    return {
+        "geometry": scene.geometry.value,
+        "element": scene.mesh.element.value,
+        "quadrature": scene.rule.value,
+        "configuration": scene.configuration.value,
+        "young": material.elasticity.young,
+        "poisson": material.elasticity.poisson,
+        "yield_stress": float(material.yield_stress(0.0)),
+        "material": repr(material),
+        "perfectly_plastic": isinstance(material, VonMises) and isinstance(material.hardening, Perfect),
+        "supports": [_support(s) for s in scene.supports],
+        "loads": [repr(load) for load in scene.loads],
+        "tools": [
+            {
+                **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
+                "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+                "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
+            }
+            for t in scene.tools
+        ],
+    }
+
+
+def _support(support: Support) -> dict[str, Any]:
+    """Where a support is, whether it is a plane of symmetry, and how it moves if it does."""
+    said = {"boundary": support.boundary, "direction": support.direction, "symmetry": isinstance(support, Symmetry)}
+    if not isinstance(support, Prescribed):
+        return said
+    return {**said, "displacement": support.displacement, "amplitude": support.amplitude.points}

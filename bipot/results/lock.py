@@ -1,0 +1,112 @@
+"""One writer a folder: a file that names its owner's host and process, and is the owner's as long as that lives."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+import socket
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from bipot.errors import ResultsError
+
+NAME = "run.lock"
+
+LONGEST = 1000
+"""Bytes of a lock that are read."""
+
+
+@dataclass
+class Lock:
+    """Holds ``folder`` for this process as a context manager.
+
+    The system's own lock on the file tells whether an owner on this host lives, whatever its number is used for since:
+    what it left is taken over. Of an owner on another host nothing can be known, so its lock stays until it is deleted.
+
+    Raises:
+        ResultsError: another process writes there, or may; the message names its host and number.
+        OSError: the lock cannot be written.
+    """
+
+    folder: Path
+    _descriptor: int = -1
+
+    @property
+    def path(self) -> Path:
+        """Of the file."""
+        return self.folder / NAME
+
+    def __enter__(self) -> Self:
+        while True:
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
+            try:
+                if self._taken(descriptor):
+                    self._descriptor = descriptor
+                    return self
+            except BaseException:
+                os.close(descriptor)
+                raise
+            # The last owner deleted it between the two steps.
+            os.close(descriptor)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        # Deleted while it is held: whoever waits for it then finds another file under its name.
+        with suppress(OSError):
+            if os.path.samestat(os.stat(self.path), os.fstat(self._descriptor)):
+                self.path.unlink()
+        os.close(self._descriptor)
+
+    def _taken(self, descriptor: int) -> bool:
+        """Whether the file is still under its name once it is this process's own; raises where another has it."""
+        owner = _owner(os.read(descriptor, LONGEST))
+        alive = not _held(descriptor)
+        if alive or (owner and owner.get("host") != socket.gethostname()):
+            raise ResultsError(f"{self.folder}: {_said(owner, self.path, alive=alive)}")
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.stat(self.path), os.fstat(descriptor)):
+                os.ftruncate(descriptor, 0)
+                os.lseek(descriptor, 0, os.SEEK_SET)
+                os.write(descriptor, json.dumps({"host": socket.gethostname(), "process": os.getpid()}).encode())
+                return True
+        return False
+
+
+def _owner(text: bytes) -> dict[str, Any]:
+    """Host and process in a lock; empty where it says none."""
+    with suppress(ValueError):
+        found = json.loads(text)
+        if isinstance(found, dict):
+            return found
+    return {}
+
+
+def _held(descriptor: int) -> bool:
+    """Take the system's lock of an open file; False where another process has it. Yes where the system has none."""
+    try:
+        if find_spec("fcntl"):
+            fcntl: Any = import_module("fcntl")
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            msvcrt: Any = import_module("msvcrt")
+            # Of a byte behind the text, which others may then read.
+            os.lseek(descriptor, LONGEST, os.SEEK_SET)
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    except OSError as error:
+        # Of file systems without locks it is another error.
+        return error.errno not in (errno.EAGAIN, errno.EACCES, errno.EDEADLK)
+    return True
+
+
+def _said(owner: dict[str, Any], path: Path, *, alive: bool) -> str:
+    who = f"process {owner.get('process', 'unknown')} on {owner.get('host', 'an unknown host')}"
+    if alive:
+        return f"{who} is writing a run there; wait for its end, or choose another folder"
+    return f"{who} may be writing a run there; if it has ended, delete {path}"

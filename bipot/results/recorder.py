@@ -1,0 +1,217 @@
+"""Writing a run: ``run.vtkhdf`` step by step, and its table beside it as ``history.csv``."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from enum import Enum
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+
+from bipot.accepted import Accepted
+from bipot.certificate import Bounds
+from bipot.columns import ENERGY_ERROR, Column
+from bipot.course import Course
+from bipot.errors import IncrementFailed, ResultsError, require, require_type
+from bipot.hdf5.journal import Journaled, creating, writing
+from bipot.mesh import Mesh
+from bipot.response import State
+from bipot.results import table
+from bipot.results.description import Parameters, describe
+from bipot.results.fields import Step
+from bipot.results.history import FIELDS, History, run_file
+from bipot.results.history import open as open_results
+from bipot.results.lock import Lock
+from bipot.results.vtkhdf import Item, append_step, create, cut_back, reopen
+from bipot.scene import Scene
+from bipot.starting import course_of
+from bipot.system import system_of
+
+CURVES = "history.csv"
+
+
+class Existing(Enum):
+    """What to do about a run that is in the folder already."""
+
+    REFUSE = "refuse"
+    RESUME = "resume"
+    OVERWRITE = "overwrite"
+
+
+class Recorder:
+    """Writes every accepted increment of one run into ``folder``, as a context manager.
+
+    ``parameters`` (JSON values) identify the run, ``units`` are stored as given. Every history has the column
+    ``energy_error``: where ``columns`` lacks it, it comes last. The march is to begin at :attr:`start`: where the
+    recorded run ends if it is resumed, else the ``start`` given, at rest by default. With ``Existing.RESUME`` a folder
+    without a run gets a new one.
+
+        with Recorder(folder, scene, columns, parameters, units, existing=Existing.RESUME) as recorder:
+            for accepted in march(scene, schedule, control, recorder.start):
+                recorder.record(accepted)
+
+    An :class:`IncrementFailed` on its way out gets the :class:`History` so far attached.
+
+    Raises:
+        ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, columns or scene
+            (names the field), or another process writes there, or it cannot be written.
+        SceneError: two columns of one name, a wrong type, a start of another scene.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path,
+        scene: Scene,
+        columns: Sequence[Column],
+        parameters: Parameters,
+        units: Mapping[str, str],
+        *,
+        existing: Existing = Existing.REFUSE,
+        start: State | Course | None = None,
+    ) -> None:
+        names = [column.name for column in columns]
+        require(len(set(names)) == len(names), "columns", names, "of different names")
+        require_type(existing, Existing, "existing")
+        missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
+        require(isinstance(folder, str | Path), "folder", folder, "a path")
+        self.folder, self.columns = Path(folder), (*columns, *missing)
+        self.parameters, self.units = parameters, units
+        self.system, self.existing = system_of(scene), existing
+        self.note = ""
+        self._course = course_of(start, self.system, Bounds().equilibrium)
+        self._file: Journaled
+        self._fields: Item
+        self._opened: ExitStack
+        self._known()
+
+    @property
+    def start(self) -> Course:
+        """Where the march goes on: after the last increment that is recorded."""
+        return self._course
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opened, self._written("nothing is recorded"):
+            self.folder.mkdir(parents=True, exist_ok=True)
+            opened.enter_context(Lock(self.folder))
+            known = self._known()
+            self._begin(opened) if known is None else self._go_on(opened, known)
+            self._opened = opened.pop_all()
+        return self
+
+    def record(self, accepted: Accepted) -> None:
+        """Append one accepted increment to both files.
+
+        Raises:
+            ResultsError: it does not go on from the last one, or it cannot be written; what was recorded is readable.
+        """
+        last = self._course
+        if accepted.number != last.number + 1 or accepted.start.tau != last.state.tau:
+            raise ResultsError(
+                f"{self.folder}: increment {accepted.number} from tau = {accepted.start.tau!r} does not go on from "
+                f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
+            )
+        line = table.line([column.value(self.system, accepted) for column in self.columns])
+        with self._written(f"{last.number} increments are recorded; make room and resume"):
+            self._append(Step.after(accepted), line)
+            with self._curves.open("a", newline="", encoding="utf-8") as curves:
+                curves.write(line)
+        self._course = accepted.course
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._opened.close()
+        if isinstance(error, IncrementFailed):
+            error.history = open_results(self.folder)
+
+    def _begin(self, opened: ExitStack) -> None:
+        """Write step 0 of a new run, which replaces one that was there."""
+        self._file = opened.enter_context(creating(self.folder / FIELDS))
+        self._fields = opened.enter_context(create(self._file, self.system, self.parameters, self.units))
+        self._append(Step.at_start(self.system, self._course), self._header)
+        _replace(self._curves, self._header)
+
+    def _go_on(self, opened: ExitStack, known: History) -> None:
+        """Open the run for more steps, and its table as that of the file."""
+        self._course, self.note = known.course(), known.note
+        self._file = opened.enter_context(writing(self.folder / FIELDS))
+        self._fields = opened.enter_context(reopen(self._file))
+        if cut_back(self._fields, self.system):
+            self.note = f"steps after increment {self._course.number} were not complete and are left out"
+        _replace(self._curves, known.text)
+
+    def _append(self, step: Step, line: str) -> None:
+        append_step(self._fields, self.system, step, line)
+        self._fields.flush()
+        self._file.commit()
+
+    @property
+    def _header(self) -> str:
+        return table.line([column.name for column in self.columns])
+
+    @property
+    def _curves(self) -> Path:
+        return self.folder / CURVES
+
+    def _known(self) -> History | None:
+        """The run to go on with; None where one is to begin."""
+        if self.existing is Existing.OVERWRITE:
+            return None
+        file = run_file(self.folder)
+        if not file.exists():
+            if self._curves.exists():
+                raise ResultsError(f"{self.folder}: holds {CURVES} without {FIELDS}; {_CHOICE}")
+            return None
+        known = open_results(file)
+        self._require_same(known)
+        if self.existing is Existing.REFUSE:
+            state = "a complete run" if known.complete else f"a run of {len(known)} increments, not complete"
+            raise ResultsError(f"{self.folder}: holds {state}: resume it (--resume), or overwrite it (--overwrite)")
+        return known
+
+    def _require_same(self, known: History) -> None:
+        """Refuse a run of other parameters, scene or columns."""
+        scene = self.system.body.scene
+        for what, stored, asked in (
+            ("", known.parameters, self.parameters),
+            ("scene: ", known.scene, describe(scene)),
+            ("", {"columns": list(known.columns)}, {"columns": [column.name for column in self.columns]}),
+        ):
+            # As JSON, so that what reads back as another type, or is no number, compares.
+            held, new = ({k: json.dumps(v) for k, v in given.items()} for given in (stored, asked))
+            for name in sorted(held.keys() | new.keys()):
+                old, now = (given.get(name, "absent") for given in (held, new))
+                if old != now:
+                    raise ResultsError(f"{self.folder}: holds a run with {what}{name} = {old}, not {now}; {_CHOICE}")
+        if not _same_mesh(known.mesh, scene.mesh):
+            raise ResultsError(f"{self.folder}: holds a run on another mesh; {_CHOICE}")
+
+    @contextmanager
+    def _written(self, so_far: str) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise ResultsError(f"{self.folder}: cannot be written ({error}); {so_far}") from error
+
+
+_CHOICE = "choose another folder, or overwrite it (--overwrite)"
+
+
+def _same_mesh(one: Mesh, other: Mesh) -> bool:
+    """Bit by bit, boundaries included."""
+    same = np.array_equal(one.nodes, other.nodes) and np.array_equal(one.elements, other.elements)
+    names = list(one.boundaries) == list(other.boundaries)
+    return same and names and all(np.array_equal(one.boundary(name), other.boundary(name)) for name in one.boundaries)
+
+
+def _replace(path: Path, text: str) -> None:
+    """Write a small file whole or not at all."""
+    new = path.with_name(f"{path.name}.new")
+    with new.open("w", newline="", encoding="utf-8") as file:
+        file.write(text)
+    os.replace(new, path)

@@ -1,0 +1,190 @@
+"""What a run file holds, decoded and checked: nothing in it is believed because a writer of ours should have put it there."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.course import Course
+from bipot.energy import Energies
+from bipot.errors import ResultsError, SceneError, require
+from bipot.forms.memory import Paced
+from bipot.hdf5.checked import Checked, opened
+from bipot.hdf5.journal import journal_of, reading
+from bipot.laws.flow import Flow
+from bipot.mesh import Mesh
+from bipot.response import State
+from bipot.results.fields import CELL_FIELDS, POINT_FIELDS
+from bipot.results.vtkhdf import FORMAT
+
+TRIES, PAUSE = 50, 0.02
+"""How often a file is read anew that is written meanwhile, and the seconds between."""
+
+T = TypeVar("T")
+
+
+def read(file: Path, what: Callable[[Run], T]) -> T:
+    """What a file tells, as of one commit of whoever writes it.
+
+    Raises:
+        ResultsError: it cannot be read, or holds what no run does; the message names file, field and value.
+    """
+    for _ in range(TRIES):
+        before, failure = _seen(file), None
+        try:
+            with reading(file) as bytes_, opened(bytes_, ResultsError) as root:
+                found = what(Run(root))
+        except OSError as error:
+            raise ResultsError(f"{file}: cannot be read ({error})") from error
+        except ResultsError as error:
+            failure = error
+        if _seen(file) == before:
+            if failure is not None:
+                raise failure
+            return found  # type: ignore[possibly-undefined]
+        time.sleep(PAUSE)
+    raise ResultsError(f"{file}: is written faster than it can be read")
+
+
+def _seen(file: Path) -> tuple[object, ...]:
+    """What a commit changes of a file as one sees it from outside."""
+    try:
+        status = file.stat()
+    except OSError:
+        return ()
+    return status.st_ino, status.st_size, status.st_mtime_ns, journal_of(file).exists()
+
+
+@dataclass(frozen=True)
+class Run:
+    """An open run file by its root."""
+
+    root: Checked
+
+    @property
+    def count(self) -> int:
+        """Steps that are complete, step 0 included."""
+        count = self.root.group("VTKHDF/Steps").attribute("NSteps")
+        if count < 1:
+            raise self._refused("VTKHDF/Steps: NSteps", count, "1 at least: step 0 is where the march starts")
+        return count
+
+    def about(self) -> Mapping[str, Any]:
+        """What was asked: parameters, units, the scene in words, names of boundaries."""
+        own = self.root.group("bipot")
+        version = own.attribute("format")
+        if version != FORMAT:
+            raise self._refused("bipot: format", version, f"{FORMAT}: another version wrote it")
+        try:
+            about = json.loads(own.text("about"))
+        except ValueError as error:
+            raise self._refused("bipot/about", error, "JSON") from error
+        kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
+        for name, kind in kinds.items():
+            if not (isinstance(about, dict) and isinstance(about.get(name), kind)):
+                raise self._refused(f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
+        return about
+
+    def complete(self) -> bool:
+        """Whether the march has reached the end of its path."""
+        return bool(self.root.group("bipot").attribute("complete"))
+
+    def history(self) -> str:
+        """The text of ``history.csv``: a line a step, that of step 0 the header."""
+        own, count = self.root.group("bipot"), self.count
+        ends = own.rows("history_ends", "i", 0, count, ())
+        if (np.diff(ends, prepend=0) <= 0).any():
+            raise self._refused("bipot/history_ends", ends.tolist(), "increasing")
+        letters = own.rows("history", "u", 0, int(ends[-1]), ())
+        try:
+            return letters.astype(np.uint8).tobytes().decode()
+        except ValueError as error:
+            raise self._refused("bipot/history", error, "UTF-8") from error
+
+    def times(self) -> NDArray[np.float64]:
+        """Pseudo-times (steps,)."""
+        times = self.root.group("VTKHDF/Steps").rows("Values", "f", 0, self.count, ())
+        if times[0] < 0 or times[-1] > 1 or (np.diff(times) <= 0).any():
+            raise self._refused("VTKHDF/Steps/Values", times, "increasing in [0, 1]")
+        return times
+
+    def mesh(self) -> Mesh:
+        """The mesh at rest."""
+        group = self.root.group("bipot/mesh")
+        names = self.about()["boundaries"]
+        edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(names)}
+        nodes, elements = group.array("nodes", "f", (None, 2)), group.array("elements", "i", (None, None))
+        return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges))
+
+    def field(self, group: str, name: str, step: int) -> NDArray[Any]:
+        """A field of the nodes, "PointData", or of the elements, "CellData", in a step."""
+        known = {"PointData": POINT_FIELDS, "CellData": CELL_FIELDS}[group]
+        require(name in known, "field", name, f"one of {list(known)}")
+        kind, shape, finite = known[name]
+        rows = self.root.group("bipot/mesh").length("nodes" if group == "PointData" else "elements")
+        return self.root.group(f"VTKHDF/{group}").rows(
+            name, kind, step * rows, (step + 1) * rows, shape, finite=finite
+        )
+
+    def course(self, step: int) -> Course:
+        """Where the march was after a step."""
+        own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
+        points, cells = mesh.length("nodes"), mesh.length("elements")
+        contacts = self.root.group("bipot/candidates").length("node")
+
+        def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
+            return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
+
+        stress = one("stress", (cells, None, 4))
+        at_points = stress.shape[:2]
+        translation = one("translation", (None,))
+        flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
+        state = self._made(
+            f"step {step}",
+            lambda: State(
+                tau=float(self.times()[step]),
+                nodes=self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, :2],
+                stress=stress,
+                plastic_strain=one("plastic_strain", stress.shape),
+                peeq=one("peeq", at_points),
+                forces=one("contact_force", (contacts, 2)),
+                gap=one("gap", (contacts,)),
+                du=one("du", (points, 2)),
+                translation=translation,
+                translated=one("translated", translation.shape),
+                length=float(one("length")),
+                flow=flow if one("flows", kind="u") else None,
+            ),
+        )
+        tau, middle = one("before_times", (2,), finite=False)
+        velocity = one("before_velocity", (2 * points + len(translation),))
+        return self._made(
+            f"step {step}",
+            lambda: Course(
+                state=state,
+                number=int(one("number", kind="i")),
+                energies=Energies(*one("energies", (4,)).tolist()),
+                largest=float(one("largest")),
+                size=float(one("size", finite=False)),
+                uncut=float(one("uncut", finite=False)),
+                landed=one("landed", (contacts,), "u").astype(np.bool_),
+                before=Paced(float(tau), float(middle), velocity),
+            ),
+        )
+
+    def _made(self, field: str, make: Callable[[], T]) -> T:
+        """What its own checks let pass."""
+        try:
+            return make()
+        except SceneError as error:
+            raise ResultsError(f"{self.root.source.path}: {field}: {error}") from error
+
+    def _refused(self, field: str, value: object, allowed: str) -> ResultsError:
+        return ResultsError(f"{self.root.source.path}: {field} = {value}: must be {allowed}")
