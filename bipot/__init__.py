@@ -14,7 +14,7 @@ results by name and its certificate. Public names by subject; everything else is
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
-* files: results (``results.open``), Recorder, Existing, History
+* files: Recorder, Existing, History
 * errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, InvertedElement
 * errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bipot.forms import FormName
-from bipot.history import load
+from bipot.results import open as open_results
 from studies import hard_cases, upsetting
 from studies.upsetting_case import cases, parser
 
@@ -80,7 +80,7 @@ def test_the_solver_is_one_of_the_parameters(arguments, route):
 
 def test_the_solver_is_stored_and_the_routes_are_in_the_help(tmp_path, capsys):
     assert upsetting.main([*SMALL, "--out", str(tmp_path)]) == 0
-    assert load(tmp_path / "mu0").parameters["solver"] == "cvxpy:clarabel"
+    assert open_results(tmp_path / "mu0").parameters["solver"] == "cvxpy:clarabel"
     with pytest.raises(SystemExit):
         upsetting.main(["--help"])
     told = capsys.readouterr().out

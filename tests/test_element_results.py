@@ -12,12 +12,13 @@ from bipot.elements import Element
 from bipot.exchange import conic_program, contact_problem
 from bipot.fem.elements import RULES, tabulated
 from bipot.forms import Dissipation, FormName, Newton, Penalty, Tangent
-from bipot.history import Recorder, load, resume
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.overlap import overlap
+from bipot.results import Recorder
+from bipot.results import open as open_results
 from bipot.traction import SLIP_TOLERANCE, contact_edges, edge_tractions
 from tests.scenes import scene
 
@@ -43,7 +44,7 @@ def run(request, tmp_path_factory):
 
 def test_the_mesh_is_read_back_and_the_march_goes_on_from_the_file(run):
     element, given, accepted, folder = run
-    history = load(folder)
+    history = open_results(folder)
     assert history.mesh.element is element
     assert history.scene["element"] == element.value
     assert history.scene["quadrature"] == RULES[element][0].value
@@ -52,13 +53,13 @@ def test_the_mesh_is_read_back_and_the_march_goes_on_from_the_file(run):
     np.testing.assert_array_equal(history.state().stress, accepted[-1].state.stress)
     again = list(march(given, Schedule(3), Control(Newton()), start=history.state(1)))
     np.testing.assert_allclose(again[-1].tool_forces, accepted[-1].tool_forces, rtol=1e-6)
-    assert resume(folder).tau == 1.0
+    assert open_results(folder).end.state.tau == 1.0
 
 
 def test_vtk_has_the_cells_with_our_shape_functions(run):
     element, given, accepted, folder = run
     reader = vtkHDFReader()
-    reader.SetFileName(str(folder / "run.h5"))
+    reader.SetFileName(str(folder / "run.vtkhdf"))
     reader.UpdateInformation()
     reader.UpdateTimeStep(accepted[-1].state.tau)
     grid, rule = reader.GetOutput(), tabulated(element, RULES[element][0])

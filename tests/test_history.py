@@ -1,4 +1,4 @@
-"""``history.csv`` and what surrounds it: recorded, interrupted, refused, read back, resumed; progress."""
+"""A run on disk: recorded, interrupted, refused, read back, resumed; progress."""
 
 import csv
 import io
@@ -9,18 +9,18 @@ from dataclasses import fields
 from itertools import islice
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
 from bipot.errors import IncrementFailed, ResultsError, SceneError
 from bipot.forms import Tangent
-from bipot.history import Recorder, load, resume
 from bipot.laws.flow import Flow
 from bipot.marching import Control, Schedule, march
 from bipot.progress import Bar, Progress, terminal
 from bipot.response import State
+from bipot.results import Existing, Recorder
+from bipot.results import open as open_results
 from bipot.scene import upsetting
 
 SCENE = upsetting(mu=0.3, elements=2, reduction=0.2)
@@ -37,8 +37,8 @@ HEADER = (
 )
 
 
-def recorder(folder, **changed):
-    return Recorder(folder, SCENE, COLUMNS, {**PARAMETERS, **changed}, UNITS)
+def recorder(folder, existing=Existing.REFUSE, start=None, **changed):
+    return Recorder(folder, SCENE, COLUMNS, {**PARAMETERS, **changed}, UNITS, existing=existing, start=start)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +61,7 @@ def test_header_is_the_columns_in_their_order(folder):
 
 
 def test_rows_read_back_exactly(folder, accepted):
-    history = load(folder)
+    history = open_results(folder)
     assert history.complete
     assert len(history) == len(accepted)
     assert history["increment"].tolist() == [a.number for a in accepted]
@@ -73,7 +73,7 @@ def test_rows_read_back_exactly(folder, accepted):
 
 
 def test_energies_are_those_of_the_whole_body_in_the_asked_unit(folder, accepted):
-    history = load(folder)
+    history = open_results(folder)
     assert SCENE.images == 2
     np.testing.assert_allclose(history["work_J"], [1e-3 * a.energies.work for a in accepted], rtol=1e-15)
     gap = [2e-3 * a.solved.certificate.gap for a in accepted]
@@ -87,7 +87,7 @@ def arrays(state):
 
 
 def test_states_and_mesh_read_back_exactly(folder, accepted):
-    history = load(folder)
+    history = open_results(folder)
     for row, a in enumerate(accepted):
         state = history.state(row)
         for read, written in zip(arrays(state), arrays(a.state), strict=True):
@@ -98,10 +98,10 @@ def test_states_and_mesh_read_back_exactly(folder, accepted):
 
 
 def test_unknown_names_are_refused_with_the_known_ones(folder):
-    history = load(folder)
+    history = open_results(folder)
     with pytest.raises(SceneError, match=r"column = 'force': must be one of \['increment'"):
         history["force"]
-    with pytest.raises(SceneError, match="nodal field = 'temperature'"):
+    with pytest.raises(SceneError, match="field = 'temperature': must be one of"):
         history.nodal("temperature")
 
 
@@ -110,20 +110,20 @@ def test_text_with_commas_and_lines_survives(tmp_path, accepted):
     columns = (INCREMENT, Column("reason", "", lambda _, a: said), Column("x", "", lambda _, a: np.float64(0.1)))
     with Recorder(tmp_path / "run", SCENE, columns, PARAMETERS, UNITS) as out:
         out.record(accepted[0])
-    assert load(tmp_path / "run")["reason"].tolist() == [said]
-    assert load(tmp_path / "run")["x"].tolist() == [0.1]
+    assert open_results(tmp_path / "run")["reason"].tolist() == [said]
+    assert open_results(tmp_path / "run")["x"].tolist() == [0.1]
 
 
 def test_every_history_has_the_energy_error_asked_for_or_not(tmp_path, folder, accepted):
     with Recorder(tmp_path / "run", SCENE, (INCREMENT,), PARAMETERS, UNITS) as out:
         for increment in accepted:
             out.record(increment)
-    assert list(load(tmp_path / "run").columns) == ["increment", "energy_error"]
-    history = load(folder)
+    assert list(open_results(tmp_path / "run").columns) == ["increment", "energy_error"]
+    history = open_results(folder)
     spent = history["elastic_J"] + history["plastic_J"] + history["friction_J"]
     expected = (history["work_J"] - spent) / history["work_J"]
     assert np.abs(expected).max() > 1e-5
-    for found in (history, load(tmp_path / "run")):
+    for found in (history, open_results(tmp_path / "run")):
         np.testing.assert_allclose(found["energy_error"], expected, atol=1e-13)
 
 
@@ -133,7 +133,7 @@ def test_every_row_is_on_disk_at_once(tmp_path, accepted):
             out.record(increment)
             with (tmp_path / "run/history.csv").open(newline="") as file:
                 assert len(list(csv.reader(file))) == 1 + count
-            assert len(load(tmp_path / "run")) == count
+            assert len(open_results(tmp_path / "run")) == count
 
 
 def interrupted(folder, accepted, count):
@@ -144,31 +144,54 @@ def interrupted(folder, accepted, count):
         raise KeyboardInterrupt
 
 
-def test_an_interrupted_run_is_readable_and_resumes_to_the_same_end(tmp_path, accepted):
+def test_an_interrupted_run_goes_on_in_its_folder_as_if_nothing_had_been(tmp_path, folder, accepted):
     with pytest.raises(KeyboardInterrupt):
         interrupted(tmp_path / "run", accepted, 5)
-    history = load(tmp_path / "run")
+    history = open_results(tmp_path / "run")
     assert not history.complete
     assert len(history) == 5
-    *_, last = march(SCENE, SCHEDULE, CONTROL, start=resume(tmp_path / "run"))
-    # The resumed run lacks the predictor's memory of one more increment, so its first iterate differs: the ends
-    # agree as well as two increments accepted within the same bounds do.
-    for resumed, whole in zip(arrays(last.state), arrays(accepted[-1].state), strict=True):
-        np.testing.assert_allclose(resumed, whole, atol=1e-6 * np.abs(whole).max(initial=0.0))
+    with recorder(tmp_path / "run", existing=Existing.RESUME) as out:
+        for increment in march(SCENE, SCHEDULE, CONTROL, out.start):
+            out.record(increment)
+    resumed, whole = open_results(tmp_path / "run"), open_results(folder)
+    assert resumed.complete
+    for name in set(whole.columns) - {"seconds"}:
+        np.testing.assert_array_equal(resumed[name], whole[name])
+    for row in range(len(whole)):
+        for read, written in zip(arrays(resumed.state(row)), arrays(whole.state(row)), strict=True):
+            np.testing.assert_array_equal(read, written)
 
 
-def test_a_run_without_the_flow_of_its_increments_is_read_and_resumes(tmp_path, folder, accepted):
-    shutil.copytree(folder, tmp_path / "old")
-    whole = load(tmp_path / "old").state(4)
-    with h5py.File(tmp_path / "old/run.h5", "r+") as file:
-        del file["bipot/steps/flow_strain"]
-    state = load(tmp_path / "old").state(4)
-    assert whole.flow is not None
-    assert state.flow is None
-    np.testing.assert_array_equal(state.stress, whole.stress)
-    first = next(march(SCENE, SCHEDULE, CONTROL, start=state))
-    assert first.number == 1
-    assert first.state.tau == accepted[5].state.tau
+def test_a_complete_run_is_not_marched_again(tmp_path, folder):
+    shutil.copytree(folder, tmp_path / "run")
+    with recorder(tmp_path / "run", existing=Existing.RESUME) as out:
+        assert list(march(SCENE, SCHEDULE, CONTROL, out.start)) == []
+    assert (tmp_path / "run/history.csv").read_bytes() == (folder / "history.csv").read_bytes()
+    assert open_results(tmp_path / "run").complete
+
+
+def test_what_does_not_go_on_from_the_last_increment_is_refused(tmp_path, accepted):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        with pytest.raises(ResultsError, match=r"increment 3 .* does not go on from increment 1"):
+            out.record(accepted[2])
+        # A march from the state alone counts anew.
+        with pytest.raises(ResultsError, match=r"increment 1 .* does not go on from increment 1"):
+            out.record(next(march(SCENE, SCHEDULE, CONTROL, start=accepted[0].state)))
+    assert len(open_results(tmp_path)) == 1
+
+
+def test_a_run_of_another_start_has_that_as_its_step_zero(tmp_path, accepted):
+    with recorder(tmp_path / "run", start=accepted[3].course) as out:
+        assert out.start.number == 4
+        out.record(accepted[4])
+    history = open_results(tmp_path / "run")
+    for read, written in zip(arrays(history.start.state), arrays(accepted[3].state), strict=True):
+        np.testing.assert_array_equal(read, written)
+    assert history["increment"].tolist() == [5]
+    other = upsetting(mu=0.3, elements=1, reduction=0.2)
+    with pytest.raises(SceneError, match=r"start\."):
+        Recorder(tmp_path / "other", other, COLUMNS, {}, {}, start=accepted[3].state)
 
 
 def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):
@@ -184,14 +207,16 @@ def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):
     assert not caught.value.history.complete
 
 
-def test_a_run_without_increments_is_readable_but_cannot_resume(tmp_path):
+def test_a_run_without_increments_is_readable_and_resumes_from_rest(tmp_path):
     with recorder(tmp_path / "run"):
         pass
-    history = load(tmp_path / "run")
+    history = open_results(tmp_path / "run")
     assert len(history) == 0
     assert ",".join(history.columns) == HEADER
-    with pytest.raises(ResultsError, match="no accepted increment"):
-        resume(tmp_path / "run")
+    assert history.end.state.tau == 0
+    assert history.end.number == 0
+    with pytest.raises(SceneError, match="row = -1"):
+        history.state()
 
 
 def test_other_parameters_are_refused_before_anything_is_touched(folder):
@@ -205,21 +230,30 @@ def test_other_parameters_are_refused_before_anything_is_touched(folder):
     assert (folder / "history.csv").read_bytes() == before
 
 
-def test_the_same_parameters_overwrite(tmp_path, accepted):
+def test_a_run_is_left_alone_unless_asked(tmp_path, folder):
+    shutil.copytree(folder, tmp_path / "run")
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+    said = r"run: holds a complete run: resume it \(--resume\), or overwrite it \(--overwrite\)"
+    with pytest.raises(ResultsError, match=said):
+        recorder(tmp_path / "run")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
+
+
+def test_a_run_is_overwritten_when_asked(tmp_path, accepted):
     for count in (3, 2):
-        with recorder(tmp_path / "run") as out:
+        with recorder(tmp_path / "run", existing=Existing.OVERWRITE) as out:
             for increment in accepted[:count]:
                 out.record(increment)
-    assert len(load(tmp_path / "run")) == 2
-    assert not load(tmp_path / "run").complete
+    assert len(open_results(tmp_path / "run")) == 2
+    assert not open_results(tmp_path / "run").complete
 
 
 @pytest.mark.parametrize("mu", [np.inf, 0.1])
 def test_parameters_compare_as_they_are_stored(tmp_path, mu):
     for _ in range(2):
-        with recorder(tmp_path / "run", mu=mu, radii=(1, 2)):
+        with recorder(tmp_path / "run", Existing.RESUME, mu=mu, radii=(1, 2)):
             pass
-    assert load(tmp_path / "run").parameters["mu"] == mu
+    assert open_results(tmp_path / "run").parameters["mu"] == mu
 
 
 def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
@@ -230,9 +264,9 @@ def test_a_folder_that_cannot_be_written_is_refused(tmp_path):
 
 def test_missing_results_name_the_command(tmp_path):
     with pytest.raises(ResultsError, match=r"nowhere: no results .*; run: python -m studies\.upsetting"):
-        load(tmp_path / "nowhere", "python -m studies.upsetting")
+        open_results(tmp_path / "nowhere", "python -m studies.upsetting")
     with pytest.raises(ResultsError, match="no results"):
-        resume(Path("/nonexistent"))
+        open_results(Path("/nonexistent"))
 
 
 def test_two_columns_of_one_name_are_refused(tmp_path):
@@ -269,6 +303,6 @@ def test_silence_writes_nothing(capfd):
 def test_the_library_imports_without_its_optional_extras():
     code = (
         "import sys; sys.modules['matplotlib'] = sys.modules['tqdm'] = None; "
-        "import bipot, bipot.history, bipot.plot, bipot.progress"
+        "import bipot, bipot.results, bipot.plot, bipot.progress"
     )
     subprocess.run([sys.executable, "-c", code], check=True)

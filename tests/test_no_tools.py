@@ -13,11 +13,12 @@ from bipot.energy import Energies
 from bipot.errors import ProgramError, SceneError
 from bipot.exchange import contact_problem
 from bipot.forms import Delassus, Dissipation, FormName, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.history import Recorder, resume
 from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.reason import ReasonKind
 from bipot.response import State
+from bipot.results import Recorder
+from bipot.results import open as open_results
 from bipot.scene import upsetting
 from bipot.supports import Support
 from tests.scenes import path, scene
@@ -114,10 +115,10 @@ def test_results_are_written_and_read_back(tmp_path):
     full, start = pressed(0.0)
     bare = replace(full, tools=())
     columns = (INCREMENT, *COURSE, FLOW_GAP, OVERLAP, MIN_JACOBIAN, *energies("J", 1e-3), *certificate("J", 1e-3))
-    with Recorder(tmp_path / "run", bare, columns, {}, {}) as recorder:
-        for accepted in march(bare, Schedule(2), start=start):
+    with Recorder(tmp_path / "run", bare, columns, {}, {}, start=start) as recorder:
+        for accepted in march(bare, Schedule(2), start=recorder.start):
             recorder.record(accepted)
-    state = resume(tmp_path / "run")
+    state = open_results(tmp_path / "run").state()
     assert state.forces.shape == (0, 2)
     np.testing.assert_array_equal(state.nodes, accepted.state.nodes)
     assert list(march(bare, Schedule(2), start=state)) == []

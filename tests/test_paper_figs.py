@@ -10,10 +10,11 @@ from bipot import plot
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column
 from bipot.errors import SceneError
 from bipot.forms import Tangent
-from bipot.history import Recorder, load
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march
 from bipot.mesh import cylinder
+from bipot.results import Recorder
+from bipot.results import open as open_results
 from bipot.scene import upsetting
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction
 from paper_figs.closed_forms import Cylinder
@@ -125,7 +126,7 @@ def test_no_text_is_cut_off_or_covers_another(figure, results, monkeypatch):
 def test_fig2_prints_the_measures_of_the_mesh_it_shows(results):
     drawn = fig2_velocity.draw(runs(results))
     for ax, mu in zip(drawn.axes, MU, strict=True):
-        run = load(results / f"mu{mu:g}")
+        run = open_results(results / f"mu{mu:g}")
         worth = quality(run.state().nodes, run.mesh.elements)
         words = " ".join(text.get_text() for text in ax.texts)
         assert f"Jacobian ratio {worth.jacobian.min():.2f}" in words
@@ -141,7 +142,7 @@ def test_fig2_prints_the_measures_of_the_mesh_it_shows(results):
 def test_force_stroke_shows_results_and_references(results):
     (ax, *_) = fig_force_stroke.draw(runs(results)).axes
     drawn = {line.get_label(): line for line in ax.lines}
-    run = load(results / "mu0.3")
+    run = open_results(results / "mu0.3")
     line = drawn[r"finite elements, $\mu$ = 0.3"]
     np.testing.assert_allclose(line.get_ydata()[1:], run["force_N"] / 1e3, rtol=1e-12)
     np.testing.assert_allclose(line.get_xdata()[1:], 10 * run["reduction"], rtol=1e-12)
@@ -158,7 +159,7 @@ def test_references_are_left_out_with_hardening(results):
 
 
 def test_traction_means_obey_coulomb_where_all_slips(results):
-    line = fig_traction.contact_line(load(results / "mu0.1"), -1)
+    line = fig_traction.contact_line(open_results(results / "mu0.1"), -1)
     ratio = line.mean_shear / line.mean_pressure
     # The edge at the axis holds a node whose tangent is held.
     np.testing.assert_allclose(np.sort(ratio)[1:], 0.1, rtol=1e-6)
@@ -166,7 +167,7 @@ def test_traction_means_obey_coulomb_where_all_slips(results):
 
 @pytest.mark.parametrize("mu", MU)
 def test_tractions_of_every_increment_have_the_sign_and_are_in_the_cone(results, mu):
-    run = load(results / f"mu{mu:g}")
+    run = open_results(results / f"mu{mu:g}")
     for row in range(len(run)):
         line = fig_traction.contact_line(run, row)
         assert (line.pressure >= 0).all()
@@ -176,7 +177,7 @@ def test_tractions_of_every_increment_have_the_sign_and_are_in_the_cone(results,
 
 
 def test_edge_means_drawn_carry_the_punch_force(results):
-    run = load(results / "mu0.1")
+    run = open_results(results / "mu0.1")
     line = fig_traction.contact_line(run, -1)
     # All nodes touch and the punch is horizontal, so an edge is a ring between its ends.
     area = np.pi * np.abs(np.diff(line.ends**2, axis=1))[:, 0]

@@ -9,10 +9,11 @@ from bipot.certificate import Bounds
 from bipot.columns import OVERLAP, certificate
 from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
-from bipot.history import Recorder, load
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written, unreturned
+from bipot.results import Recorder
+from bipot.results import open as open_results
 from bipot.scene import upsetting
 from tests.scenes import DIRECT, path
 
@@ -63,7 +64,7 @@ def test_a_penalty_too_soft_to_be_felt_is_seen_in_the_history(tmp_path):
     with Recorder(tmp_path, scene, (*certificate("J", 1e-3), OVERLAP), {}, {}) as out:
         for accepted in march(scene, Schedule(2), Control(Penalty(1e-30, 1e-30), ())):
             out.record(accepted)
-    history = load(tmp_path)
+    history = open_results(tmp_path)
     for name in ("penetration", "overlap"):
         np.testing.assert_allclose(history[name], [0.05, 0.1], rtol=1e-9)
     assert history["law"].min() > 1e6

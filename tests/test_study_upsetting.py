@@ -7,7 +7,7 @@ import pytest
 
 from bipot.errors import IncrementFailed
 from bipot.forms import FormName
-from bipot.history import load
+from bipot.results import open as open_results
 from studies import convergence, upsetting
 
 HEADER = [
@@ -59,12 +59,12 @@ def test_a_run_leaves_a_folder_a_coefficient_and_prints_one_table(tmp_path, caps
     assert printed.count("relative bipotential gap") == 1
     assert str(tmp_path) in printed
     for name in ("mu0", "mu0.3", "muinf"):
-        history = load(tmp_path / name)
+        history = open_results(tmp_path / name)
         assert list(history.columns) == HEADER
         assert history.complete
         assert history["reduction"][-1] == 0.05
         assert (history["force_N"] > 0).all()
-    assert len(load(tmp_path / "mu0")) == 2
+    assert len(open_results(tmp_path / "mu0")) == 2
 
 
 def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and_value(tmp_path, capsys):
@@ -76,7 +76,7 @@ def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and
     warnings = [line for line in capsys.readouterr().out.splitlines() if line.startswith("warning")]
     assert len(warnings) == 2
     for line, mu in zip(warnings, ("0.1", "0.3"), strict=True):
-        missed = load(tmp_path / "b" / f"mu{mu}")["energy_error"]
+        missed = open_results(tmp_path / "b" / f"mu{mu}")["energy_error"]
         assert np.abs(missed).max() > 0.01
         assert f"mu = {mu}: energy_error = {100 * missed[np.abs(missed).argmax()]:.2f} %" in line
 
@@ -84,7 +84,7 @@ def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and
 def test_the_table_shows_the_worst_overlap(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0.3", "--elements", "3", "--reduction", "0.2") == 0
     header, row, *_ = capsys.readouterr().out.splitlines()
-    worst = load(tmp_path / "mu0.3")["overlap"].max()
+    worst = open_results(tmp_path / "mu0.3")["overlap"].max()
     assert worst > 1e-8
     assert row.split()[header.split().index("overlap")] == f"{worst:.1e}"
 
@@ -92,7 +92,7 @@ def test_the_table_shows_the_worst_overlap(tmp_path, capsys):
 def test_full_cylinder_quantities(tmp_path):
     """Force of the whole punch, work of both punches: F within the exact one's 1 %, work = force times stroke."""
     study(tmp_path, "--mu", "0", "--increments", "10")
-    history = load(tmp_path / "mu0")
+    history = open_results(tmp_path / "mu0")
     radius, force = history["max_radius_mm"][-1], history["force_N"][-1]
     assert force == pytest.approx(300 * np.pi * radius**2, rel=1e-6)
     assert history["work_J"][-1] == pytest.approx(force * 0.5e-3, rel=0.1)
@@ -130,11 +130,39 @@ def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, caps
     assert "choose from" in capsys.readouterr().err
 
 
-def test_a_folder_with_other_results_is_refused_and_the_same_ones_are_made_again(tmp_path, capsys):
+def test_results_are_left_alone_unless_resumed_or_overwritten(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0") == 0
-    assert study(tmp_path, "--mu", "0") == 0
-    assert study(tmp_path, "--mu", "0", "--elements", "3") == 2
-    assert "elements" in capsys.readouterr().err
+    before = (tmp_path / "mu0" / "history.csv").read_bytes()
+    assert study(tmp_path, "--mu", "0") == 2
+    said = capsys.readouterr().err
+    assert str(tmp_path / "mu0") in said
+    assert "--resume" in said
+    assert "--overwrite" in said
+    assert study(tmp_path, "--mu", "0", "--resume") == 0
+    assert (tmp_path / "mu0" / "history.csv").read_bytes() == before
+    assert study(tmp_path, "--mu", "0", "--elements", "3", "--resume") == 2
+    assert "elements = 2, not 3" in capsys.readouterr().err
+    assert study(tmp_path, "--mu", "0", "--elements", "3", "--overwrite") == 0
+    assert open_results(tmp_path / "mu0").parameters["elements"] == 3
+
+
+def test_an_interrupted_study_resumes_to_the_history_of_a_whole_one(tmp_path, monkeypatch):
+    assert study(tmp_path / "whole", "--mu", "0.3") == 0
+    with monkeypatch.context() as patched:
+        patched.setattr(upsetting, "march", broken(KeyboardInterrupt()))
+        assert study(tmp_path / "parts", "--mu", "0.3") == 130
+    assert study(tmp_path / "parts", "--mu", "0.3", "--resume") == 0
+    resumed, whole = (open_results(tmp_path / name / "mu0.3") for name in ("parts", "whole"))
+    assert len(resumed) == len(whole) > 3
+    for name in set(whole.columns) - {"seconds"}:
+        np.testing.assert_array_equal(resumed[name], whole[name])
+
+
+def test_no_two_coefficients_share_a_folder(tmp_path):
+    assert study(tmp_path, "--mu", "0.1", "0.10000001") == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["mu0.1", "mu0.10000001"]
+    for name in ("0.1", "0.10000001"):
+        assert open_results(tmp_path / f"mu{name}").parameters["mu"] == float(name)
 
 
 def test_an_output_folder_that_cannot_be_written_is_refused(tmp_path, capsys):
@@ -144,24 +172,29 @@ def test_an_output_folder_that_cannot_be_written_is_refused(tmp_path, capsys):
     assert "cannot be written" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("raised", "code"), [(KeyboardInterrupt(), 130), (IncrementFailed("no more; use more increments."), 2)]
-)
-def test_interruption_or_failure_leaves_what_was_computed(raised, code, tmp_path, monkeypatch):
+def broken(raised):
+    """A march that ends so after its third increment."""
     real = upsetting.march
 
-    def broken(*arguments):
+    def marching(*arguments):
         for accepted in real(*arguments):
             yield accepted
             if accepted.number == 3:
                 raise raised
 
-    monkeypatch.setattr(upsetting, "march", broken)
+    return marching
+
+
+@pytest.mark.parametrize(
+    ("raised", "code"), [(KeyboardInterrupt(), 130), (IncrementFailed("no more; use more increments."), 2)]
+)
+def test_interruption_or_failure_leaves_what_was_computed(raised, code, tmp_path, monkeypatch):
+    monkeypatch.setattr(upsetting, "march", broken(raised))
     assert study(tmp_path, "--mu", "0.3") == code
     with (tmp_path / "mu0.3" / "history.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [row["increment"] for row in rows] == ["1", "2", "3"]
-    history = load(tmp_path / "mu0.3")
+    history = open_results(tmp_path / "mu0.3")
     assert not history.complete
     assert history.state().tau * 0.05 == pytest.approx(0.003)
 
@@ -169,7 +202,7 @@ def test_interruption_or_failure_leaves_what_was_computed(raised, code, tmp_path
 def test_fast_mode_and_hardening(tmp_path):
     code = upsetting.main(["--fast", "--mu", "0.1", "--hardening", "voce:300,100,8", "--out", str(tmp_path)])
     assert code == 0
-    assert load(tmp_path / "mu0.1")["reduction"][-1] == 0.45
+    assert open_results(tmp_path / "mu0.1")["reduction"][-1] == 0.45
 
 
 def test_convergence_study_prints_orders_and_writes_every_row(tmp_path, capsys):
@@ -197,7 +230,7 @@ def test_no_order_is_claimed_where_there_is_none(values):
 def test_every_form_runs_from_the_command_line(form, tmp_path):
     """Exact forms end at one force; the penalised one near it."""
     assert study(tmp_path, "--mu", "0.1", "--form", form) == 0
-    history = load(tmp_path / "mu0.1")
+    history = open_results(tmp_path / "mu0.1")
     # A fallback for single increments is allowed, and named in the history.
     assert np.mean(history["form"] == form) > 0.8
     assert history["force_N"][-1] == pytest.approx(25509.55, rel=1e-6 if form != "penalty" else 2e-2)
@@ -205,7 +238,7 @@ def test_every_form_runs_from_the_command_line(form, tmp_path):
 
 def test_penalties_are_part_of_the_run_and_bad_ones_are_refused(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0.1", "--form", "penalty", "--kn", "1e5", "--kt", "1e5") == 0
-    assert load(tmp_path / "mu0.1").parameters["kn"] == 1e5
+    assert open_results(tmp_path / "mu0.1").parameters["kn"] == 1e5
     assert study(tmp_path / "other", "--mu", "0.1", "--form", "penalty", "--kn", "-1") == 2
     assert "K_n = -1.0: must be finite and > 0" in capsys.readouterr().err
 
@@ -213,4 +246,4 @@ def test_penalties_are_part_of_the_run_and_bad_ones_are_refused(tmp_path, capsys
 def test_fclib_files_are_written_on_request(tmp_path):
     assert study(tmp_path, "--mu", "0.3", "--fclib") == 0
     files = sorted((tmp_path / "mu0.3" / "fclib").iterdir())
-    assert len(files) == len(load(tmp_path / "mu0.3"))
+    assert len(files) == len(open_results(tmp_path / "mu0.3"))

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from bipot.columns import INCREMENT, OVERLAP, energies
-from bipot.export import describe
 from bipot.forms import Newton, Tangent
-from bipot.history import Recorder, load, resume
 from bipot.marching import Control, march
 from bipot.mesh import block
+from bipot.results import Recorder
+from bipot.results import open as open_results
+from bipot.results.description import describe
 from bipot.schedule import Schedule
 from bipot.supports import Support
 from tests.scenes import refused, scene, tool
@@ -100,11 +101,11 @@ def test_a_run_is_recorded_described_and_read_back(tmp_path):
     with Recorder(tmp_path, asked, (INCREMENT, *energies("J", 1.0), OVERLAP), {"mu": MU}, {"length": "mm"}) as out:
         for accepted in march(asked, schedule, Control(Newton())):
             out.record(accepted)
-    history = load(tmp_path)
+    history = open_results(tmp_path)
     path = [[0.0, 0.0], [0.5, [0.0, 1.0]], [1.0, [1.0, 1.0]]]
     assert history.scene == json.loads(json.dumps(describe(asked)))
     assert history.scene["tools"][0]["path"] == path
     assert history.complete
     assert history.columns["friction_J"][-1] > history.columns["friction_J"][2] >= 0
     assert np.abs(history.columns["energy_error"]).max() < 0.1
-    assert resume(tmp_path).tau == 1.0
+    assert open_results(tmp_path).end.state.tau == 1.0

@@ -63,12 +63,17 @@ class History:
         """Where the march began: step 0."""
         return self._course(0)
 
+    @property
+    def end(self) -> Course:
+        """Where the march was when the last step was recorded: ``march(start=...)`` goes on from it."""
+        return self._course(len(self))
+
     def state(self, row: int = -1) -> State:
         """The state after the increment of ``row`` (negative: from the end)."""
         return self.course(row).state
 
     def course(self, row: int = -1) -> Course:
-        """Where the march was after the increment of ``row``: ``march(start=...)`` goes on from it."""
+        """Where the march was after the increment of ``row``."""
         return self._course(1 + self._row(row))
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:

@@ -138,7 +138,7 @@ class Recorder:
 
     def _go_on(self, opened: ExitStack, known: History) -> None:
         """Open the run for more steps, and its table as that of the file."""
-        self._course, self.note = known.course(), known.note
+        self._course, self.note = known.end, known.note
         self._file = opened.enter_context(writing(self.folder / FIELDS))
         self._fields = opened.enter_context(reopen(self._file))
         if cut_back(self._fields, self.system):
@@ -182,12 +182,11 @@ class Recorder:
             ("scene: ", known.scene, describe(scene)),
             ("", {"columns": list(known.columns)}, {"columns": [column.name for column in self.columns]}),
         ):
-            # As JSON, so that what reads back as another type, or is no number, compares.
-            held, new = ({k: json.dumps(v) for k, v in given.items()} for given in (stored, asked))
-            for name in sorted(held.keys() | new.keys()):
-                old, now = (given.get(name, "absent") for given in (held, new))
-                if old != now:
-                    raise ResultsError(f"{self.folder}: holds a run with {what}{name} = {old}, not {now}; {_CHOICE}")
+            for name in sorted(stored.keys() | asked.keys()):
+                old, new = (given.get(name, _ABSENT) for given in (stored, asked))
+                # As JSON, so that what reads back as another type, or is no number, compares.
+                if json.dumps(old) != json.dumps(new):
+                    raise ResultsError(f"{self.folder}: holds a run with {what}{name} = {old}, not {new}; {_CHOICE}")
         if not _same_mesh(known.mesh, scene.mesh):
             raise ResultsError(f"{self.folder}: holds a run on another mesh; {_CHOICE}")
 
@@ -199,7 +198,7 @@ class Recorder:
             raise ResultsError(f"{self.folder}: cannot be written ({error}); {so_far}") from error
 
 
-_CHOICE = "choose another folder, or overwrite it (--overwrite)"
+_ABSENT, _CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
 
 
 def _same_mesh(one: Mesh, other: Mesh) -> bool:

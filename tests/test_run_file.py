@@ -1,4 +1,4 @@
-"""``run.h5``: read back through VTK's own reader, and while it is being written."""
+"""``run.vtkhdf``: read back through VTK's own reader, and while it is being written."""
 
 import json
 import platform
@@ -12,11 +12,12 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot.elements import Element
-from bipot.export import NO_CANDIDATE, create, finish, increment_traction, record
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.results import Recorder
+from bipot.results.fields import NO_CANDIDATE
 from bipot.scene import upsetting
 
 PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}
@@ -28,20 +29,19 @@ def run(tmp_path_factory):
     """A written run: path, system, accepted increments."""
     scene = upsetting(mu=0.3, elements=3, reduction=0.2)
     system = system_of(scene)
-    path = tmp_path_factory.mktemp("run") / "run.h5"
-    out = create(path, system, PARAMETERS, UNITS)
+    folder = tmp_path_factory.mktemp("run")
     accepted = []
-    for increment in march(scene, Schedule(3, first=0.005), Control(Tangent())):
-        accepted.append(increment)
-        record(out, system, increment)
-    finish(out)
-    out.close()
+    with Recorder(folder, scene, (), PARAMETERS, UNITS) as out:
+        for increment in march(scene, Schedule(3, first=0.005), Control(Tangent())):
+            accepted.append(increment)
+            out.record(increment)
+    path = folder / "run.vtkhdf"
     return path, system, accepted
 
 
 @pytest.fixture(scope="module")
-def steps(run):
-    """(time, points, nodal arrays, cell arrays) of every step, by VTK's reader."""
+def every(run):
+    """(time, points, nodal arrays, cell arrays) of step 0 and every increment, by VTK's reader."""
     reader = vtkHDFReader()
     assert reader.CanReadFile(str(run[0]))
     reader.SetFileName(str(run[0]))
@@ -66,6 +66,32 @@ def steps(run):
     return out
 
 
+@pytest.fixture(scope="module")
+def steps(every):
+    """Those of the increments."""
+    return every[1:]
+
+
+def test_vtk_reads_the_body_at_rest_as_step_zero(run, every):
+    _, system, _ = run
+    time, points, nodal, cell = every[0]
+    node = system.candidates.node
+    assert time == 0
+    np.testing.assert_array_equal(points[:, :2], system.body.scene.mesh.nodes)
+    for name in ("displacement", "velocity", "contact_force"):
+        assert not nodal[name].any()
+    assert not nodal["recovered_pressure"][node].any()
+    assert (nodal["status"][node] == Status.OPEN).all()
+    np.testing.assert_allclose(nodal["gap"][node], 5 - points[node, 1], atol=1e-14)
+    assert not any(values.any() for values in cell.values())
+
+
+def test_vtk_chooses_the_reader_by_the_name(run):
+    """What ParaView asks of a file before it is opened: its ending is that of VTKHDF, and the reader takes it."""
+    assert run[0].suffix == ".vtkhdf"
+    assert vtkHDFReader().CanReadFile(str(run[0]))
+
+
 def test_vtk_reads_times_points_displacement_and_velocity_of_every_increment(run, steps):
     _, _, accepted = run
     assert [step[0] for step in steps] == [a.state.tau for a in accepted]
@@ -82,7 +108,7 @@ def test_vtk_reads_contact_fields_of_every_increment(run, steps):
     node = system.candidates.node
     others = np.setdiff1d(np.arange(len(steps[0][1])), node)
     for (_, _, nodal, _), a in zip(steps, accepted, strict=True):
-        result = increment_traction(a)
+        result = a.traction
         np.testing.assert_array_equal(nodal["recovered_pressure"][node], result.recovered_pressure)
         np.testing.assert_array_equal(nodal["recovered_shear"][node], result.recovered_shear)
         np.testing.assert_array_equal(nodal["status"][node], result.status)
@@ -128,15 +154,15 @@ def test_vtk_interpolates_as_our_shape_functions(run):
 
 def test_the_file_says_what_was_asked_in_which_units_by_which_versions(run):
     with h5py.File(run[0], "r") as file:
-        own = file["bipot"].attrs
-        assert json.loads(own["parameters"]) == PARAMETERS
-        assert json.loads(own["units"]) == UNITS
-        versions = json.loads(own["versions"])
+        own = json.loads(bytes(file["bipot/about"][...]))
+        assert own["parameters"] == PARAMETERS
+        assert own["units"] == UNITS
+        versions = own["versions"]
         assert versions["python"] == platform.python_version()
         assert {"bipot", "numpy", "scipy", "cvxpy", "clarabel"} < versions.keys()
-        assert json.loads(own["scene"])["tools"][0]["mu"] == 0.3
-        assert json.loads(own["status"])["slip"] == Status.SLIP
-        assert own["complete"]
+        assert own["scene"]["tools"][0]["mu"] == 0.3
+        assert own["status"]["slip"] == Status.SLIP
+        assert file["bipot"].attrs["complete"]
         assert file["VTKHDF"].attrs["Version"][0] == 2
 
 
@@ -146,20 +172,29 @@ def test_full_integration_point_arrays_are_kept(run):
         for name in ("stress", "plastic_strain", "peeq"):
             stored = file[f"bipot/steps/{name}"]
             assert stored.maxshape[0] is None
-            np.testing.assert_array_equal(stored[...], [getattr(a.state, name) for a in accepted])
+            np.testing.assert_array_equal(stored[1:], [getattr(a.state, name) for a in accepted])
+            assert not stored[0].any()
+
+
+def test_every_number_has_a_checksum(run):
+    """Flipped anywhere in the numbers, a bit is noticed by whoever reads the file, without this library."""
+    found = []
+    with h5py.File(run[0], "r") as file:
+        file.visititems(lambda name, item: found.append((name, item.fletcher32)) if hasattr(item, "dtype") else None)
+    assert len(found) > 40
+    assert [name for name, checked in found if not checked] == []
 
 
 def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
     _, system, accepted = run
-    out = create(tmp_path / "run.h5", system, PARAMETERS, UNITS)
-    for count, increment in enumerate(accepted[:2], start=1):
-        record(out, system, increment)
-        # Without the writer's help, as another process would: a copy of the bytes on disk.
-        copy = tmp_path / f"copy{count}.h5"
-        copy.write_bytes((tmp_path / "run.h5").read_bytes())
-        with h5py.File(copy, "r") as file:
-            assert file["VTKHDF/Steps"].attrs["NSteps"] == count
-            assert not file["bipot"].attrs["complete"]
-            last = file["bipot/steps/stress"][count - 1]
-        np.testing.assert_array_equal(last, increment.state.stress)
-    out.close()
+    with Recorder(tmp_path / "run", system.body.scene, (), PARAMETERS, UNITS) as out:
+        for count, increment in enumerate(accepted[:2], start=1):
+            out.record(increment)
+            # Without the writer's help, as another process would: a copy of the bytes on disk.
+            copy = tmp_path / f"copy{count}.vtkhdf"
+            copy.write_bytes((tmp_path / "run/run.vtkhdf").read_bytes())
+            with h5py.File(copy, "r") as file:
+                assert file["VTKHDF/Steps"].attrs["NSteps"] == 1 + count
+                assert not file["bipot"].attrs["complete"]
+                last = file["bipot/steps/stress"][count]
+            np.testing.assert_array_equal(last, increment.state.stress)
