@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from enum import Enum
 from pathlib import Path
 from types import TracebackType
@@ -18,7 +18,7 @@ from bipot.certificate import Bounds
 from bipot.columns import ENERGY_ERROR, Column
 from bipot.course import Course
 from bipot.errors import IncrementFailed, ResultsError, require, require_type
-from bipot.hdf5.journal import Journaled, creating, writing
+from bipot.hdf5.journal import creating, writing
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.results import table
@@ -27,7 +27,7 @@ from bipot.results.fields import Step
 from bipot.results.history import FIELDS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
-from bipot.results.vtkhdf import Item, append_step, create, cut_back, reopen
+from bipot.results.vtkhdf import RunFile
 from bipot.scene import Scene
 from bipot.starting import course_of
 from bipot.system import system_of
@@ -84,8 +84,7 @@ class Recorder:
         self.system, self.existing = system_of(scene), existing
         self.note = ""
         self._course = course_of(start, self.system, Bounds().equilibrium)
-        self._file: Journaled
-        self._fields: Item
+        self._file: RunFile
         self._opened: ExitStack
         self._known()
 
@@ -117,7 +116,7 @@ class Recorder:
             )
         line = table.line([column.value(self.system, accepted) for column in self.columns])
         with self._written(f"{last.number} increments are recorded; make room and resume"):
-            self._append(Step.after(accepted), line)
+            self._file.append(Step.after(accepted), line)
             with self._curves.open("a", newline="", encoding="utf-8") as curves:
                 curves.write(line)
         self._course = accepted.course
@@ -131,24 +130,19 @@ class Recorder:
 
     def _begin(self, opened: ExitStack) -> None:
         """Write step 0 of a new run, which replaces one that was there."""
-        self._file = opened.enter_context(creating(self.folder / FIELDS))
-        self._fields = opened.enter_context(create(self._file, self.system, self.parameters, self.units))
-        self._append(Step.at_start(self.system, self._course), self._header)
+        file = opened.enter_context(creating(self.folder / FIELDS))
+        self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
+        self._file.append(Step.at_start(self.system, self._course), self._header)
         _replace(self._curves, self._header)
 
     def _go_on(self, opened: ExitStack, known: History) -> None:
         """Open the run for more steps, and its table as that of the file."""
         self._course, self.note = known.end, known.note
-        self._file = opened.enter_context(writing(self.folder / FIELDS))
-        self._fields = opened.enter_context(reopen(self._file))
-        if cut_back(self._fields, self.system):
-            self.note = f"steps after increment {self._course.number} were not complete and are left out"
+        file = opened.enter_context(writing(self.folder / FIELDS))
+        self._file = opened.enter_context(closing(RunFile.reopen(file, self.system)))
+        if self._file.cut_back():
+            self.note = f"what was written after increment {self._course.number} was not complete and is left out"
         _replace(self._curves, known.text)
-
-    def _append(self, step: Step, line: str) -> None:
-        append_step(self._fields, self.system, step, line)
-        self._fields.flush()
-        self._file.commit()
 
     @property
     def _header(self) -> str:

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from bipot.contact import CARRIES
 from bipot.errors import ResultsError
+from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
 from bipot.laws.coulomb import Status
 from bipot.mesh import Mesh
@@ -35,19 +36,126 @@ if TYPE_CHECKING:
 # h5py types every item as group, dataset or datatype alike.
 Item = Any
 
+VERSIONS = ("earliest", "v110")
+"""Of HDF5's layouts: the newest that VTK's readers know, without marks that a killed writer leaves behind."""
+
+HISTORY = "bipot/history"
+
+GROWING = (
+    "VTKHDF",
+    "VTKHDF/PointData",
+    "VTKHDF/CellData",
+    "VTKHDF/Steps/PointDataOffsets",
+    "VTKHDF/Steps/CellDataOffsets",
+    "bipot",
+    "bipot/steps",
+)
+"""Groups whose datasets grow, beside VTKHDF/Steps."""
+
 FORMAT = 1
 """Of the layout below ``/bipot``: raised where an older reader would misread it."""
 
-CHUNK = 4096
-"""Most bytes of a chunk of small rows."""
+class RunFile:
+    """An open run file that steps are appended to.
+
+    Its datasets are made with step 0 and kept open: looking them up costs more than writing a row.
+    """
+
+    def __init__(self, file: Journaled, out: h5py.File, system: System) -> None:
+        self._file, self._system = file, system
+        self._out: Item = out
+        mesh = system.body.scene.mesh
+        self._rows = {"Points": len(mesh.nodes), "PointData": len(mesh.nodes), "CellData": len(mesh.elements)}
+        self._steps: Item = out["VTKHDF/Steps"]
+        self._growing: dict[str, Growing] = {}
+
+    @staticmethod
+    def create(file: Journaled, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
+        """A new run, without steps; ``parameters`` and ``units`` are stored as given."""
+        # h5py takes long to import, and only files need it.
+        import h5py
+
+        out = h5py.File(file, "w", libver=VERSIONS)
+        _write_static(out, system, parameters, units)
+        return RunFile(file, out, system)
+
+    @staticmethod
+    def reopen(file: Journaled, system: System) -> RunFile:
+        """A run to append steps to."""
+        import h5py
+
+        run = RunFile(file, h5py.File(file, "r+", libver=VERSIONS), system)
+        for group in (*GROWING, "VTKHDF/Steps"):
+            for name, item in run._out[group].items():
+                if hasattr(item, "maxshape") and item.maxshape[0] is None:
+                    run._growing[f"{group}/{name}"] = Growing(item)
+        return run
+
+    @property
+    def count(self) -> int:
+        """Steps that are complete, step 0 included."""
+        return int(self._steps.attrs["NSteps"])
+
+    def cut_back(self) -> bool:
+        """Cut whatever is longer than the count of steps covers; whether there was any.
+
+        Raises:
+            ResultsError: something is shorter; it is named.
+        """
+        count, cut = self.count, False
+        for name, data in self._growing.items():
+            rows = count * self._rows_a_step(name)
+            if name == HISTORY:
+                rows = int(self._out[f"{HISTORY}_ends"][count - 1])
+            if data.rows < rows:
+                raise ResultsError(f"{self._file.path}: {name}: rows = {data.rows}: must be {rows} for {count} steps")
+            if data.rows > rows:
+                data.cut(rows)
+                cut = True
+        return cut
+
+    def append(self, step: Step, line: str) -> None:
+        """Append one step and its ``line`` of the history's text, count it, and commit; raises OSError."""
+        number, system = self.count, self._system
+        self._add("VTKHDF/Points", padded(step.state.nodes))
+        for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
+            self._add(f"VTKHDF/Steps/{name}", [value])
+        self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            self._add(f"VTKHDF/Steps/{name}", [[0]])
+        for group, fields in (("PointData", point_fields(system, step)), ("CellData", cell_fields(step))):
+            for name, values in fields.items():
+                self._add(f"VTKHDF/{group}/{name}", values)
+                self._add(f"VTKHDF/Steps/{group}Offsets/{name}", [number * self._rows[group]])
+        for name, values in step_fields(step).items():
+            self._add(f"bipot/steps/{name}", np.asarray(values)[None])
+        self._add(HISTORY, as_bytes(line))
+        self._add(f"{HISTORY}_ends", [self._growing[HISTORY].rows])
+        self._steps.attrs.modify("NSteps", number + 1)
+        if step.state.tau == 1.0 and number > 0:
+            self._out["bipot"].attrs.modify("complete", 1)
+        self._out.flush()
+        self._file.commit()
+
+    def close(self) -> None:
+        """Close the file as of the last commit."""
+        self._growing.clear()
+        self._out.close()
+
+    def _add(self, name: str, rows: ArrayLike) -> None:
+        if name in self._growing:
+            self._growing[name].append(rows)
+        else:
+            self._growing[name] = Growing.create(self._out, name, rows)
+
+    def _rows_a_step(self, name: str) -> int:
+        """Of a dataset that grows."""
+        group = name.removeprefix("VTKHDF/").split("/")[0]
+        return self._rows.get(group, 1)
 
 
-def create(file: Journaled, system: System, parameters: Parameters, units: Mapping[str, str]) -> h5py.File:
-    """A new run in ``file``, open and without steps; ``parameters`` and ``units`` are stored as given."""
-    # h5py takes long to import, and only files need it.
-    import h5py
-
-    out = h5py.File(file, "w", libver=("earliest", "v110"))
+def _write_static(out: Item, system: System, parameters: Parameters, units: Mapping[str, str]) -> None:
+    """What no step changes."""
     scene = system.body.scene
     _write_grid(out, scene.mesh)
     own = out.create_group("bipot")
@@ -69,80 +177,6 @@ def create(file: Journaled, system: System, parameters: Parameters, units: Mappi
     _write_mesh(own.create_group("mesh"), scene.mesh)
     store(own, "candidates/node", system.candidates.node)
     store(own, "candidates/tool", system.candidates.tool)
-    return out
-
-
-def reopen(file: Journaled) -> h5py.File:
-    """A run to append steps to."""
-    import h5py
-
-    return h5py.File(file, "r+", libver=("earliest", "v110"))
-
-
-def cut_back(file: Item, system: System) -> bool:
-    """Cut whatever is longer than the count of steps covers; whether there was any.
-
-    Raises:
-        ResultsError: what is shorter, naming it.
-    """
-    vtk, own, mesh = file["VTKHDF"], file["bipot"], system.body.scene.mesh
-    count, points, cells = int(vtk["Steps"].attrs["NSteps"]), len(mesh.nodes), len(mesh.elements)
-    groups = ((vtk["PointData"], points), (vtk["CellData"], cells), (own["steps"], 1), (vtk["Steps"], 1))
-    groups += tuple((vtk["Steps"][f"{name}Offsets"], 1) for name in ("PointData", "CellData"))
-    lengths = [(vtk["Points"], count * points), (own["history_ends"], count)]
-    lengths += [(data, count * rows) for group, rows in groups for data in group.values() if hasattr(data, "shape")]
-    lengths.append((own["history"], int(own["history_ends"][count - 1])))
-    for data, length in lengths:
-        if len(data) < length:
-            raise ResultsError(f"{file.filename}: {data.name}: rows = {len(data)}: must be {length} for {count} steps")
-    longer = [(data, length) for data, length in lengths if len(data) > length]
-    for data, length in longer:
-        data.resize(length, axis=0)
-    return bool(longer)
-
-
-def append_step(file: Item, system: System, step: Step, line: str) -> None:
-    """Append one step and its ``line`` of the history's text, and count it."""
-    vtk, own = file["VTKHDF"], file["bipot"]
-    steps, mesh = vtk["Steps"], system.body.scene.mesh
-    number, points = int(steps.attrs["NSteps"]), len(mesh.nodes)
-    append(vtk, "Points", padded(step.state.nodes))
-    append(steps, "Values", [step.state.tau])
-    append(steps, "PartOffsets", [0])
-    append(steps, "NumberOfParts", [1])
-    append(steps, "PointOffsets", [number * points])
-    append(steps, "CellOffsets", [[0]])
-    append(steps, "ConnectivityIdOffsets", [[0]])
-    for group, fields, rows in (
-        ("PointData", point_fields(system, step), points),
-        ("CellData", cell_fields(step), len(mesh.elements)),
-    ):
-        for name, values in fields.items():
-            append(vtk[group], name, values)
-            append(steps[f"{group}Offsets"], name, [number * rows])
-    for name, values in step_fields(step).items():
-        append(own["steps"], name, np.asarray(values)[None])
-    append(own, "history", as_bytes(line))
-    append(own, "history_ends", [len(own["history"])])
-    steps.attrs.modify("NSteps", number + 1)
-    finished = step.state.tau == 1.0 and number > 0
-    own.attrs.modify("complete", int(finished))
-
-
-def append(group: Item, name: str, values: ArrayLike) -> None:
-    """Append rows to an extensible dataset, made on first use: one append a chunk, or many where they are small."""
-    rows = np.asarray(values)
-    if name not in group:
-        # Of a scene without tools some have no columns, which no chunk may lack.
-        sizes = (None, *(size or None for size in rows.shape[1:]))
-        many = max(len(rows), CHUNK // max(rows[0].nbytes, 1), 1)
-        chunks = (many, *(max(size, 1) for size in rows.shape[1:]))
-        group.create_dataset(name, data=rows, maxshape=sizes, chunks=chunks, fletcher32=True)
-        return
-    data = group[name]
-    start = data.shape[0]
-    data.resize(start + len(rows), axis=0)
-    data[start:] = rows
 
 
 def store(group: Item, name: str, values: ArrayLike) -> None:
