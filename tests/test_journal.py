@@ -111,7 +111,7 @@ def next_content(tmp_path, number):
     return contents[-1]
 
 
-def full(descriptor, data):
+def full(*_, **__):
     raise OSError(28, "No space left on device")
 
 
@@ -128,7 +128,8 @@ def test_a_full_disk_loses_nothing_that_was_committed_and_ends_all_writing(tmp_p
     assert file.failed
     # There is room again, but what HDF5 believes to be on disk is not.
     file.write(b"later")
-    file.commit()
+    with pytest.raises(OSError, match="nothing more is written"):
+        file.commit()
     file.close()
     assert content(path)[:5] == b"first"
     assert os.path.getsize(path) == PAGE
@@ -145,6 +146,22 @@ def test_a_journal_that_is_damaged_is_none(tmp_path):
         assert content(path) == old
         assert recover(path)
         assert not recover(path)
+
+
+def test_a_new_file_is_not_what_the_journal_of_the_one_it_replaces_makes_of_it(tmp_path):
+    path = tmp_path / "file"
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(journal.Path, "unlink", full)
+        with pytest.raises(OSError, match="No space"):
+            for _ in written(path, 5, 3):
+                pass
+    assert pages_in(journal_of(path))
+    file = creating(path)
+    file.write(b"new")
+    file.commit()
+    file.close()
+    assert content(path)[:3] == b"new"
+    assert not any(content(path)[3:])
 
 
 def test_a_file_that_was_replaced_meanwhile_is_not_written(tmp_path):

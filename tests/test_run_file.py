@@ -162,7 +162,6 @@ def test_the_file_says_what_was_asked_in_which_units_by_which_versions(run):
         assert {"bipot", "numpy", "scipy", "cvxpy", "clarabel"} < versions.keys()
         assert own["scene"]["tools"][0]["mu"] == 0.3
         assert own["status"]["slip"] == Status.SLIP
-        assert file["bipot"].attrs["complete"]
         assert file["VTKHDF"].attrs["Version"][0] == 2
 
 
@@ -195,6 +194,5 @@ def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
             copy.write_bytes((tmp_path / "run/run.vtkhdf").read_bytes())
             with h5py.File(copy, "r") as file:
                 assert file["VTKHDF/Steps"].attrs["NSteps"] == 1 + count
-                assert not file["bipot"].attrs["complete"]
                 last = file["bipot/steps/stress"][count]
             np.testing.assert_array_equal(last, increment.state.stress)

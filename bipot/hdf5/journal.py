@@ -72,7 +72,7 @@ def recover(path: Path) -> bool:
     if not journal.exists():
         return False
     pages = pages_in(journal)
-    if pages:
+    if pages and path.exists():
         descriptor = os.open(path, os.O_WRONLY | _BINARY)
         try:
             _put(descriptor, pages)
@@ -87,7 +87,7 @@ class Journaled(io.RawIOBase):
 
     Attributes:
         path: of the file, ``name`` the same as a text.
-        failed: whether a commit failed: from then on nothing more is written, and nothing complains.
+        failed: whether a commit failed, or what was written is not to be kept: nothing more is put on disk.
     """
 
     def __init__(self, path: Path, descriptor: int | None, pages: Pages, *, writable: bool) -> None:
@@ -161,14 +161,14 @@ class Journaled(io.RawIOBase):
         Raises:
             OSError: it cannot be written; the file on disk is whole, and nothing is written to it any more.
         """
-        if self.failed or not self._dirty:
-            return
+        if self.failed:
+            raise OSError("nothing more is written after a write that failed")
         try:
             if self._descriptor is None:
                 self._descriptor = self._made()
             else:
                 self._add(self._descriptor)
-        except OSError:
+        except BaseException:
             self.failed = True
             raise
         finally:
@@ -187,6 +187,8 @@ class Journaled(io.RawIOBase):
         descriptor = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_TRUNC | _BINARY, 0o666)
         try:
             _put(descriptor, self._dirty)
+            # The journal of what is replaced would be taken for one of the new file.
+            recover(self.path)
             os.replace(temporary, self.path)
         except OSError:
             os.close(descriptor)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from enum import Enum
 from pathlib import Path
 from types import TracebackType
@@ -117,8 +117,7 @@ class Recorder:
         line = table.line([column.value(self.system, accepted) for column in self.columns])
         with self._written(f"{last.number} increments are recorded; make room and resume"):
             self._file.append(Step.after(accepted), line)
-            with self._curves.open("a", newline="", encoding="utf-8") as curves:
-                curves.write(line)
+            _add(self._curves, line)
         self._course = accepted.course
 
     def __exit__(
@@ -126,7 +125,8 @@ class Recorder:
     ) -> None:
         self._opened.close()
         if isinstance(error, IncrementFailed):
-            error.history = open_results(self.folder)
+            with suppress(ResultsError):
+                error.history = open_results(self.folder)
 
     def _begin(self, opened: ExitStack) -> None:
         """Write step 0 of a new run, which replaces one that was there."""
@@ -139,7 +139,10 @@ class Recorder:
         """Open the run for more steps, and its table as that of the file."""
         self._course, self.note = known.end, known.note
         file = opened.enter_context(writing(self.folder / FIELDS))
-        self._file = opened.enter_context(closing(RunFile.reopen(file, self.system)))
+        try:
+            self._file = opened.enter_context(closing(RunFile.reopen(file, self.system)))
+        except (KeyError, RuntimeError, TypeError, ValueError) as error:
+            raise ResultsError(f"{file.path}: cannot be gone on with ({error}); {_CHOICE}") from error
         if self._file.cut_back():
             self.note = f"what was written after increment {self._course.number} was not complete and is left out"
         _replace(self._curves, known.text)
@@ -200,6 +203,18 @@ def _same_mesh(one: Mesh, other: Mesh) -> bool:
     same = np.array_equal(one.nodes, other.nodes) and np.array_equal(one.elements, other.elements)
     names = list(one.boundaries) == list(other.boundaries)
     return same and names and all(np.array_equal(one.boundary(name), other.boundary(name)) for name in one.boundaries)
+
+
+def _add(path: Path, line: str) -> None:
+    """Append a line, or nothing of it."""
+    with path.open("ab") as file:
+        whole = file.tell()
+        try:
+            file.write(line.encode())
+            file.flush()
+        except OSError:
+            file.truncate(whole)
+            raise
 
 
 def _replace(path: Path, text: str) -> None:

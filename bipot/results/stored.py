@@ -92,10 +92,6 @@ class Run:
                 raise self._refused(f"bipot/about: {name}", "missing or of another type", f"a {kind.__name__}")
         return about
 
-    def complete(self) -> bool:
-        """Whether the march has reached the end of its path."""
-        return bool(self.root.group("bipot").attribute("complete"))
-
     def history(self) -> str:
         """The text of ``history.csv``: a line a step, that of step 0 the header."""
         own, count = self.root.group("bipot"), self.count

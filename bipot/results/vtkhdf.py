@@ -115,7 +115,21 @@ class RunFile:
         return cut
 
     def append(self, step: Step, line: str) -> None:
-        """Append one step and its ``line`` of the history's text, count it, and commit; raises OSError."""
+        """Append one step and its ``line`` of the history's text, count it, and commit.
+
+        Raises:
+            OSError: it cannot be written; the file is that of the last commit, and stays so.
+        """
+        try:
+            self._append(step, line)
+            self._out.flush()
+            self._file.commit()
+        except BaseException:
+            # What is half appended would be taken for a step by the next.
+            self._file.failed = True
+            raise
+
+    def _append(self, step: Step, line: str) -> None:
         number, system = self.count, self._system
         self._add("VTKHDF/Points", padded(step.state.nodes))
         for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
@@ -132,10 +146,6 @@ class RunFile:
         self._add(HISTORY, as_bytes(line))
         self._add(f"{HISTORY}_ends", [self._growing[HISTORY].rows])
         self._steps.attrs.modify("NSteps", number + 1)
-        if step.state.tau == 1.0 and number > 0:
-            self._out["bipot"].attrs.modify("complete", 1)
-        self._out.flush()
-        self._file.commit()
 
     def close(self) -> None:
         """Close the file as of the last commit."""
@@ -145,8 +155,10 @@ class RunFile:
     def _add(self, name: str, rows: ArrayLike) -> None:
         if name in self._growing:
             self._growing[name].append(rows)
-        else:
+        elif self.count == 0:
             self._growing[name] = Growing.create(self._out, name, rows)
+        else:
+            raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
 
     def _rows_a_step(self, name: str) -> int:
         """Of a dataset that grows."""
@@ -159,7 +171,7 @@ def _write_static(out: Item, system: System, parameters: Parameters, units: Mapp
     scene = system.body.scene
     _write_grid(out, scene.mesh)
     own = out.create_group("bipot")
-    own.attrs["format"], own.attrs["complete"] = FORMAT, 0
+    own.attrs["format"] = FORMAT
     about = {
         "parameters": dict(parameters),
         "units": dict(units),
