@@ -1,0 +1,357 @@
+"""What is left of a run when its process is killed, its disk is full, or somebody is in its way.
+
+    python -m studies.faults [--fast] [--out DIR]
+
+Each case runs :mod:`studies.upsetting` in a process of its own and does something to it:
+
+* ``killed writing``: SIGKILL at a system call of the writing, one after the other; a write is cut in its middle;
+* ``killed anywhere``: SIGKILL after a random time;
+* ``disk full``: the system allows files of so many bytes only;
+* ``two writers``: a second study in the same folder;
+* ``folder removed``: after some increments.
+
+Then the run is read, resumed with ``--resume`` to its end, and its table compared with that of an undisturbed run.
+``faults.csv`` says how often it was tried, increments were lost that had been reported, a run was unreadable or did
+not resume to the same table (``unreadable``), a study ended in a traceback or with another exit code (``raw``), or in a
+crash of the interpreter (``crashed``). Exit code 1 where any of these is not zero.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import os
+import random
+import resource
+import shutil
+import signal
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from bipot.errors import BipotError
+from bipot.results import Recorder
+from bipot.results import open as open_results
+from studies import upsetting
+from studies.tables import text, write_csv
+
+RUN = ("--mu", "0.3", "--elements", "2", "--increments", "6", "--form", "newton")
+FOLDER = "mu0.3"
+SIZES = (1, 4_000, 30_000, 100_000, 150_000, 200_000, 300_000, 400_000)
+"""Bytes of the largest file, from none of a run to most of it."""
+LONGEST = 60
+"""Seconds that a study is waited for; one that takes longer counts as crashed."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How often each is tried."""
+
+    aimed: int = 200
+    anywhere: int = 50
+    sizes: tuple[int, ...] = SIZES
+    writers: int = 10
+    removed: int = 10
+
+
+FAST = Plan(aimed=12, anywhere=4, sizes=SIZES[::3], writers=1, removed=1)
+
+
+@dataclass
+class Row:
+    """One kind of fault: how often it was tried, and what went wrong how often."""
+
+    fault: str
+    tried: int = 0
+    lost: int = 0
+    unreadable: int = 0
+    raw: int = 0
+    crashed: int = 0
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing went wrong."""
+        return not any(astuple(self)[2:])
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a study ended: its wait status, the increments it had reported, what it said."""
+
+    status: int
+    reported: int
+    said: str
+
+    @property
+    def killed(self) -> bool:
+        """By SIGKILL, as asked."""
+        return os.WIFSIGNALED(self.status) and os.WTERMSIG(self.status) == signal.SIGKILL
+
+    @property
+    def crashed(self) -> bool:
+        """By another signal."""
+        return os.WIFSIGNALED(self.status) and not self.killed
+
+    def refused(self, code: int) -> bool:
+        """In words, with the exit code."""
+        ended = os.WIFEXITED(self.status) and os.WEXITSTATUS(self.status) == code
+        return ended and "Traceback" not in self.said
+
+
+class Study:
+    """A study in a process of its own, forked from this one, which has imported everything."""
+
+    def __init__(self, out: Path, *options: str, before: Callable[[], None] | None = None) -> None:
+        self._reports, reporting = os.pipe()
+        self._words, saying = os.pipe()
+        self._reported = 0
+        self.process = os.fork()
+        if self.process == 0:
+            try:
+                _child([*RUN, *options, "--out", str(out)], saying, reporting, before)
+            finally:
+                os._exit(1)
+        os.close(reporting)
+        os.close(saying)
+
+    def report(self) -> bool:
+        """Wait for the next increment to be reported; False where the study has ended."""
+        told = os.read(self._reports, 1)
+        self._reported += len(told)
+        return bool(told)
+
+    def ended(self) -> Ended:
+        """Wait for its end."""
+        while self.report():
+            pass
+        os.close(self._reports)
+        with os.fdopen(self._words) as words:
+            said = words.read()
+        return Ended(os.waitpid(self.process, 0)[1], self._reported, said)
+
+
+def _child(arguments: list[str], saying: int, reporting: int, before: Callable[[], None] | None) -> None:
+    """The study, and the end of its process with its exit code."""
+    with os.fdopen(saying, "w") as words, contextlib.redirect_stderr(words), contextlib.redirect_stdout(io.StringIO()):
+        code = 1
+        try:
+            signal.alarm(LONGEST)
+            _report(reporting)
+            if before is not None:
+                before()
+            code = upsetting.main(arguments)
+        except BaseException:
+            traceback.print_exc()
+        words.flush()
+        os._exit(code)
+
+
+def _report(reports: int) -> None:
+    """From now on every increment is told when it has been recorded."""
+    real, write = Recorder.record, os.write
+
+    def record(self: Recorder, accepted: Any) -> None:
+        real(self, accepted)
+        write(reports, b".")
+
+    Recorder.record = record  # type: ignore[method-assign]
+
+
+def killing(number: int) -> Callable[[], None]:
+    """SIGKILL at that system call of the writing; half a write is done."""
+
+    def before() -> None:
+        done = 0
+
+        def stepping(real: Callable[..., Any], *, halved: bool = False) -> Callable[..., Any]:
+            def step(*arguments: Any, **named: Any) -> Any:
+                nonlocal done
+                done += 1
+                if done == number:
+                    if halved:
+                        real(arguments[0], arguments[1][: len(arguments[1]) // 2])
+                    os.kill(os.getpid(), signal.SIGKILL)
+                return real(*arguments, **named)
+
+            return step
+
+        os.write = stepping(os.write, halved=True)  # type: ignore[assignment]
+        for name in ("replace", "open"):
+            setattr(os, name, stepping(getattr(os, name)))
+        for name in ("unlink", "open"):
+            setattr(Path, name, stepping(getattr(Path, name)))
+
+    return before
+
+
+def limited(size: int) -> Callable[[], None]:
+    """Files of so many bytes at most, as of a disk that is full."""
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A folder for the cases, and the table of an undisturbed run."""
+
+    folder: Path
+    expected: dict[str, Any]
+
+    @staticmethod
+    def of(folder: Path) -> Bench:
+        """March undisturbed; raises BipotError where even that fails."""
+        # In this process, so that those forked from it have imported everything.
+        with contextlib.redirect_stdout(io.StringIO()):
+            code = upsetting.main([*RUN, "--out", str(folder / "whole")])
+        if code:
+            raise BipotError(f"the undisturbed study ended with {code}")
+        return Bench(folder, dict(open_results(folder / "whole" / FOLDER).columns))
+
+    def fresh(self) -> Path:
+        """An output folder that is not there yet."""
+        return Path(tempfile.mkdtemp(dir=self.folder)) / "out"
+
+    def judge(self, row: Row, out: Path, reported: int) -> None:
+        """Read what is left, go on with it, and count what is wrong."""
+        row.tried += 1
+        try:
+            there = len(open_results(out / FOLDER)) if (out / FOLDER / "run.vtkhdf").exists() else 0
+        except BipotError:
+            row.unreadable += 1
+            return
+        row.lost += there < reported
+        ended = Study(out, "--resume").ended()
+        row.crashed += ended.crashed
+        row.raw += not ended.refused(0)
+        try:
+            row.unreadable += not self._same(out)
+        except BipotError:
+            row.unreadable += 1
+        shutil.rmtree(out.parent)
+
+    def _same(self, out: Path) -> bool:
+        found = open_results(out / FOLDER).columns
+        same = found.keys() == self.expected.keys() and all(
+            found[name].tolist() == self.expected[name].tolist()
+            or np.array_equal(found[name], self.expected[name], equal_nan=True)
+            for name in found.keys() - {"seconds"}
+        )
+        table = (out / FOLDER / "history.csv").read_text()
+        return same and table.count("\n") == 1 + len(self.expected["increment"])
+
+
+def aimed(bench: Bench, times: int) -> Row:
+    """Kills at every so many-th system call of the writing of a run."""
+    row, number = Row("killed writing"), 0
+    while row.tried < times:
+        # The same places again where a run has fewer of them.
+        number += 1 + number % 5
+        out = bench.fresh()
+        ended = Study(out, before=killing(number)).ended()
+        row.crashed += ended.crashed
+        if ended.killed:
+            bench.judge(row, out, ended.reported)
+        else:
+            row.raw += not ended.refused(0)
+            number = 0
+    return row
+
+
+def anywhere(bench: Bench, times: int, seed: int = 1) -> Row:
+    """Kills after random times."""
+    row, rng = Row("killed anywhere"), random.Random(seed)
+    began = time.perf_counter()
+    Study(bench.fresh()).ended()
+    whole = time.perf_counter() - began
+    for _ in range(times):
+        out = bench.fresh()
+        study = Study(out)
+        time.sleep(rng.uniform(0, whole))
+        os.kill(study.process, signal.SIGKILL)
+        ended = study.ended()
+        row.crashed += ended.crashed
+        bench.judge(row, out, ended.reported)
+    return row
+
+
+def full(bench: Bench, sizes: tuple[int, ...]) -> Row:
+    """Disks that hold files of these sizes."""
+    row = Row("disk full")
+    for size in sizes:
+        out = bench.fresh()
+        ended = Study(out, before=limited(size)).ended()
+        row.crashed += ended.crashed
+        row.raw += not ended.refused(2)
+        bench.judge(row, out, ended.reported)
+    return row
+
+
+def two_writers(bench: Bench, times: int) -> Row:
+    """A second study where a first one writes: it is refused, and the first one is not disturbed."""
+    row = Row("two writers")
+    for _ in range(times):
+        out = bench.fresh()
+        first = Study(out)
+        first.report()
+        os.kill(first.process, signal.SIGSTOP)
+        second = Study(out, "--overwrite").ended()
+        os.kill(first.process, signal.SIGCONT)
+        row.crashed += second.crashed
+        row.raw += not (second.refused(2) and f"process {first.process}" in second.said)
+        ended = first.ended()
+        row.raw += not ended.refused(0)
+        bench.judge(row, out, ended.reported)
+    return row
+
+
+def removed(bench: Bench, times: int) -> Row:
+    """The folder of a run is removed meanwhile: the study ends in words."""
+    row = Row("folder removed")
+    for _ in range(times):
+        row.tried += 1
+        out = bench.fresh()
+        study = Study(out)
+        for _ in range(3):
+            study.report()
+        shutil.rmtree(out / FOLDER, ignore_errors=True)
+        ended = study.ended()
+        row.crashed += ended.crashed
+        row.raw += not (ended.refused(2) or (ended.refused(0) and (out / FOLDER).exists()))
+    return row
+
+
+def rows(bench: Bench, plan: Plan) -> Iterator[Row]:
+    """Every kind of fault."""
+    yield aimed(bench, plan.aimed)
+    yield anywhere(bench, plan.anywhere)
+    yield full(bench, plan.sizes)
+    yield two_writers(bench, plan.writers)
+    yield removed(bench, plan.removed)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Do all, rewriting the table after each kind."""
+    parser = argparse.ArgumentParser(prog="studies.faults", description="Kills and full disks.", allow_abbrev=False)
+    parser.add_argument("--out", type=Path, default=Path("results/faults"))
+    parser.add_argument("--fast", action="store_true", help="a few of each")
+    asked = parser.parse_args(argv)
+    done: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder:
+        bench = Bench.of(Path(folder))
+        for row in rows(bench, FAST if asked.fast else Plan()):
+            done.append(row)
+            write_csv(asked.out / "faults.csv", done)
+            print(row, file=sys.stderr)
+    print(text(done, ["tried", "lost", "unreadable", "raw", "crashed", "fault"]))
+    return 0 if all(row.sound for row in done) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
