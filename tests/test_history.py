@@ -9,12 +9,14 @@ from dataclasses import fields
 from itertools import islice
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column, certificate, energies
 from bipot.errors import IncrementFailed, ResultsError, SceneError
 from bipot.forms import Tangent
+from bipot.hdf5 import journal
 from bipot.laws.flow import Flow
 from bipot.marching import Control, Schedule, march
 from bipot.progress import Bar, Progress, terminal
@@ -306,3 +308,71 @@ def test_the_library_imports_without_its_optional_extras():
         "import bipot, bipot.results, bipot.plot, bipot.progress"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_what_is_longer_than_the_count_covers_is_cut_back_and_said(tmp_path, accepted):
+    with recorder(tmp_path) as out:
+        for increment in accepted[:2]:
+            out.record(increment)
+    with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
+        for name in ("bipot/steps/peeq", "VTKHDF/Points", "bipot/history"):
+            file[name].resize(len(file[name]) + 7, axis=0)
+    assert len(open_results(tmp_path)) == 2
+    with recorder(tmp_path, Existing.RESUME) as out:
+        assert out.note == "what was written after increment 2 was not complete and is left out"
+        for increment in accepted[2:]:
+            out.record(increment)
+    history = open_results(tmp_path)
+    assert history.complete
+    np.testing.assert_array_equal(history.state(5).peeq, accepted[5].state.peeq)
+    np.testing.assert_array_equal(history.state(5).nodes, accepted[5].state.nodes)
+
+
+def test_what_is_shorter_is_named(tmp_path, accepted):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+    with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
+        file["VTKHDF/CellData/mises"].resize(1, axis=0)
+    with pytest.raises(ResultsError, match=r"CellData/mises: rows = 1: must be 8 for 2 steps"):
+        recorder(tmp_path, Existing.RESUME).__enter__()
+    with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
+        del file["VTKHDF/CellData/mises"]
+    with recorder(tmp_path, Existing.RESUME) as out, pytest.raises(ResultsError, match="CellData/mises is missing"):
+        out.record(accepted[1])
+
+
+@pytest.mark.parametrize("name", ["run.vtkhdf", "history.csv", "run.lock", "run.vtkhdf.new"])
+def test_a_folder_in_the_way_of_a_file_is_said(tmp_path, name):
+    (tmp_path / name).mkdir()
+    with pytest.raises(ResultsError, match=r"cannot be written|history\.csv without|run\.vtkhdf: is no file"):
+        recorder(tmp_path).__enter__()
+
+
+def test_a_full_disk_leaves_what_was_recorded_and_the_run_goes_on_when_there_is_room(tmp_path, accepted, monkeypatch):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        with monkeypatch.context() as patched:
+            patched.setattr(journal.os, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left")))
+            with pytest.raises(ResultsError, match=r"cannot be written .*No space left.* 1 increments are recorded"):
+                out.record(accepted[1])
+        # What was half appended must not be taken for a step later.
+        with pytest.raises(ResultsError, match="nothing more is written"):
+            out.record(accepted[1])
+    assert len(open_results(tmp_path)) == 1
+    with recorder(tmp_path, Existing.RESUME) as out:
+        for increment in accepted[1:]:
+            out.record(increment)
+    assert open_results(tmp_path).complete
+
+
+def test_what_is_interrupted_in_the_middle_of_a_step_is_not_gone_on_with(tmp_path, accepted, monkeypatch):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        with monkeypatch.context() as patched:
+            patched.setattr("bipot.results.vtkhdf.cell_fields", lambda _: (_ for _ in ()).throw(KeyboardInterrupt()))
+            with pytest.raises(KeyboardInterrupt):
+                out.record(accepted[1])
+        with pytest.raises(ResultsError, match="cannot be written"):
+            out.record(accepted[1])
+    assert len(open_results(tmp_path)) == 1
+    np.testing.assert_array_equal(open_results(tmp_path).state().stress, accepted[0].state.stress)

@@ -160,7 +160,9 @@ class Recorder:
         if self.existing is Existing.OVERWRITE:
             return None
         file = run_file(self.folder)
-        if not file.exists():
+        if not file.is_file():
+            if file.exists():
+                raise ResultsError(f"{file}: is no file; {_CHOICE}")
             if self._curves.exists():
                 raise ResultsError(f"{self.folder}: holds {CURVES} without {FIELDS}; {_CHOICE}")
             return None
