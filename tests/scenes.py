@@ -1,6 +1,6 @@
 """Small ready-made scenes and increments for tests: a block under a tool, a system, the program of one pass."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -131,3 +131,11 @@ def rows_between(candidates: Candidates, gap: Floats, tau: float, end: float) ->
     """Contact rows of the increment from ``tau`` to ``end`` that starts with the gaps (c,)."""
     scene = candidates.scene
     return candidates.rows(gap, scene.travel(tau, end), scene.driven(end) - scene.driven(tau))
+
+
+def with_course(accepted, **changes):
+    """The increment, told to have ended elsewhere: its state, energies or number changed."""
+    course = accepted.course
+    forces = changes.get("state", course.state).forces
+    largest = max(course.largest, float(np.abs(forces).max(initial=0.0)))
+    return replace(accepted, course=replace(course, largest=largest, **changes))

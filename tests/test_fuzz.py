@@ -16,6 +16,7 @@ from studies.fuzz_scenes import draw
 from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import mirrored, renumbered, variants
 from studies.fuzz_whole import difference
+from tests.scenes import with_course
 
 GOOD_SEED = 7
 
@@ -37,7 +38,7 @@ def test_forces_that_differ_between_variants_are_found():
     base, other = fuzz_judge.run(drawn, drawn.scene), fuzz_judge.run(drawn, seen.scene)
     assert fuzz_judge.disagreement(base, other, seen, 0.0)[0] < fuzz_judge.DISAGREEMENT
     last = other.steps[-1]
-    moved = replace(last, state=replace(last.state, forces=1.001 * last.state.forces))
+    moved = with_course(last, state=replace(last.state, forces=1.001 * last.state.forces))
     planted = replace(other, steps=[*other.steps[:-1], moved])
     largest = max(np.abs(step.state.forces).max() for step in other.steps)
     share = float(np.abs(last.state.forces).max() / largest)
@@ -75,7 +76,7 @@ def test_half_a_force_or_half_the_energies_called_whole_are_found():
     ran, other = fuzz_judge.run(drawn, drawn.scene), unfolded(drawn.scene)[0]
     whole, measures, last = fuzz_judge.run(drawn, other.scene), fuzz_judge.measured(ran), ran.steps[-1]
     energies = Energies(*(getattr(last.energies, f.name) / 2 for f in fields(Energies)))
-    halved = planted_in_the_last(ran, energies=energies)
+    halved = replace(ran, steps=[*ran.steps[:-1], with_course(last, energies=energies)])
     pushed = planted_in_the_last(ran, tool_forces=last.tool_forces / 2)
 
     def found(planted):

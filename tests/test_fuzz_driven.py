@@ -28,6 +28,7 @@ from studies.fuzz_unfolded import about
 from studies.fuzz_variants import in_units, mirrored
 from studies.hard_loads import limit_scene
 from studies.independent import measure
+from tests.scenes import with_course
 
 PLANTED = 1e-5
 
@@ -69,7 +70,7 @@ def found(run, accepted=None, **changes):
 
 
 def with_state(run, **changes):
-    return replace(run.steps[-1], state=replace(run.steps[-1].state, **changes))
+    return with_course(run.steps[-1], state=replace(run.steps[-1].state, **changes))
 
 
 def misstated(run, accepted=None):

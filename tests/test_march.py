@@ -10,7 +10,6 @@ from scipy.optimize import brentq
 from bipot.certificate import Bounds
 from bipot.elements import Element
 from bipot.errors import IncrementFailed, NotConverged, SceneError
-from bipot.export import increment_traction
 from bipot.fem.elements import RULES
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Tangent
@@ -57,7 +56,7 @@ def test_frictionless_force_radius_and_volume_are_exact_to_1e_4(frictionless):
 def test_frictionless_pressure_is_uniform(frictionless):
     _, accepted = frictionless
     end = accepted[-1]
-    pressure = increment_traction(end).recovered_pressure
+    pressure = end.traction.recovered_pressure
     on_top = pressure[np.isfinite(pressure)]
     assert len(on_top) == 21
     np.testing.assert_allclose(on_top, on_top.mean(), rtol=1e-6)

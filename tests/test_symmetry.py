@@ -8,7 +8,6 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.errors import SceneError
-from bipot.export import describe
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -20,6 +19,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.results.description import describe
 from bipot.scene import Scene, upsetting
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool

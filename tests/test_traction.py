@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
 from bipot.contact import CARRIES, LEAST_MOTION
-from bipot.export import increment_traction
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.surface import edge_mass
@@ -176,7 +175,7 @@ def test_frictionless_homogeneous_upsetting_has_uniform_pressure(configuration):
     scene = upsetting(mu=0.0, elements=3, configuration=configuration)
     *_, last = march(scene, Schedule(10), EXACT)
     system = system_of(scene)
-    result = increment_traction(last)
+    result = last.traction
     on_line = ~np.isnan(result.recovered_pressure)
     top = np.isin(system.candidates.node, scene.mesh.boundary_nodes("top"))
     np.testing.assert_array_equal(on_line, top)
@@ -197,7 +196,7 @@ def sticky():
 
 def test_status_agrees_with_forces_and_motion(sticky):
     _, last = sticky
-    result = increment_traction(last)
+    result = last.traction
     motion, r = last.solved.rows.motion(last.solved.response.x), last.solved.r
     is_ = {s: result.status == s for s in Status}
     assert is_[Status.STICK].any()
@@ -214,7 +213,7 @@ def test_status_agrees_with_forces_and_motion(sticky):
 def test_recovered_tractions_obey_sign_and_cone_where_the_consistent_ones_do_not(sticky):
     system, last = sticky
     r, nodes = last.solved.r, last.state.nodes
-    result = increment_traction(last)
+    result = last.traction
     p, tau = result.recovered_pressure, result.recovered_shear
     line = ~np.isnan(p)
     assert (p[line] >= 0).all()
@@ -231,7 +230,7 @@ def test_round_off_of_the_forces_does_not_leave_the_cone(sticky):
     """An open node on the line with a pull of a billionth, a slipping one beyond its limit by as much."""
     system, last = sticky
     r, scale = last.solved.r.copy(), np.abs(last.solved.r).max()
-    result = increment_traction(last)
+    result = last.traction
     slip = np.flatnonzero(result.status == Status.SLIP)
     r[slip[0], 1] *= 1 + 1e-9
     r[slip[1]] = -1e-9 * scale, 1e-9 * scale
@@ -243,7 +242,7 @@ def test_round_off_of_the_forces_does_not_leave_the_cone(sticky):
 def test_thresholds_are_relative_and_kept_beside_the_data(sticky):
     _, last = sticky
     solved, times = last.solved, (last.start.tau, last.state.tau)
-    result = increment_traction(last)
+    result = last.traction
     assert result.force_tol == CARRIES * np.linalg.norm(solved.r, axis=1).max()
     assert result.slip_tol == pytest.approx(SLIP_TOLERANCE * 0.2 * 5 * (times[1] - times[0]), rel=1e-12)
     larger = traction(solved.iterate, 1e3 * solved.r)
@@ -257,11 +256,11 @@ def test_slip_counts_from_a_fraction_of_the_motion_along_a_bent_path():
     scene = replace(PRESSED, tools=(punch,))
     steps = list(march(scene, Schedule(4, first=0.005, landings=(0.5, 0.75)), FAST))
     for a in steps:
-        tolerance, resting = increment_traction(a).slip_tol, a.start.tau >= 0.75
+        tolerance, resting = a.traction.slip_tol, a.start.tau >= 0.75
         body = np.linalg.norm(a.state.du, axis=1).max()
         moved = max(body, LEAST_MOTION * 5) if resting else np.hypot(*punch.moved(a.start.tau, a.state.tau))
         assert tolerance == pytest.approx(SLIP_TOLERANCE * moved, rel=1e-12)
-    back = [increment_traction(a).slip_tol for a in steps if 0.5 <= a.start.tau < 0.75]
+    back = [a.traction.slip_tol for a in steps if 0.5 <= a.start.tau < 0.75]
     assert sum(back) == pytest.approx(SLIP_TOLERANCE * 0.01 * 0.5, rel=1e-9)
 
 
@@ -277,7 +276,7 @@ def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):
     system, last = sticky
     scene, r = system.body.scene, last.solved.r
     nodes = last.state.nodes[system.candidates.node]
-    closed = r[:, 0] > increment_traction(last).force_tol
+    closed = r[:, 0] > last.traction.force_tol
     edges = contact_edges(system.candidates, 0, scene.tools[0], closed)
     means = edge_tractions(nodes, edges, scene.geometry, r)
     area = edge_mass(nodes, edges, scene.geometry).sum(axis=(1, 2))
