@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
-from bipot.hdf5.storage import require_stored
+from bipot.hdf5.storage import require_own, require_stored
 from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:
@@ -35,22 +35,27 @@ class Allowed:
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset by the ``field`` that messages name."""
+    """A dataset by the ``field`` that messages name, and the shape it declares, which need not be stored."""
 
     source: Source
     field: str
     id: DatasetID
+    shape: tuple[int, ...]
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape that it declares, which need not be stored."""
+    @staticmethod
+    def of(source: Source, field: str, found: Any) -> Dataset:
+        """What was found under a name; refuses what is no dataset, or one of another file's numbers."""
         import h5py
 
-        with self.source.reading(self.field):
-            space = self.id.get_space()
+        if not isinstance(found, h5py.h5d.DatasetID):
+            raise source.refuse(f"{source.path}: {field} is no dataset")
+        with source.reading(field):
+            # Before the shape: asked for one, HDF5 opens the files of a virtual dataset.
+            require_own(source, field, found)
+            space = found.get_space()
             kind = space.get_simple_extent_type()
-            self.source.require(kind != h5py.h5s.NULL, f"{self.field}: its shape", "null", "that of an array")
-            return space.get_simple_extent_dims()
+            source.require(kind != h5py.h5s.NULL, f"{field}: its shape", "null", "that of an array")
+            return Dataset(source, field, found, space.get_simple_extent_dims())
 
     def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
         """Refuse another kind, another shape, and more than the file may give at once: ``rows``, None for all."""
@@ -69,7 +74,7 @@ class Dataset:
         with self.source.reading(self.field):
             require_stored(self.source, self.field, self.id, start, stop)
             whole = h5py.Dataset(self.id)
-            found = np.asarray(whole[start:stop] if whole.shape else whole[()])
+            found = np.asarray(whole[start:stop] if self.shape else whole[()])
             values = found.astype(np.float64 if "f" in kind else np.int64, copy=False)
         if found.dtype.kind == "u" and values.dtype == np.int64:
             # What no int64 holds came out negative.
@@ -90,4 +95,4 @@ class Dataset:
 
 
 def _words(shape: Shape) -> str:
-    return f"({', '.join('any' if n is None else str(n) for n in shape)})"
+    return str(tuple("any" if n is None else n for n in shape)).replace("'", "")

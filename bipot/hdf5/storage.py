@@ -23,6 +23,19 @@ CHECKSUM = 4
 """Bytes that Fletcher's checksum adds to a chunk."""
 
 
+def require_own(source: Source, field: str, dataset: DatasetID) -> None:
+    """Refuse a dataset whose numbers are another file's."""
+    import h5py
+
+    plist = dataset.get_create_plist()
+    layout = plist.get_layout()
+    names = {h5py.h5d.COMPACT: "compact", h5py.h5d.CONTIGUOUS: "contiguous", h5py.h5d.CHUNKED: "chunked"}
+    told = "virtual" if layout == h5py.h5d.VIRTUAL else names.get(layout, layout)
+    source.require(layout in names, f"{field}: its layout", told, "compact, contiguous or chunked")
+    external = plist.get_external_count()
+    source.require(external == 0, f"{field}: number of its external files", external, "0")
+
+
 def require_stored(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
     """Refuse a dataset whose rows from ``start`` up to ``stop`` are not in the file, whole and of their declared size.
 
@@ -31,24 +44,13 @@ def require_stored(source: Source, field: str, dataset: DatasetID, start: int, s
     import h5py
 
     layout = dataset.get_create_plist().get_layout()
-    known = {h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED}
-    source.require(layout in known, f"{field}: its layout", _layout_name(layout), "compact, contiguous or chunked")
     if layout == h5py.h5d.CONTIGUOUS:
         _require_contiguous(source, field, dataset)
     if layout == h5py.h5d.CHUNKED:
         _require_chunks(source, field, dataset, start, stop)
 
 
-def _layout_name(layout: int) -> str:
-    import h5py
-
-    return "virtual" if layout == h5py.h5d.VIRTUAL else str(layout)
-
-
 def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
-    plist = dataset.get_create_plist()
-    external = plist.get_external_count()
-    source.require(external == 0, f"{field}: its external files", external, "none: all numbers in this file")
     declared = prod(dataset.shape) * dataset.dtype.itemsize
     if declared:
         offset = dataset.get_offset()
