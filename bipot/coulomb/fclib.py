@@ -118,27 +118,27 @@ def read_fclib(path: str | Path, *, largest: int = LARGEST) -> CoulombProblem | 
 
 
 def _local(group: Checked, vectors: Checked, dim: int) -> CoulombProblem:
-    q = vectors.array("q", NUMBERS, (None,))
-    mu = vectors.array("mu", NUMBERS, (_contacts(vectors, "q", dim),), least=0)
-    return CoulombProblem(_read_matrix(group, "W", q.size, q.size), q, mu, dim)
+    # By rising size, and every length against what is known: who declares too much is refused before it is allocated.
+    rows = vectors.length("q")
+    mu = _friction(vectors, "q", rows, dim)
+    return CoulombProblem(_read_matrix(group, "W", rows, rows), vectors.array("q", NUMBERS, (rows,)), mu, dim)
 
 
 def _global(group: Checked, vectors: Checked, dim: int) -> GlobalCoulombProblem:
     if "G" in group:
         raise FclibError(f"{group.source.path} has bilateral constraints (G): eliminate them before exporting")
-    f, w = vectors.array("f", NUMBERS, (None,)), vectors.array("w", NUMBERS, (None,))
-    mu = vectors.array("mu", NUMBERS, (_contacts(vectors, "w", dim),), least=0)
-    M, H = _read_matrix(group, "M", f.size, f.size), _read_matrix(group, "H", f.size, w.size)
+    dofs, rows = vectors.length("f"), vectors.length("w")
+    mu = _friction(vectors, "w", rows, dim)
+    M, H = _read_matrix(group, "M", dofs, dofs), _read_matrix(group, "H", dofs, rows)
+    f, w = vectors.array("f", NUMBERS, (dofs,)), vectors.array("w", NUMBERS, (rows,))
     return GlobalCoulombProblem(M, H, f, w, mu, dim)
 
 
-def _contacts(vectors: Checked, name: str, dim: int) -> int:
-    """Number of contacts, of which a vector has ``dim`` rows each."""
-    rows = vectors.length(name)
-    vectors.require(
-        rows > 0 and rows % dim == 0, f"{name}: its length", rows, f"a positive multiple of spacedim = {dim}"
-    )
-    return rows // dim
+def _friction(vectors: Checked, name: str, rows: int, dim: int) -> FloatArray:
+    """One coefficient a contact, of which the vector of that name has ``dim`` rows each."""
+    fits = rows > 0 and rows % dim == 0
+    vectors.require(fits, f"{name}: its length", rows, f"a positive multiple of spacedim = {dim}")
+    return vectors.array("mu", NUMBERS, (rows // dim,), least=0)
 
 
 def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:

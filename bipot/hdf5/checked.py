@@ -24,10 +24,10 @@ from bipot.hdf5.types import require_kind
 if TYPE_CHECKING:
     from h5py.h5g import GroupID
 
-LARGEST = 2**30
+LARGEST = 2**28
 """Bytes of the largest array that is read, 8 a number as it is held."""
 
-LARGEST_TEXT = 2**24
+LARGEST_TEXT = 2**22
 """Bytes of a text."""
 
 MOST_NAMES = 10_000

@@ -28,10 +28,6 @@ class Allowed:
     least: float = -inf
     most: float = inf
 
-    def words(self) -> str:
-        """As a message says it."""
-        return "finite" if (self.least, self.most) == (-inf, inf) else f"in [{self.least}, {self.most}]"
-
 
 @dataclass(frozen=True)
 class Dataset:
@@ -83,15 +79,17 @@ class Dataset:
         return values
 
     def _require_values(self, values: NDArray[Any], allowed: Allowed) -> None:
-        inside = (values >= allowed.least) & (values <= allowed.most)
-        if values.dtype == np.float64:
-            inside = (inside | np.isnan(values)) & np.isfinite(values) if allowed.finite else inside | np.isnan(values)
-        if not inside.all():
-            place = tuple(int(k) for k in np.argwhere(~inside)[0])
-            words = (
-                "finite" if (allowed.least, allowed.most) == (-inf, inf) else f"in [{allowed.least}, {allowed.most}]"
-            )
-            self.source.require(False, f"{self.field}{list(place)}", values[place], words)
+        least, most = allowed.least, allowed.most
+        bounds = f"in [{least}, {most}]"
+        checks = (
+            (allowed.finite and values.dtype == np.float64, lambda: ~np.isfinite(values), "finite"),
+            (least > -inf, lambda: values < least, bounds),
+            (most < inf, lambda: values > most, bounds),
+        )
+        for asked, beyond, words in checks:
+            if asked and (bad := beyond()).any():
+                place = tuple(int(k) for k in np.argwhere(bad)[0])
+                self.source.require(False, f"{self.field}{list(place)}", values[place], words)
 
 
 def _words(shape: Shape) -> str:
