@@ -9,6 +9,7 @@ compressed rows. Files are strangers': everything is checked before it is believ
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from enum import IntEnum, StrEnum
 from io import BytesIO
 from pathlib import Path
@@ -21,7 +22,8 @@ from scipy import sparse
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
 from bipot.errors import BipotError, SceneError
 from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
-from bipot.replacing import replace
+from bipot.hdf5.isolated import isolated as run_isolated
+from bipot.replacing import replace as replace_file
 from bipot.tensors import FloatArray
 
 if TYPE_CHECKING:
@@ -106,14 +108,21 @@ def _form(file: Checked) -> _Form:
     raise FclibError(f"{path} holds neither /{_Form.LOCAL} nor /{_Form.GLOBAL}: it is not an FCLIB problem")
 
 
-def read_fclib(path: str | Path, *, largest: int = LARGEST) -> CoulombProblem | GlobalCoulombProblem:
+def read_fclib(
+    path: str | Path, *, largest: int = LARGEST, isolated: bool = False
+) -> CoulombProblem | GlobalCoulombProblem:
     """The problem of a file, in the form it is stored in; ``largest`` is what one array of it may take, in bytes.
 
-    ``reduced(read_fclib(path))`` is the reduced form of either.
+    ``reduced(read_fclib(path))`` is the reduced form of either. ``isolated`` reads it in a process of its own, for a
+    file that may be crafted to end the one that reads it (:mod:`bipot.hdf5.isolated`).
 
     Raises:
         FclibError: any other layout, or a number that no problem can have; names the file, the field and its value.
     """
+    if isolated:
+        there = run_isolated(f"{__name__}:{read_fclib.__name__}", path, FclibError, largest=largest)
+        # Made anew, because what comes from another process may be written to.
+        return replace(there)
     with opened(path, FclibError, largest) as file:
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
@@ -248,4 +257,4 @@ def write_fclib(
         if solution is not None:
             f = None if isinstance(problem, CoulombProblem) else problem.f.size
             _write_solution(file, solution, _solution_lengths(problem.mu.size * problem.dim, f))
-    replace(path, content.getbuffer(), FclibError)
+    replace_file(path, content.getbuffer(), FclibError)

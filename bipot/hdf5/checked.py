@@ -119,10 +119,8 @@ class Checked:
         return shape[0]
 
     def stored(self, name: str) -> bool:
-        """Whether numbers of a dataset were ever written; one that was only declared reads as zeros elsewhere."""
-        dataset = self._dataset(name)
-        with self.source.reading(self._full(name)):
-            return dataset.id.get_storage_size() > 0
+        """Whether a dataset in one piece was ever written; one that was only declared reads as zeros elsewhere."""
+        return self._dataset(name).stored
 
     def array(
         self, name: str, kind: str, shape: Shape, *, finite: bool = True, least: float = -inf, most: float = inf

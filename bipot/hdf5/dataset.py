@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
-from bipot.hdf5.storage import require_own, require_stored
+from bipot.hdf5.storage import contiguous, require_own, require_stored
 from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:
@@ -52,6 +52,12 @@ class Dataset:
             kind = space.get_simple_extent_type()
             source.require(kind != h5py.h5s.NULL, f"{field}: its shape", "null", "that of an array")
             return Dataset(source, field, found, space.get_simple_extent_dims())
+
+    @property
+    def stored(self) -> bool:
+        """Whether it has a place in the file; one in chunks is said to, which only reading can tell."""
+        with self.source.reading(self.field):
+            return not contiguous(self.id) or self.id.get_offset() is not None
 
     def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
         """Refuse another kind, another shape, and more than the file may give at once: ``rows``, None for all."""

@@ -203,10 +203,18 @@ def of_dataset(valid: Path, name: str, folder: Path, kinds: frozenset[str] = fro
     yield from damaged(valid, folder, damages, name)
 
 
-def shared_chunk(path: Path, name: str) -> None:
-    """Two chunks of a dataset in one place of the file: few bytes that declare many."""
+def shared_chunks(path: Path, name: str) -> None:
+    """All chunks of a dataset in the place of its first: few bytes that declare many.
+
+    Of a dataset of one dimension in HDF5's old index, whose records are size (4), filters (4), two offsets (8) and the
+    place of the chunk (8 bytes).
+    """
     with h5py.File(path, "r") as file:
-        first, second = (file[name].id.get_chunk_info(k).byte_offset for k in (0, 1))
-    content = path.read_bytes()
-    assert content.count(struct.pack("<Q", second)) == 1
-    path.write_bytes(content.replace(struct.pack("<Q", second), struct.pack("<Q", first)))
+        dataset = file[name].id
+        places = [dataset.get_chunk_info(k) for k in range(dataset.get_num_chunks())]
+    content = bytearray(path.read_bytes())
+    for place in places[1:]:
+        (record,) = (k for k in range(len(content)) if content.startswith(struct.pack("<Q", place.byte_offset), k))
+        content[record : record + 8] = struct.pack("<Q", places[0].byte_offset)
+        content[record - 24 : record - 20] = struct.pack("<I", places[0].size)
+    path.write_bytes(content)
