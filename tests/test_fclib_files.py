@@ -9,32 +9,11 @@ from bipot import coulomb
 from bipot.hdf5.isolated import isolated
 from tests.corpus import fclib, flips, whole
 from tests.corpus.case import damaged
-from tests.corpus.child import Child, Outcome
+from tests.corpus.child import Outcome
 from tests.corpus.hdf5 import of_dataset, shared_chunks
-
-SECONDS, MEGABYTES = 1.0, 100.0
-"""What the refusal of any file may take."""
+from tests.corpus.refusals import MEGABYTES, SECONDS, refused
 
 posix = pytest.mark.skipif(os.name != "posix", reason="measured by what POSIX tells of a process")
-
-
-def refused(reader, valid, cases):
-    """Asserts that every case is refused in words; gives the answers."""
-    with Child(reader, valid) as child:
-        answers = {case: child.ask(case.path) for case in cases}
-    wrong = {
-        case.kind: answer
-        for case, answer in answers.items()
-        if answer.outcome is not Outcome.REFUSED
-        or case.path.name not in answer.message
-        or case.field not in answer.message
-        or len(answer.message) > 600
-        or answer.seconds > SECONDS
-        or answer.megabytes > MEGABYTES
-    }
-    assert wrong == {}
-    assert sum(answer.megabytes for answer in answers.values()) < MEGABYTES
-    return answers
 
 
 @posix

@@ -38,18 +38,23 @@ def write(path: str | Path, kind: str, arrays: Arrays) -> None:
 
 
 def read(
-    path: str | Path, kind: str, fields: Mapping[str, str], together: Mapping[str, str] | None = None
+    path: str | Path,
+    kind: str,
+    fields: Mapping[str, str],
+    together: Mapping[str, str],
+    lengths: Mapping[str, tuple[str, int]],
 ) -> dict[str, NDArray[Any]]:
     """The vectors of a file of ``kind``, by name; ``fields`` it must have, those of ``together`` all or none.
 
-    Both give the letter of numpy's kind of type ("f", "i", "U") by name. What else a file holds is not read.
+    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` tells for some whose length
+    theirs is, and by how much it is longer: what does not fit is not unpacked, and what else a file holds not read.
 
     Raises:
         FileError: no such file, another kind of file, a vector that is missing, of another type or not finite.
     """
     try:
         with opened(Path(path)) as archive:
-            found = _read(path, archive, kind, fields, together or {})
+            found = _read(path, archive, kind, fields, together, lengths)
     except BipotError:
         raise
     except Exception as failure:
@@ -63,7 +68,12 @@ def read(
 
 
 def _read(
-    path: str | Path, archive: Archive, kind: str, fields: Mapping[str, str], together: Mapping[str, str]
+    path: str | Path,
+    archive: Archive,
+    kind: str,
+    fields: Mapping[str, str],
+    together: Mapping[str, str],
+    lengths: Mapping[str, tuple[str, int]],
 ) -> dict[str, NDArray[Any]]:
     told = None
     if "kind" in archive and archive.declared("kind").shape == ():
@@ -71,15 +81,24 @@ def _read(
     if told != kind:
         raise FileError(f"{path} is of kind {told!s:.60}: it must be {kind!r}")
     asked = {**fields, **together} if any(name in archive for name in together) else fields
-    for name, letter in asked.items():
-        if name not in archive:
-            raise FileError(f"{path} has no {name!r}, which a {kind} has")
-        declared = archive.declared(name)
-        if declared.dtype.kind != letter or len(declared.shape) != 1:
-            words = f"of type {declared.dtype} and shape {declared.shape!s:.60}"
-            raise FileError(f"{path}: {name!r} is {words}, not a vector of kind {letter!r}")
+    found = {name: _length(path, archive, name, letter, kind) for name, letter in asked.items()}
     archive.require_small(list(asked))
+    for name, (other, more) in lengths.items():
+        if name in found and found[name] != found[other] + more:
+            words = f"{name} has {found[name]} entries, must have {found[other] + more}, as {other} has {found[other]}"
+            raise FileError(f"{path} holds vectors that do not fit together: {words}")
     return {name: archive.array(name) for name in asked}
+
+
+def _length(path: str | Path, archive: Archive, name: str, letter: str, kind: str) -> int:
+    """The length that a vector declares; refused unless it is a vector of that kind."""
+    if name not in archive:
+        raise FileError(f"{path} has no {name!r}, which a {kind} has")
+    declared = archive.declared(name)
+    if declared.dtype.kind != letter or len(declared.shape) != 1:
+        words = f"of type {declared.dtype} and shape {declared.shape!s:.60}"
+        raise FileError(f"{path}: {name!r} is {words}, not a vector of kind {letter!r}")
+    return declared.shape[0]
 
 
 def compressed(name: str, matrix: sp.csc_matrix | sp.csr_matrix) -> dict[str, NDArray[Any]]:

@@ -18,6 +18,14 @@ FIELDS = {
 ANSWER = {**dict.fromkeys(("x", "z", "seconds", "optimum", "residuals"), "f"), "outcome": "U", "iterations": "i"}
 """What a file holds of an answer beside the fields of a program; the letters are numpy's kinds of type."""
 
+LENGTHS = {
+    **{f"{name}_indices": (f"{name}_data", 0) for name in "PA"},
+    **{"P_indptr": ("q", 1), "A_indptr": ("b", 1), "x": ("q", 0), "z": ("b", 0)},
+    **dict.fromkeys(("cones", "widths", "lengths"), ("terms", 0)),
+    **dict.fromkeys(("starts", "stops"), ("blocks", 0)),
+}
+"""Whose length each has, and by how much it is longer."""
+
 REPEATED = 1e-12
 """What two machines may differ by in a residual, which is relative: far below what solvers are asked."""
 
@@ -29,7 +37,7 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         FileError: the file is not one of :meth:`ConicProgram.save`, or its answer does not have the optimum and the
             residuals that it is stored with, taken again here.
     """
-    found = read(path, KIND, FIELDS, ANSWER)
+    found = read(path, KIND, FIELDS, ANSWER, LENGTHS)
     try:
         program = _program(found)
         if "x" not in found:

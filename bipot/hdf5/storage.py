@@ -7,9 +7,10 @@ up to its declared size, because HDF5 grows its buffer to whatever the stream ho
 from __future__ import annotations
 
 import zlib
-from itertools import product
 from math import prod
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from bipot.hdf5.source import Source
 
@@ -78,10 +79,13 @@ def _require_chunks(source: Source, field: str, dataset: DatasetID, start: int, 
     decoded = prod(chunk) * dataset.dtype.itemsize
     source.require(0 < decoded <= LARGEST_CHUNK, f"{field}: bytes of a chunk", decoded, f"in [1, {LARGEST_CHUNK}]")
     filters = _filters(source, field, dataset)
-    first = start // chunk[0] * chunk[0] if start < stop else stop
-    grid = (range(first, stop, chunk[0]), *(range(0, n, c) for n, c in zip(shape[1:], chunk[1:], strict=True)))
+    counts = [-(-n // c) for n, c in zip((stop, *shape[1:]), chunk, strict=True)]
+    counts[0] -= start // chunk[0]
     room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
-    for place in product(*grid):
+    # One after another: a list of all places would be as long as a file declares.
+    for number in range(prod(counts) if start < stop else 0):
+        index = np.unravel_index(number, counts)
+        place = tuple(int(k) * c for k, c in zip((index[0] + start // chunk[0], *index[1:]), chunk, strict=True))
         # What is longer than the room is refused before it is read.
         skipped, data = dataset.read_direct_chunk(place, out=room)
         stored += len(data)
