@@ -177,7 +177,7 @@ def changed(tmp_path, **changes):
         ({"q": np.array([object()])}, "without pickles"),
         ({"b": np.array(["1.0"])}, "'b' is of type <U3"),
         ({"q": np.zeros((2, 2))}, r"shape \(2, 2\)"),
-        ({"b": np.array([np.nan])}, "'b' holds NaN or inf"),
+        ({"optimum": np.array([np.nan])}, "'optimum' holds NaN or inf"),
         ({"cones": np.array(["circle"] * 3)}, "'circle' is not a valid Cone"),
         ({"lengths": np.array([1, 1, 1])}, "do not fit together: lengths"),
         ({"widths": np.array([1, 7, 1])}, "do not fit together: widths"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.conic.archive import Archive, opened
 from bipot.errors import BipotError
+from bipot.replacing import replace
 
 Arrays = Mapping[str, NDArray[Any]]
 
@@ -23,42 +26,79 @@ class FileError(BipotError):
 
 
 def write(path: str | Path, kind: str, arrays: Arrays) -> None:
-    """Write ``arrays`` to the file of exactly that name, marked as of ``kind``."""
+    """Write ``arrays`` to the file of exactly that name, marked as of ``kind``, whole or not at all.
+
+    Raises:
+        FileError: it cannot be written.
+    """
     fields: dict[str, Any] = {"kind": np.array(kind), **arrays}
-    with Path(path).open("wb") as file:
-        np.savez_compressed(file, **fields)
+    content = BytesIO()
+    np.savez_compressed(content, **fields)
+    replace(path, content.getbuffer(), FileError)
 
 
 def read(
-    path: str | Path, kind: str, fields: Mapping[str, str], together: Mapping[str, str] | None = None
+    path: str | Path,
+    kind: str,
+    fields: Mapping[str, str],
+    together: Mapping[str, str],
+    lengths: Mapping[str, tuple[str, int]],
 ) -> dict[str, NDArray[Any]]:
     """The vectors of a file of ``kind``, by name; ``fields`` it must have, those of ``together`` all or none.
 
-    Both give the letter of numpy's kind of type ("f", "i", "U") by name.
+    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` tells for some whose length
+    theirs is, and by how much it is longer: what does not fit is not unpacked, and what else a file holds not read.
 
     Raises:
         FileError: no such file, another kind of file, a vector that is missing, of another type or not finite.
     """
     try:
-        with Path(path).open("rb") as opened, np.load(opened, allow_pickle=False) as file:
-            found = {name: np.asarray(file[name]) for name in file.files}
+        with opened(Path(path)) as archive:
+            found = _read(path, archive, kind, fields, together, lengths)
+    except BipotError:
+        raise
     except Exception as failure:
         # Damaged bytes make numpy, zipfile and zlib raise whatever they meet first.
-        raise FileError(f"{path} cannot be read as a npz file without pickles: {failure}") from failure
-    told = str(found.pop("kind", None))
-    if told != kind:
-        raise FileError(f"{path} is of kind {told:.60}: it must be {kind!r}")
-    asked = {**fields, **(together or {})} if set(together or {}) & set(found) else fields
-    for name, letter in asked.items():
-        if name not in found:
-            raise FileError(f"{path} has no {name!r}, which a {kind} has")
-        vector = found[name]
-        if vector.dtype.kind != letter or vector.ndim != 1:
-            shape, dtype = vector.shape, vector.dtype
-            raise FileError(f"{path}: {name!r} is of type {dtype} and shape {shape}, not a vector of kind {letter!r}")
-        if letter == "f" and not np.isfinite(vector).all():
-            raise FileError(f"{path}: {name!r} holds NaN or inf")
+        raise FileError(f"{path} cannot be read as a npz file without pickles: {failure!s:.300}") from failure
+    for name, vector in found.items():
+        if vector.dtype.kind == "f" and not np.isfinite(vector).all():
+            place = int(np.flatnonzero(~np.isfinite(vector))[0])
+            raise FileError(f"{path}: {name!r} holds NaN or inf: [{place}] = {vector[place]}")
     return found
+
+
+def _read(
+    path: str | Path,
+    archive: Archive,
+    kind: str,
+    fields: Mapping[str, str],
+    together: Mapping[str, str],
+    lengths: Mapping[str, tuple[str, int]],
+) -> dict[str, NDArray[Any]]:
+    told = None
+    if "kind" in archive and archive.declared("kind").shape == ():
+        told = str(archive.array("kind"))
+    if told != kind:
+        raise FileError(f"{path} is of kind {told!s:.60}: it must be {kind!r}")
+    asked = {**fields, **together} if any(name in archive for name in together) else fields
+    found = {name: _length(path, archive, name, letter, kind) for name, letter in asked.items()}
+    archive.require_small(list(asked))
+    for name, (other, more) in lengths.items():
+        if name in found and found[name] != found[other] + more:
+            words = f"{name} has {found[name]} entries, must have {found[other] + more}, as {other} has {found[other]}"
+            raise FileError(f"{path} holds vectors that do not fit together: {words}")
+    return {name: archive.array(name) for name in asked}
+
+
+def _length(path: str | Path, archive: Archive, name: str, letter: str, kind: str) -> int:
+    """The length that a vector declares; refused unless it is a vector of that kind."""
+    if name not in archive:
+        raise FileError(f"{path} has no {name!r}, which a {kind} has")
+    declared = archive.declared(name)
+    if declared.dtype.kind != letter or len(declared.shape) != 1:
+        words = f"of type {declared.dtype} and shape {declared.shape!s:.60}"
+        raise FileError(f"{path}: {name!r} is {words}, not a vector of kind {letter!r}")
+    return declared.shape[0]
 
 
 def compressed(name: str, matrix: sp.csc_matrix | sp.csr_matrix) -> dict[str, NDArray[Any]]:

@@ -18,6 +18,14 @@ FIELDS = {
 ANSWER = {**dict.fromkeys(("x", "z", "seconds", "optimum", "residuals"), "f"), "outcome": "U", "iterations": "i"}
 """What a file holds of an answer beside the fields of a program; the letters are numpy's kinds of type."""
 
+LENGTHS = {
+    **{f"{name}_indices": (f"{name}_data", 0) for name in "PA"},
+    **{"P_indptr": ("q", 1), "A_indptr": ("b", 1), "x": ("q", 0), "z": ("b", 0)},
+    **dict.fromkeys(("cones", "widths", "lengths"), ("terms", 0)),
+    **dict.fromkeys(("starts", "stops"), ("blocks", 0)),
+}
+"""Whose length each has, and by how much it is longer."""
+
 REPEATED = 1e-12
 """What two machines may differ by in a residual, which is relative: far below what solvers are asked."""
 
@@ -29,7 +37,7 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         FileError: the file is not one of :meth:`ConicProgram.save`, or its answer does not have the optimum and the
             residuals that it is stored with, taken again here.
     """
-    found = read(path, KIND, FIELDS, ANSWER)
+    found = read(path, KIND, FIELDS, ANSWER, LENGTHS)
     try:
         program = _program(found)
         if "x" not in found:
@@ -37,7 +45,10 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         answer = _answer(program, found)
     except (ValueError, TypeError) as failure:
         raise FileError(f"{path} holds vectors that do not fit together: {failure}") from failure
-    for name, measured in (("optimum", [program.cost(answer.x)]), ("residuals", answer.residuals())):
+    # Numbers of a stranger's may overflow: then they are no residuals that were stored.
+    with np.errstate(over="ignore", invalid="ignore"):
+        measures = {"optimum": [program.cost(answer.x)], "residuals": answer.residuals()}
+    for name, measured in measures.items():
         stored = found[name]
         if len(stored) != len(measured) or not np.allclose(measured, stored, rtol=1e-6, atol=REPEATED):
             raise FileError(f"{path}: its answer has {name} {np.array(measured)}, stored is {stored}")
@@ -48,7 +59,8 @@ def _program(found: Arrays) -> ConicProgram:
     """Raises ValueError where the vectors do not fit together."""
     q, b, widths, lengths = (found[name] for name in ("q", "b", "widths", "lengths"))
     terms, cones = found["terms"].tolist(), [Cone(word) for word in found["cones"].tolist()]
-    _require((lengths >= 0).all() and lengths.sum() == len(b), "lengths", lengths)
+    whole = ((lengths >= 0) & (lengths <= len(b))).all() and lengths.sum() == len(b)
+    _require(whole, "lengths", lengths)
     _require((widths >= 1).all() and len(widths) == len(lengths) and not (lengths % widths).any(), "widths", widths)
     _require(len(set(terms)) == len(terms), "terms", terms)
     starts, stops = found["starts"], found["stops"]
@@ -64,6 +76,7 @@ def _program(found: Arrays) -> ConicProgram:
     )
     parts = map(slice, starts.tolist(), stops.tolist())
     blocks = dict(zip(found["blocks"].tolist(), parts, strict=True))
+    _require(len(blocks) == len(starts), "blocks", found["blocks"])
     return ConicProgram(by_columns(found, "P", (len(q), len(q))), q, rows, blocks)
 
 

@@ -3,26 +3,40 @@
 A file holds either `/fclib_local` (W, q) or `/fclib_global` (M, H, f, w), with `spacedim`, `vectors/mu` and
 `info`; optionally `/solution` and `/guesses` with u, r (and v). A matrix group has m, n, nz, nzmax, p, i, x:
 nz >= 0 marks triplets (i rows, p columns, the first nz count, duplicates add), -1 compressed columns, -2
-compressed rows.
+compressed rows. Files are strangers': everything is checked before it is believed (:mod:`bipot.hdf5.checked`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
+from dataclasses import replace
 from enum import IntEnum, StrEnum
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import sparse
 
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
-from bipot.errors import BipotError
+from bipot.errors import BipotError, SceneError
+from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
+from bipot.hdf5.isolated import isolated as run_isolated
+from bipot.replacing import replace as replace_file
 from bipot.tensors import FloatArray
 
 if TYPE_CHECKING:
     import h5py
+
+NUMBERS = "fiu"
+"""Kinds that stand for real numbers: FCLIB's own reader converts integers as well."""
+
+LARGEST_INDEX = np.iinfo(np.int32).max
+"""FCLIB's indices and counts are C ints."""
+
+
+SOLUTION = "solution"
 
 
 class FclibError(BipotError):
@@ -41,61 +55,105 @@ class _Storage(IntEnum):
     ROWS = -2
 
 
-def _read_matrix(group: h5py.Group) -> sparse.csr_array:
-    m, n, nz = (int(np.ravel(group[key][()])[0]) for key in ("m", "n", "nz"))  # type: ignore[index]
-    p, i, x = (np.asarray(group[key][()]) for key in ("p", "i", "x"))  # type: ignore[index]
+def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr_array:
+    """The matrix of that name, which must be ``rows`` by ``cols``."""
+    group = parent.group(name)
+    group.integer("m", rows, rows)
+    group.integer("n", cols, cols)
+    nz = group.integer("nz", min(_Storage))
     if nz >= 0:
-        return sparse.csr_array(sparse.coo_array((x[:nz], (i[:nz], p[:nz])), shape=(m, n)))
-    filled = int(p[-1])
-    if nz == _Storage.COLUMNS:
-        return sparse.csr_array(sparse.csc_array((x[:filled], i[:filled], p), shape=(m, n)))
-    if nz == _Storage.ROWS:
-        return sparse.csr_array((x[:filled], i[:filled], p), shape=(m, n))
-    raise FclibError(f"matrix {group.name} has nz = {nz}: it must be >= 0 (triplets), -1 or -2")
+        x = _numbers(group, nz)
+        i, p = _indices(group, "i", nz, rows), _indices(group, "p", nz, cols)
+        return sparse.csr_array(sparse.coo_array((x, (i, p)), shape=(rows, cols)))
+    by_rows = nz == _Storage.ROWS
+    lines, across = (rows, cols) if by_rows else (cols, rows)
+    p = _pointers(group, lines)
+    x, i = _numbers(group, int(p[-1])), _indices(group, "i", int(p[-1]), across)
+    return sparse.csr_array((sparse.csr_array if by_rows else sparse.csc_array)((x, i, p), shape=(rows, cols)))
 
 
-def _vector(group: h5py.Group, key: str) -> FloatArray:
-    return np.asarray(group[key][()], dtype=np.float64).ravel()  # type: ignore[index]
+def _numbers(group: Checked, count: int) -> FloatArray:
+    _require_room(group, "x", count)
+    return group.rows("x", NUMBERS, 0, count, ())
 
 
-def _form(file: h5py.File, path: Path) -> _Form:
+def _indices(group: Checked, name: str, count: int, size: int) -> NDArray[np.int32]:
+    _require_room(group, name, count)
+    most = min(size - 1, LARGEST_INDEX)
+    return group.rows(name, INTEGERS, 0, count, (), least=0, most=most).astype(np.int32)
+
+
+def _require_room(group: Checked, name: str, count: int) -> None:
+    """Refuse entries that are more than nzmax; those after the first ``count`` may be anything, and are not read."""
+    room, length = group.integer("nzmax", count), group.length(name)
+    group.require(length <= room, f"{name}: its length", length, f"at most nzmax = {room}")
+
+
+def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:
+    """Where each of the ``lines`` starts, and where the last ends."""
+    p = group.array("p", INTEGERS, (lines + 1,), least=0, most=LARGEST_INDEX).astype(np.int32)
+    group.require(p[0] == 0, "p[0]", p[0], "0")
+    falls = np.flatnonzero(np.diff(p) < 0)
+    if falls.size:
+        k = int(falls[0])
+        group.require(False, f"p[{k + 1}]", p[k + 1], f"at least p[{k}] = {p[k]}")
+    return p
+
+
+def _form(file: Checked) -> _Form:
     for form in _Form:
         if form in file:
             return form
+    path = file.source.path
     raise FclibError(f"{path} holds neither /{_Form.LOCAL} nor /{_Form.GLOBAL}: it is not an FCLIB problem")
 
 
-@contextmanager
-def _opened(path: str | Path) -> Iterator[h5py.File]:
-    """The file for reading; what it lacks is said as an FclibError."""
-    # h5py takes long to import, and only files need it.
-    import h5py
+def read_fclib(
+    path: str | Path, *, largest: int = LARGEST, isolated: bool = False
+) -> CoulombProblem | GlobalCoulombProblem:
+    """The problem of a file, in the form it is stored in; ``largest`` is what one array of it may take, in bytes.
 
-    try:
-        with h5py.File(path, "r") as file:
-            yield file
-    except BipotError:
-        raise
-    except (KeyError, OSError, TypeError, ValueError, IndexError) as failure:
-        raise FclibError(f"{path} is not a readable FCLIB file: {failure}") from failure
+    ``reduced(read_fclib(path))`` is the reduced form of either. ``isolated`` reads it in a process of its own, for a
+    file that may be crafted to end the one that reads it (:mod:`bipot.hdf5.isolated`).
 
-
-def read_fclib(path: str | Path) -> CoulombProblem | GlobalCoulombProblem:
-    """The problem of a file, in the form it is stored in. Raises FclibError on any other layout.
-
-    ``reduced(read_fclib(path))`` is the reduced form of either.
+    Raises:
+        FclibError: any other layout, or a number that no problem can have; names the file, the field and its value.
     """
-    with _opened(path) as file:
-        form = _form(file, Path(path))
-        group: Any = file[form]
-        vectors, dim = group["vectors"], int(np.ravel(group["spacedim"][()])[0])
-        mu = _vector(vectors, "mu")
-        if form is _Form.LOCAL:
-            return CoulombProblem(_read_matrix(group["W"]), _vector(vectors, "q"), mu, dim)
-        if "G" in group:
-            raise FclibError(f"{path} has bilateral constraints (G): eliminate them before exporting")
-        M, H = _read_matrix(group["M"]), _read_matrix(group["H"])
-        return GlobalCoulombProblem(M, H, _vector(vectors, "f"), _vector(vectors, "w"), mu, dim)
+    if isolated:
+        there = run_isolated(f"{__name__}:{read_fclib.__name__}", path, FclibError, largest=largest)
+        # Made anew, because what comes from another process may be written to.
+        return replace(there)
+    with opened(path, FclibError, largest) as file:
+        group = file.group(_form(file))
+        dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
+        try:
+            return (_local if group.name == f"/{_Form.LOCAL}" else _global)(group, vectors, dim)
+        except SceneError as failure:
+            raise FclibError(f"{path}: {group.name}: {failure}") from failure
+
+
+def _local(group: Checked, vectors: Checked, dim: int) -> CoulombProblem:
+    # By rising size, and every length against what is known: who declares too much is refused before it is allocated.
+    rows = vectors.length("q")
+    mu = _friction(vectors, "q", rows, dim)
+    return CoulombProblem(_read_matrix(group, "W", rows, rows), vectors.array("q", NUMBERS, (rows,)), mu, dim)
+
+
+def _global(group: Checked, vectors: Checked, dim: int) -> GlobalCoulombProblem:
+    if "G" in group:
+        raise FclibError(f"{group.source.path} has bilateral constraints (G): eliminate them before exporting")
+    dofs, rows = vectors.length("f"), vectors.length("w")
+    mu = _friction(vectors, "w", rows, dim)
+    M, H = _read_matrix(group, "M", dofs, dofs), _read_matrix(group, "H", dofs, rows)
+    f, w = vectors.array("f", NUMBERS, (dofs,)), vectors.array("w", NUMBERS, (rows,))
+    return GlobalCoulombProblem(M, H, f, w, mu, dim)
+
+
+def _friction(vectors: Checked, name: str, rows: int, dim: int) -> FloatArray:
+    """One coefficient a contact, of which the vector of that name has ``dim`` rows each."""
+    fits = rows > 0 and rows % dim == 0
+    vectors.require(fits, f"{name}: its length", rows, f"a positive multiple of spacedim = {dim}")
+    return vectors.array("mu", NUMBERS, (rows // dim,), least=0)
 
 
 def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
@@ -103,14 +161,26 @@ def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
     return problem.reduced() if isinstance(problem, GlobalCoulombProblem) else problem
 
 
-def read_solution(path: str | Path) -> dict[str, FloatArray]:
-    """Vectors of `/solution` (u, r, perhaps v), empty when the file has none. Raises FclibError where it is no file
-    of this layout."""
-    with _opened(path) as file:
-        if "solution" not in file:
+def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, FloatArray]:
+    """Vectors u, r (perhaps v) of `/solution`, without those that were only declared; empty when the file has none.
+
+    Raises:
+        FclibError: no file of this layout, or vectors that are not of the length of its problem, or not finite.
+    """
+    with opened(path, FclibError, largest) as file:
+        form = _form(file)
+        if SOLUTION not in file:
             return {}
-        group: Any = file["solution"]
-        return {key: _vector(group, key) for key in group}
+        group, vectors = file.group(SOLUTION), file.group(f"{form}/vectors")
+        local = form is _Form.LOCAL
+        lengths = _solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
+        there = {name: length for name, length in lengths.items() if name in group and group.stored(name)}
+        return {name: group.array(name, NUMBERS, (length,)) for name, length in there.items()}
+
+
+def _solution_lengths(rows: int, dofs: int | None) -> dict[str, int | None]:
+    """Lengths of the vectors of `/solution`, None where any may be: a reduced problem does not know its bodies."""
+    return {"u": rows, "r": rows, "v": dofs}
 
 
 def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
@@ -121,6 +191,11 @@ def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> No
         "n": columns(matrix),
         "nz": int(_Storage.ROWS),
     }
+    most = max(integers.values())
+    if most > LARGEST_INDEX:
+        raise FclibError(
+            f"{name} has {most} rows, columns or entries: must be at most {LARGEST_INDEX} in an FCLIB file"
+        )
     for key, value in integers.items():
         group.create_dataset(key, data=np.array([value], dtype=np.int32))
     group.create_dataset("p", data=matrix.indptr.astype(np.int32))
@@ -134,6 +209,17 @@ def _write_info(parent: h5py.Group, title: str, description: str) -> None:
         info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
 
 
+def _write_solution(file: h5py.File, solution: Mapping[str, FloatArray], lengths: Mapping[str, int | None]) -> None:
+    group = file.create_group(SOLUTION)
+    for key, given in solution.items():
+        vector = np.asarray(given, dtype=np.float64)
+        fits = key in lengths and vector.ndim == 1 and lengths[key] in (None, vector.size)
+        if not fits or not np.isfinite(vector).all():
+            words = f"of {', '.join(lengths)}, finite and of the length of the problem"
+            raise FclibError(f"solution[{key!r}] of shape {vector.shape}: must be one {words}")
+        group.create_dataset(key, data=vector)
+
+
 def write_fclib(
     path: str | Path,
     problem: CoulombProblem | GlobalCoulombProblem,
@@ -143,13 +229,17 @@ def write_fclib(
     solution: Mapping[str, FloatArray] | None = None,
 ) -> None:
     """Write the problem as it stands (reduced or global), matrices by compressed rows; an old file is
-    replaced.
+    replaced when the new one is whole.
 
     ``solution`` may hold u, r (and v), stored in `/solution`. Only ASCII text is kept exactly.
+
+    Raises:
+        FclibError: the file cannot be written, or the problem is larger than such a file can hold.
     """
     import h5py
 
-    with h5py.File(path, "w") as file:
+    content = BytesIO()
+    with h5py.File(content, "w") as file:
         local = isinstance(problem, CoulombProblem)
         group = file.create_group(_Form.LOCAL if local else _Form.GLOBAL)
         group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
@@ -165,6 +255,6 @@ def write_fclib(
             vectors.create_dataset("f", data=problem.f)
             vectors.create_dataset("w", data=problem.w)
         if solution is not None:
-            answers = file.create_group("solution")
-            for key, vector in solution.items():
-                answers.create_dataset(key, data=np.asarray(vector, dtype=np.float64))
+            f = None if isinstance(problem, CoulombProblem) else problem.f.size
+            _write_solution(file, solution, _solution_lengths(problem.mu.size * problem.dim, f))
+    replace_file(path, content.getbuffer(), FclibError)

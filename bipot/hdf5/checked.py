@@ -25,10 +25,10 @@ from bipot.hdf5.types import require_kind
 if TYPE_CHECKING:
     from h5py.h5g import GroupID
 
-LARGEST = 2**30
+LARGEST = 2**28
 """Bytes of the largest array that is read, 8 a number as it is held."""
 
-LARGEST_TEXT = 2**24
+LARGEST_TEXT = 2**22
 """Bytes of a text."""
 
 MOST_NAMES = 10_000
@@ -85,6 +85,10 @@ class Checked:
         with self.source.reading(self._full(name)):
             return parent.id.links.exists(last.encode())
 
+    def require(self, condition: bool, name: str, value: object, allowed: str) -> None:
+        """Refuse the file by the name of a field in this group, its value and what is allowed, unless ``condition``."""
+        self.source.require(condition, self._full(name), value, allowed)
+
     def names(self) -> list[str]:
         """Names of its links, refused where there are more than MOST_NAMES."""
         found: list[bytes] = []
@@ -97,7 +101,7 @@ class Checked:
         with self.source.reading(self._full()):
             self.id.links.iterate(take)
             many = len(found) > MOST_NAMES
-            self.source.require(not many, f"{self._full()}: number of names", "more", f"at most {MOST_NAMES}")
+            self.source.require(not many, f"{self._full()}: number of its names", "more", f"at most {MOST_NAMES}")
             return [name.decode() for name in found]
 
     def group(self, name: str) -> Checked:
@@ -112,8 +116,12 @@ class Checked:
     def length(self, name: str) -> int:
         """Rows that a dataset declares."""
         shape = self._dataset(name).shape
-        self.source.require(len(shape) > 0, f"{self._full(name)}: its shape", shape, "of one dimension at least")
+        self.require(len(shape) > 0, f"{name}: its shape", shape, "of one dimension at least")
         return shape[0]
+
+    def stored(self, name: str) -> bool:
+        """Whether a dataset in one piece was ever written; one that was only declared reads as zeros elsewhere."""
+        return self._dataset(name).stored
 
     def array(
         self, name: str, kind: str, shape: Shape, *, finite: bool = True, least: float = -inf, most: float = inf
@@ -123,23 +131,36 @@ class Checked:
         dataset.require(kind, shape)
         return dataset.read(kind, 0, dataset.shape[0] if shape else 1, Allowed(finite, least, most))
 
-    def rows(self, name: str, kind: str, start: int, stop: int, shape: Shape, *, finite: bool = True) -> NDArray[Any]:
+    def rows(
+        self,
+        name: str,
+        kind: str,
+        start: int,
+        stop: int,
+        shape: Shape,
+        *,
+        finite: bool = True,
+        least: float = -inf,
+        most: float = inf,
+    ) -> NDArray[Any]:
         """Rows from ``start`` up to ``stop``, each of ``shape``; only these are allocated."""
         dataset = self._dataset(name)
         dataset.require(kind, (None, *shape), stop - start)
         length = dataset.shape[0]
         inside = 0 <= start <= stop <= length
-        self.source.require(inside, f"{self._full(name)}: number of its rows", length, f"at least {stop}")
-        return dataset.read(kind, start, stop, Allowed(finite))
+        self.require(inside, f"{name}: number of its rows", length, f"at least {stop}")
+        return dataset.read(kind, start, stop, Allowed(finite, least, most))
 
     def number(self, name: str, kind: str) -> Any:
         """The one number of a dataset, which has no dimensions or one of length 1."""
-        return self.array(name, kind, () if self._dataset(name).shape == () else (1,)).reshape(()).item()
+        dataset = self._dataset(name)
+        dataset.require(kind, () if dataset.shape == () else (1,))
+        return dataset.read(kind, 0, 1, Allowed()).item()
 
     def integer(self, name: str, least: float = -inf, most: float = inf) -> int:
         """The one integer of a dataset, from ``least`` to ``most``."""
         value = self.number(name, INTEGERS)
-        self.source.require(least <= value <= most, self._full(name), value, f"in [{least}, {most}]")
+        self.require(least <= value <= most, name, value, str(least) if least == most else f"in [{least}, {most}]")
         return value
 
     def attribute(self, name: str) -> int:
@@ -159,7 +180,7 @@ class Checked:
     def text(self, name: str, largest: int = LARGEST_TEXT) -> str:
         """The text whose UTF-8 bytes are the unsigned 8-bit integers of a dataset of one dimension."""
         length = self.length(name)
-        self.source.require(length <= largest, f"{self._full(name)}: its bytes", length, f"at most {largest}")
+        self.require(length <= largest, f"{name}: its bytes", length, f"at most {largest}")
         codes = self.array(name, "u", (length,), most=255)
         with self.source.reading(self._full(name)):
             return codes.astype(np.uint8).tobytes().decode("utf-8")
@@ -171,12 +192,7 @@ class Checked:
         return self.source.refuse(f"{self.source.path}: {self._full(name)} {why}")
 
     def _dataset(self, name: str) -> Dataset:
-        import h5py
-
-        found = self._item(name)
-        if not isinstance(found, h5py.h5d.DatasetID):
-            raise self._refusal(name, "is no dataset")
-        return Dataset(self.source, self._full(name), found)
+        return Dataset.of(self.source, self._full(name), self._item(name))
 
     def _item(self, name: str) -> Any:
         """What a name leads to by hard links alone."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.hdf5.source import Source
-from bipot.hdf5.storage import require_stored
+from bipot.hdf5.storage import contiguous, require_own, require_stored
 from bipot.hdf5.types import require_kind
 
 if TYPE_CHECKING:
@@ -28,29 +28,36 @@ class Allowed:
     least: float = -inf
     most: float = inf
 
-    def words(self) -> str:
-        """As a message says it."""
-        return "finite" if (self.least, self.most) == (-inf, inf) else f"in [{self.least}, {self.most}]"
-
 
 @dataclass(frozen=True)
 class Dataset:
-    """A dataset by the ``field`` that messages name."""
+    """A dataset by the ``field`` that messages name, and the shape it declares, which need not be stored."""
 
     source: Source
     field: str
     id: DatasetID
+    shape: tuple[int, ...]
 
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """The shape that it declares, which need not be stored."""
+    @staticmethod
+    def of(source: Source, field: str, found: Any) -> Dataset:
+        """What was found under a name; refuses what is no dataset, or one of another file's numbers."""
         import h5py
 
-        with self.source.reading(self.field):
-            space = self.id.get_space()
+        if not isinstance(found, h5py.h5d.DatasetID):
+            raise source.refuse(f"{source.path}: {field} is no dataset")
+        with source.reading(field):
+            # Before the shape: asked for one, HDF5 opens the files of a virtual dataset.
+            require_own(source, field, found)
+            space = found.get_space()
             kind = space.get_simple_extent_type()
-            self.source.require(kind != h5py.h5s.NULL, f"{self.field}: its shape", "null", "that of an array")
-            return space.get_simple_extent_dims()
+            source.require(kind != h5py.h5s.NULL, f"{field}: its shape", "null", "that of an array")
+            return Dataset(source, field, found, space.get_simple_extent_dims())
+
+    @property
+    def stored(self) -> bool:
+        """Whether it has a place in the file; one in chunks is said to, which only reading can tell."""
+        with self.source.reading(self.field):
+            return not contiguous(self.id) or self.id.get_offset() is not None
 
     def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
         """Refuse another kind, another shape, and more than the file may give at once: ``rows``, None for all."""
@@ -69,7 +76,7 @@ class Dataset:
         with self.source.reading(self.field):
             require_stored(self.source, self.field, self.id, start, stop)
             whole = h5py.Dataset(self.id)
-            found = np.asarray(whole[start:stop] if whole.shape else whole[()])
+            found = np.asarray(whole[start:stop] if self.shape else whole[()])
             values = found.astype(np.float64 if "f" in kind else np.int64, copy=False)
         if found.dtype.kind == "u" and values.dtype == np.int64:
             # What no int64 holds came out negative.
@@ -78,16 +85,18 @@ class Dataset:
         return values
 
     def _require_values(self, values: NDArray[Any], allowed: Allowed) -> None:
-        inside = (values >= allowed.least) & (values <= allowed.most)
-        if values.dtype == np.float64:
-            inside = (inside | np.isnan(values)) & np.isfinite(values) if allowed.finite else inside | np.isnan(values)
-        if not inside.all():
-            place = tuple(int(k) for k in np.argwhere(~inside)[0])
-            words = (
-                "finite" if (allowed.least, allowed.most) == (-inf, inf) else f"in [{allowed.least}, {allowed.most}]"
-            )
-            self.source.require(False, f"{self.field}{list(place)}", values[place], words)
+        least, most = allowed.least, allowed.most
+        bounds = f"in [{least}, {most}]"
+        checks = (
+            (allowed.finite and values.dtype == np.float64, lambda: ~np.isfinite(values), "finite"),
+            (least > -inf, lambda: values < least, bounds),
+            (most < inf, lambda: values > most, bounds),
+        )
+        for asked, beyond, words in checks:
+            if asked and (bad := beyond()).any():
+                place = tuple(int(k) for k in np.argwhere(bad)[0])
+                self.source.require(False, f"{self.field}{list(place)}", values[place], words)
 
 
 def _words(shape: Shape) -> str:
-    return f"({', '.join('any' if n is None else str(n) for n in shape)})"
+    return str(tuple("any" if n is None else n for n in shape)).replace("'", "")

@@ -7,20 +7,44 @@ up to its declared size, because HDF5 grows its buffer to whatever the stream ho
 from __future__ import annotations
 
 import zlib
-from itertools import pairwise, product
 from math import prod
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from bipot.hdf5.source import Source
 
 if TYPE_CHECKING:
-    from h5py.h5d import DatasetID, StoreInfo
+    from h5py.h5d import DatasetID
 
 LARGEST_CHUNK = 2**25
 """Bytes of one decoded chunk: HDF5 allocates it whole, however small the dataset is."""
 
 CHECKSUM = 4
 """Bytes that Fletcher's checksum adds to a chunk."""
+
+LEAST_ROOM = 64
+"""Bytes that a chunk may be longer stored than decoded: noise cannot be compressed."""
+
+
+def require_own(source: Source, field: str, dataset: DatasetID) -> None:
+    """Refuse a dataset whose numbers are another file's."""
+    import h5py
+
+    plist = dataset.get_create_plist()
+    layout = plist.get_layout()
+    names = {h5py.h5d.COMPACT: "compact", h5py.h5d.CONTIGUOUS: "contiguous", h5py.h5d.CHUNKED: "chunked"}
+    told = "virtual" if layout == h5py.h5d.VIRTUAL else names.get(layout, layout)
+    source.require(layout in names, f"{field}: its layout", told, "compact, contiguous or chunked")
+    external = plist.get_external_count()
+    source.require(external == 0, f"{field}: number of its external files", external, "0")
+
+
+def contiguous(dataset: DatasetID) -> bool:
+    """Whether its numbers lie in one piece."""
+    import h5py
+
+    return dataset.get_create_plist().get_layout() == h5py.h5d.CONTIGUOUS
 
 
 def require_stored(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
@@ -31,24 +55,13 @@ def require_stored(source: Source, field: str, dataset: DatasetID, start: int, s
     import h5py
 
     layout = dataset.get_create_plist().get_layout()
-    known = {h5py.h5d.COMPACT, h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED}
-    source.require(layout in known, f"{field}: its layout", _layout_name(layout), "compact, contiguous or chunked")
     if layout == h5py.h5d.CONTIGUOUS:
         _require_contiguous(source, field, dataset)
     if layout == h5py.h5d.CHUNKED:
         _require_chunks(source, field, dataset, start, stop)
 
 
-def _layout_name(layout: int) -> str:
-    import h5py
-
-    return "virtual" if layout == h5py.h5d.VIRTUAL else str(layout)
-
-
 def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
-    plist = dataset.get_create_plist()
-    external = plist.get_external_count()
-    source.require(external == 0, f"{field}: its external files", external, "none: all numbers in this file")
     declared = prod(dataset.shape) * dataset.dtype.itemsize
     if declared:
         offset = dataset.get_offset()
@@ -57,43 +70,28 @@ def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
 
 
 def _require_chunks(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
-    """Refuse rows whose chunks are not there, each once, apart from one another, and of the declared size decoded."""
+    """Refuse rows whose chunks are not there or not of the declared size once decoded.
+
+    Chunks are asked for one by one: counting or listing them goes through an index that may declare any number. Where
+    several share one place, few bytes declare many: all together must not have more than the file.
+    """
     shape, chunk = dataset.shape, dataset.get_create_plist().get_chunk()
     decoded = prod(chunk) * dataset.dtype.itemsize
     source.require(0 < decoded <= LARGEST_CHUNK, f"{field}: bytes of a chunk", decoded, f"in [1, {LARGEST_CHUNK}]")
     filters = _filters(source, field, dataset)
-    rows = range(start // chunk[0] * chunk[0], stop, chunk[0]) if start < stop else range(0)
-    grid = [rows, *(range(0, n, c) for n, c in zip(shape[1:], chunk[1:], strict=True))]
-    asked = [place for place in _chunks(source, field, dataset) if place.chunk_offset[0] in rows]
-    wanted = prod(map(len, grid))
-    source.require(len(asked) == wanted, f"{field}: number of stored chunks", len(asked), f"{wanted}, as declared")
-    once = {place.chunk_offset for place in asked} == set(product(*grid))
-    source.require(once, f"{field}: its stored chunks", "others than those declared", "each there once")
-    _require_apart(source, field, asked)
-    for place in asked:
-        length = _decoded_length(dataset, place, filters, decoded) if filters else place.size
-        source.require(
-            length == decoded, f"{field}: decoded bytes of the chunk at {place.chunk_offset}", length, f"{decoded}"
-        )
-
-
-def _chunks(source: Source, field: str, dataset: DatasetID) -> list[StoreInfo]:
-    """All that are stored, refused where they are more than the bytes of the file."""
-    found: list[StoreInfo] = []
-    count = dataset.get_num_chunks()
-    source.require(count <= source.size, f"{field}: number of stored chunks", count, f"at most {source.size}")
-    if count:
-        dataset.chunk_iter(found.append)
-    return found
-
-
-def _require_apart(source: Source, field: str, places: list[StoreInfo]) -> None:
-    """Refuse chunks outside the file, or that share bytes: few bytes could then declare many."""
-    ends = sorted((place.byte_offset, place.byte_offset + place.size) for place in places)
-    last = max((end for _, end in ends), default=0)
-    source.require(last <= source.size, f"{field}: end of its chunks", last, f"at most {source.size}, within the file")
-    apart = all(one[1] <= other[0] for one, other in pairwise(ends))
-    source.require(apart, f"{field}: places of its chunks", "one in another", "apart")
+    counts = [-(-n // c) for n, c in zip((stop, *shape[1:]), chunk, strict=True)]
+    counts[0] -= start // chunk[0]
+    room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
+    # One after another: a list of all places would be as long as a file declares.
+    for number in range(prod(counts) if start < stop else 0):
+        index = np.unravel_index(number, counts)
+        place = tuple(int(k) * c for k, c in zip((index[0] + start // chunk[0], *index[1:]), chunk, strict=True))
+        # What is longer than the room is refused before it is read.
+        skipped, data = dataset.read_direct_chunk(place, out=room)
+        stored += len(data)
+        source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
+        length = _decoded_length(data, skipped, filters, decoded)
+        source.require(length == decoded, f"{field}: decoded bytes of the chunk at {place}", length, f"{decoded}")
 
 
 def _filters(source: Source, field: str, dataset: DatasetID) -> list[int]:
@@ -110,11 +108,10 @@ def _filters(source: Source, field: str, dataset: DatasetID) -> list[int]:
     return codes
 
 
-def _decoded_length(dataset: DatasetID, place: StoreInfo, filters: list[int], declared: int) -> int | str:
+def _decoded_length(data: memoryview, skipped: int, filters: list[int], declared: int) -> int | str:
     """Bytes of a chunk after its filters, or why there are none; never decodes more than ``declared`` and some."""
     import h5py
 
-    skipped, data = dataset.read_direct_chunk(place.chunk_offset)
     length = len(data)
     for k in reversed(range(len(filters))):
         if skipped >> k & 1:
