@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -12,42 +13,44 @@ import h5py
 import numpy as np
 
 from bipot.errors import ResultsError
+from studies.files import replacing
 
 Value = float | int | str
 Row = TypeVar("Row")
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
-    """All rows (dataclasses of one kind), replacing what was there.
+    """All rows (dataclasses of one kind), replacing what was there in one step; numbers are exact when read again.
 
     Raises:
         ResultsError: the file cannot be written.
     """
     if not rows:
         return
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with path.open("w", newline="", encoding="utf-8") as file:
-            out = csv.writer(file)
-            out.writerow(f.name for f in fields(rows[0]))
-            out.writerows([_plain(v) for v in asdict(row).values()] for row in rows)
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be written ({error})") from error
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
+        out = csv.writer(file)
+        out.writerow(f.name for f in fields(rows[0]))
+        out.writerows([_plain(v) for v in asdict(row).values()] for row in rows)
 
 
 def write_hdf5(path: Path, rows: Sequence[Any], curves: dict[str, dict[str, Any]]) -> None:
-    """The same columns as datasets of ``table``, and arrays by name under ``curves``."""
-    try:
-        with h5py.File(path, "w") as file:
-            group = file.create_group("table")
-            for f in fields(rows[0]):
-                column = [getattr(row, f.name) for row in rows]
-                group[f.name] = np.array(column, dtype=object if isinstance(column[0], str) else None)
-            for name, arrays in curves.items():
-                for key, array in arrays.items():
-                    file[f"curves/{name}/{key}"] = array
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be written ({error})") from error
+    """The same columns as datasets of ``table``, and arrays by name under ``curves``, replacing what was there.
+
+    Raises:
+        ResultsError: the file cannot be written.
+    """
+    # In memory first: what HDF5 does on a full disk is no OSError, and not always an end.
+    made = io.BytesIO()
+    with h5py.File(made, "w") as file:
+        group = file.create_group("table")
+        for f in fields(rows[0]):
+            column = [getattr(row, f.name) for row in rows]
+            group[f.name] = np.array(column, dtype=object if isinstance(column[0], str) else None)
+        for name, arrays in curves.items():
+            for key, array in arrays.items():
+                file[f"curves/{name}/{key}"] = array
+    with replacing(path) as part:
+        part.write_bytes(made.getbuffer())
 
 
 def read_csv(path: Path, command: str) -> list[dict[str, Value]]:
@@ -81,7 +84,8 @@ def text(rows: Sequence[Any], names: Sequence[str]) -> str:
 
 
 def _plain(value: Any) -> Value:
-    return f"{value:.10g}" if isinstance(value, float) else value
+    # The shortest text that is the same number again; float() first, because NumPy's scalars print their type.
+    return repr(float(value)) if isinstance(value, float) else value
 
 
 def _typed(text: str) -> Value:
