@@ -17,7 +17,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 
-def _leave(number: int, frame: object) -> None:
+def leave(number: int, frame: object) -> None:
     """End at once: an exception would pass through modules half imported, some of which print or swallow it."""
     try:
         if sys.stderr is not None:
@@ -28,5 +28,5 @@ def _leave(number: int, frame: object) -> None:
 
 # Python says "-m" until it has found the module to run: here a study or a benchmark runs, nobody imports one.
 if sys.argv[:1] == ["-m"] and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, _leave)
-    signal.signal(signal.SIGTERM, _leave)
+    signal.signal(signal.SIGINT, leave)
+    signal.signal(signal.SIGTERM, leave)

@@ -29,6 +29,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
+from studies.pool import undisturbed
 from studies.tables import text
 from studies.upsetting_case import FIRST
 
@@ -78,7 +79,9 @@ def compared(programs: list[ConicProgram], form: str, solvers: Iterable[str] = S
         answers, last = [], None
         solver, accuracy = SOLVERS[name]
         for program in programs:
-            answer, last = solver.solve(program, accuracy, last)
+            # SCS takes Ctrl-C for itself, and ends without an answer.
+            with undisturbed():
+                answer, last = solver.solve(program, accuracy, last)
             answers.append(answer)
         costs = [answer.program.cost(answer.x) for answer in answers]
         yield Row(
