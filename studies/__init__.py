@@ -26,7 +26,19 @@ def leave(number: int, frame: object) -> None:
         os._exit(INTERRUPTED)
 
 
+def _begin() -> None:
+    """Take signals, unless they are ignored, and keep files from the numbers of streams that are closed."""
+    for number, usual in ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, signal.SIG_DFL)):
+        if signal.getsignal(number) == usual:
+            signal.signal(number, leave)
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The lowest number that is free: what compiled code prints goes nowhere, and not into a table.
+            os.open(os.devnull, os.O_RDWR)
+
+
 # Python says "-m" until it has found the module to run: here a study or a benchmark runs, nobody imports one.
-if sys.argv[:1] == ["-m"] and signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-    signal.signal(signal.SIGINT, leave)
-    signal.signal(signal.SIGTERM, leave)
+if sys.argv[:1] == ["-m"]:
+    _begin()

@@ -165,6 +165,69 @@ def test_ctrl_c_while_a_study_imports_is_a_sentence(study, tmp_path):
         assert (process.returncode, *said) == (130, "", STOPPED)
 
 
+@pytest.fixture
+def planted(tmp_path):
+    """Starts a study of these lines, and waits until it says that it is there by a file."""
+
+    @contextmanager
+    def start(*lines, **modules):
+        for name, text in modules.items():
+            (tmp_path / f"{name}.py").write_text(text)
+        head = "import pathlib, sys, time\nfrom studies.command import command\n@command\ndef main():\n"
+        code = head + "".join(f"    {line}\n" for line in lines) + "if __name__ == '__main__':\n    sys.exit(main())\n"
+        (tmp_path / "planted.py").write_text(code)
+        with running("planted", env=os.environ | {"PYTHONPATH": str(tmp_path)}) as process:
+            until((tmp_path / "there").exists)
+            yield process
+
+    return start
+
+
+def test_ctrl_c_in_an_import_of_a_study_that_runs_waits_for_its_end(planted, tmp_path):
+    """A compiled module would make an ImportError of it, or forget it."""
+    slow = f"""
+import pathlib, time
+folder = pathlib.Path({str(tmp_path)!r})
+(folder / "there").touch()
+try:
+    while not (folder / "go").exists():
+        time.sleep(0.02)
+except KeyboardInterrupt:
+    (folder / "disturbed").touch()
+"""
+    with planted("import slow", "time.sleep(1e9)", slow=slow) as process:
+        process.send_signal(signal.SIGINT)
+        time.sleep(0.2)
+        (tmp_path / "go").touch()
+        said = process.communicate(timeout=DEADLINE)
+        assert (process.returncode, *said) == (130, "", STOPPED)
+    assert not (tmp_path / "disturbed").exists()
+
+
+def test_ctrl_c_that_is_swallowed_ends_the_study_all_the_same(planted, tmp_path):
+    there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
+    lines = ["try:", f"    {there}", "    time.sleep(1e9)", "except KeyboardInterrupt:", "    time.sleep(1e9)"]
+    with planted(*lines) as process:
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=DEADLINE)
+        assert (process.returncode, *said) == (130, "", STOPPED)
+
+
+def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_path):
+    there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
+    lines = [
+        "try:",
+        f"    {there}",
+        "    time.sleep(1e9)",
+        "except KeyboardInterrupt:",
+        "    raise ImportError('half')",
+    ]
+    with planted(*lines) as process:
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=DEADLINE)
+        assert (process.returncode, *said) == (130, "", STOPPED)
+
+
 def test_who_imports_library_or_studies_keeps_the_handlers_of_signals():
     code = (
         "import signal; both = signal.SIGINT, signal.SIGTERM; before = [signal.getsignal(n) for n in both];"
