@@ -7,16 +7,20 @@ number of increments but what is saved, and nothing is saved here.
 from __future__ import annotations
 
 import argparse
-import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
+from studies.command import command, say
+from studies.options import count
+from studies.pool import processes
 
 GB = 1e9
 KILO = 1024
+MOST = 90
 
 
 def peak() -> float:
@@ -31,25 +35,31 @@ def peak() -> float:
 
 def measured(elements: int, increments: int) -> tuple[float, float]:
     """(peak, growth over the last half) in GB of a run in a process of its own."""
-    command = [sys.executable, "-m", "benchmarks.memory", "--elements", str(elements), "--increments", str(increments)]
-    out = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
-    return float(out[0]), float(out[1])
+    with processes(1) as pool:
+        return pool.submit(run, elements, increments).result()
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run and print."""
-    parser = argparse.ArgumentParser(prog="benchmarks.memory", description="Memory of a run", allow_abbrev=False)
-    parser.add_argument("--elements", type=int, default=80)
-    parser.add_argument("--increments", type=int, default=6)
-    asked = parser.parse_args(argv)
-    scene = upsetting(mu=0.1, reduction=0.01 * asked.increments, elements=asked.elements)
+def run(elements: int, increments: int) -> tuple[float, float]:
+    """(peak, growth over the last half) in GB of a run in this process."""
+    scene = upsetting(mu=0.1, reduction=0.01 * increments, elements=elements)
     control = Control(Newton(), fallbacks=(Tangent(), Dissipation()))
-    schedule = Schedule(asked.increments, first=0.1 / asked.increments, settling=2, growth=2)
+    schedule = Schedule(increments, first=0.1 / increments, settling=2, growth=2)
     half, count = 0.0, len(schedule.times())
     for accepted in march(scene, schedule, control):
         if accepted.number == (count + 1) // 2:
             half = peak()
-    print(f"{peak():.4f} {peak() - half:.4f}")
+    return peak(), peak() - half
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run and print."""
+    parser = argparse.ArgumentParser(prog="benchmarks.memory", description="Memory of a run", allow_abbrev=False)
+    parser.add_argument("--elements", type=count(1), default=80)
+    parser.add_argument("--increments", type=count(2, MOST), default=6, help=f"at most {MOST}, each 1 %% of the height")
+    asked = parser.parse_args(argv)
+    largest, grown = run(asked.elements, asked.increments)
+    say(f"{largest:.4f} {grown:.4f}")
     return 0
 
 

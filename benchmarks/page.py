@@ -5,10 +5,13 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.rows import Row, read
 from benchmarks.targets import verdicts
+from studies.command import command, say
+from studies.files import replacing
 
 RESULTS = Path("docs/results")
 BEGIN, END = "<!-- table: bench -->", "<!-- end -->"
@@ -29,7 +32,8 @@ def written(page: str, rows: list[Row]) -> str:
     return place.sub(lambda found: f"{BEGIN}\n{table(rows)}\n{END}", page)
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the table or write the page."""
     parser = argparse.ArgumentParser(prog="benchmarks.page", description="The table of limits.", allow_abbrev=False)
     parser.add_argument("--results", type=Path, default=RESULTS)
@@ -37,9 +41,11 @@ def main(argv: list[str] | None = None) -> int:
     asked = parser.parse_args(argv)
     rows = read(asked.results / "bench.csv")
     if asked.write is None:
-        print(table(rows))
+        say(table(rows))
     else:
-        asked.write.write_text(written(asked.write.read_text(encoding="utf-8"), rows), encoding="utf-8")
+        page = written(asked.write.read_text(encoding="utf-8"), rows)
+        with replacing(asked.write) as part:
+            part.write_text(page, encoding="utf-8")
     return 0
 
 

@@ -30,6 +30,11 @@ import numpy as np
 from scipy.stats import binom
 
 from benchmarks.rows import write
+from bipot.errors import BipotError
+from studies.command import command, say
+from studies.files import require_writable
+from studies.options import count
+from studies.pool import undisturbed
 
 ROOT = Path(__file__).parents[1]
 TASKS = ROOT / "benchmarks" / "paired_tasks.py"
@@ -59,6 +64,10 @@ MEASURES = (
     Measure("tangent pass, 2 size + 1 contact nodes", "tangent_wide", 100, 5, 1, 3.0, against="newton_wide"),
     Measure("delassus pass, 4 size rows", "delassus", 7, 2, 2, float("inf")),
 )
+
+
+class Failed(BipotError, RuntimeError):
+    """A process that had to be run for the comparison ended otherwise than it must."""
 
 
 class Taken(NamedTuple):
@@ -106,12 +115,19 @@ def interval(values: Sequence[float], level: float = LEVEL) -> tuple[float, floa
 def started(tree: Path, task: str, size: int) -> Iterator[Callable[[], Taken]]:
     """A process that has the library of ``tree``; called, it runs the task once.
 
-    The call raises RuntimeError where the process failed (it says why on stderr) or has a library from elsewhere.
+    The call raises Failed where the process failed (it says why on stderr) or has a library from elsewhere.
     """
-    command = [sys.executable, "-P", str(TASKS), task, str(size)]
+    asked = [sys.executable, "-P", str(TASKS), task, str(size)]
     env = os.environ | THREADS | {"PYTHONPATH": str(tree)}
-    with subprocess.Popen(command, env=env, cwd=tree, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as run:
-        yield partial(answer, run, tree, task)
+    # Ctrl-C is this process's to answer; the one started would print where it was.
+    with undisturbed():
+        run = subprocess.Popen(asked, env=env, cwd=tree, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    with run:
+        try:
+            yield partial(answer, run, tree, task)
+        except BaseException:
+            run.kill()
+            raise
 
 
 def answer(run: subprocess.Popen[str], tree: Path, task: str) -> Taken:
@@ -122,10 +138,10 @@ def answer(run: subprocess.Popen[str], tree: Path, task: str) -> Taken:
     print(file=asked, flush=True)
     said = told.readline()
     if not said:
-        raise RuntimeError(f"{task} failed on {tree}")
+        raise Failed(f"{task} failed on {tree}")
     seconds, passes, measured = said.strip().split(maxsplit=2)
     if not Path(measured).resolve().is_relative_to(tree.resolve()):
-        raise RuntimeError(f"{task} measured {measured}, which is not in {tree}")
+        raise Failed(f"{task} measured {measured}, which is not in {tree}")
     return Taken(float(seconds), int(passes))
 
 
@@ -165,9 +181,13 @@ def in_turn(ours: Callable[[], Taken], theirs: Callable[[], Taken], turn: int) -
 
 
 def git(*arguments: str | Path) -> str:
-    """What git says of this repository; raises CalledProcessError."""
-    command = ["git", "-C", str(ROOT), *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+    """What git says of this repository; raises Failed."""
+    asked = ["git", "-C", str(ROOT), *map(str, arguments)]
+    with undisturbed():
+        done = subprocess.run(asked, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise Failed(f"git {arguments[0]}: {done.stderr.strip()}")
+    return done.stdout.strip()
 
 
 @contextmanager
@@ -188,31 +208,30 @@ def parser() -> argparse.ArgumentParser:
         prog="benchmarks.paired", description=__doc__.splitlines()[0] if __doc__ else "", allow_abbrev=False
     )
     p.add_argument("commit", help="the state to compare with")
-    p.add_argument("--pairs", type=int, default=PAIRS, help=f"of processes (default {PAIRS}; below 6 no interval)")
+    p.add_argument("--pairs", type=count(1), default=PAIRS, help=f"of processes (default {PAIRS}; below 6 no interval)")
     p.add_argument("--only", nargs="+", choices=[m.task for m in MEASURES], help="these tasks (default all)")
     p.add_argument("--out", type=Path, default=Path("results"))
     p.add_argument("--fast", action="store_true", help="small meshes: to try the command, not for a verdict")
     return p
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, print and write; 1 where a limit is exceeded."""
     asking = parser()
     asked = asking.parse_args(argv)
-    if asked.pairs < 1:
-        asking.error(f"--pairs {asked.pairs}: must be >= 1")
     try:
         commit = git("rev-parse", "--verify", "--short", f"{asked.commit}^{{commit}}")
-    except subprocess.CalledProcessError:
+    except Failed:
         asking.error(f"{asked.commit}: no commit of this repository")
-    asked.out.mkdir(parents=True, exist_ok=True)
+    require_writable(asked.out)
     rows = list[Row]()
     with worktree(commit) as other:
         for measure in MEASURES:
             if asked.only is None or measure.task in asked.only:
                 rows.append(compared(measure, other, commit, asked.pairs, asked.fast))
                 write(asked.out / "paired.csv", Row, rows)
-                print(line(rows[-1]), flush=True)
+                say(line(rows[-1]))
     return int(not all(row.met for row in rows))
 
 

@@ -8,6 +8,8 @@ from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any
 
+from studies.files import replacing
+
 
 @dataclass(frozen=True)
 class Row:
@@ -42,8 +44,8 @@ class Error:
 
 
 def write(path: Path, kind: type, rows: Iterable[Any]) -> None:
-    """A CSV of dataclasses."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    """A CSV of dataclasses, in the place of what was there."""
+    with replacing(path) as part, part.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow([f.name for f in fields(kind)])
         writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in astuple(row)] for row in rows)

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +36,9 @@ from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.typing import Floats
+from studies.command import command, say
+from studies.files import replacing, require_writable
+from studies.options import coefficient, count
 
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
@@ -93,7 +96,9 @@ def reference(history: History, folder: Path, increments: int) -> Floats:
     kept = folder / f"reference_{Control().integration.name.lower()}_{reached}.npy"
     if not kept.exists():
         schedule = Schedule(increments, first=SMALL / 2 / history.reduction)
-        np.save(kept, curve(history.reduction, march(history.scene(), schedule, control(Newton()))))
+        found = curve(history.reduction, march(history.scene(), schedule, control(Newton())))
+        with replacing(kept) as part, part.open("wb") as file:
+            np.save(file, found)
     return np.load(kept)
 
 
@@ -166,19 +171,20 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(
         prog="benchmarks.speed", description=__doc__.splitlines()[0] if __doc__ else "", allow_abbrev=False
     )
-    p.add_argument("--sizes", type=int, nargs="*", help="elements a side of the pass benchmark (default 10 40 80)")
+    p.add_argument("--sizes", type=count(1), nargs="*", help="elements a side of the pass benchmark (default 10 40 80)")
     p.add_argument("--forms", nargs="+", choices=[f.value for f in FORMS], default=[f.value for f in FORMS])
-    p.add_argument("--mu", type=float, default=0.1, help="Coulomb coefficient of the pass benchmark")
+    p.add_argument("--mu", type=coefficient, default=0.1, help="Coulomb coefficient of the pass benchmark")
     p.add_argument("--out", type=Path, default=Path("results"))
     p.add_argument("--no-histories", action="store_true", help="leave out the whole histories")
     p.add_argument("--fast", action="store_true", help="a small mesh and a short path")
     return p
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, print and write the benchmarks."""
     arguments = parser().parse_args(argv)
-    arguments.out.mkdir(parents=True, exist_ok=True)
+    require_writable(arguments.out)
     sizes = arguments.sizes if arguments.sizes is not None else [3] if arguments.fast else [10, 40, LARGE]
     rows: list[Row] = []
     errors: list[Error] = []
@@ -188,7 +194,7 @@ def main(argv: list[str] | None = None) -> int:
         write(arguments.out / "bench.csv", Row, rows)
         for row in new:
             unit = f"kappa = {1e3 * row.kappa_s:.2f} ms" if row.seconds > 0 else ""
-            print(f"{row.name:26} {row.form:8} mu {row.mu:<4g} {row.elements:>3} {row.ratio:10.4f} {unit}", flush=True)
+            say(f"{row.name:26} {row.form:8} mu {row.mu:<4g} {row.elements:>3} {row.ratio:10.4f} {unit}")
 
     forms = [FORMS[FormName(name)] for name in arguments.forms]
     least: dict[FormName, float] = {}
@@ -208,7 +214,7 @@ def main(argv: list[str] | None = None) -> int:
             errors.append(error)
             keep([row, *error.rows()])
             write(arguments.out / "bench_errors.csv", Error, errors)
-            print(f"{'':22} {error.increments} increments ({error.left_out} left out), {error.passes} passes")
+            say(f"{'':22} {error.increments} increments ({error.left_out} left out), {error.passes} passes")
     keep(dissipation(HIGH_FRICTION, 3 if arguments.fast else 10))
     for size in sizes[1:]:
         measure(size)
@@ -225,7 +231,7 @@ def report(rows: list[Row], whole: bool) -> int:
         failed |= not met and (whole or ratio is not None)
         said = "not measured" if ratio is None else f"{ratio:.3g}"
         what = f"{limit.name}, {limit.form}, mu = {limit.mu:g}, {limit.elements}"
-        print(f"{'met ' if met else 'MISS'} {what}: {said}, at most {limit.most:g}")
+        say(f"{'met ' if met else 'MISS'} {what}: {said}, at most {limit.most:g}")
     return int(failed)
 
 

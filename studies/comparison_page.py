@@ -17,6 +17,8 @@ from pathlib import Path
 
 from bipot.errors import ResultsError
 from studies import load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies.command import command, say
+from studies.files import replacing
 from studies.speed_jobs import Knob
 from studies.speed_tables import MEASURES
 from studies.tables import Value, read_csv
@@ -230,7 +232,8 @@ def written(page: str, results: Path, tables: dict[str, Callable[[Path], str]] =
     return page
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Print the tables or write the page."""
     parser = argparse.ArgumentParser(
         prog="studies.comparison_page", description="Tables of the comparison page.", allow_abbrev=False
@@ -238,16 +241,16 @@ def main(argv: list[str] | None = None) -> int:
     parser.add_argument("--results", type=Path, default=RESULTS)
     parser.add_argument("--write", type=Path, help="page whose tables are replaced")
     asked = parser.parse_args(argv)
-    try:
-        if asked.write is None:
-            every = [item for tables in PAGES.values() for item in tables.items()]
-            print("\n\n".join(BLOCK.format(name=name, table=make(asked.results)) for name, make in every))
-        else:
-            page = written(asked.write.read_text(encoding="utf-8"), asked.results, PAGES[asked.write.name])
-            asked.write.write_text(page, encoding="utf-8")
-    except ResultsError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
+    page: Path | None = asked.write
+    if page is None:
+        every = [item for tables in PAGES.values() for item in tables.items()]
+        say("\n\n".join(BLOCK.format(name=name, table=make(asked.results)) for name, make in every))
+        return 0
+    if page.name not in PAGES:
+        parser.error(f"--write {page}: must be one of the pages {', '.join(PAGES)}")
+    text = written(page.read_text(encoding="utf-8"), asked.results, PAGES[page.name])
+    with replacing(page) as part:
+        part.write_text(text, encoding="utf-8")
     return 0
 
 

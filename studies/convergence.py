@@ -1,6 +1,6 @@
 r"""How the upsetting converges with increments and mesh, with observed orders where three values show one.
 
-    python -m studies.convergence [--mu 0.1 0.3] [--fast] [--out DIR]
+    python -m studies.convergence [--mu 0.1 0.3] [--fast] [--resume | --overwrite] [--out DIR]
 
 Increments 15 to 120 on one mesh, then 5 to 20 elements a side at fixed increments. With values a, b, c at knobs that
 double, the observed order is p = log2((a - b) / (b - c)); it is printed only if the differences keep their sign and
@@ -10,26 +10,29 @@ shrink. F at 45 % for mu = 0.3 follows a landing of side nodes on the punch and 
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TextIO
 
 import numpy as np
 
-from bipot.errors import BipotError, ResultsError
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
+from studies.command import command, say
+from studies.options import coefficient
+from studies.outputs import add_options, opened
 from studies.upsetting import JOULE, force
 from studies.upsetting_case import FIRST
 
 REDUCTION, EARLY = 0.45, 0.20
 INCREMENTS, ELEMENTS = "increments", "elements"
-FILE = "convergence.csv"
+NAME = "convergence"
+FILE = f"{NAME}.csv"
+
+Key = tuple[float, str, int]
 
 
 @dataclass(frozen=True)
@@ -100,15 +103,25 @@ def observed_order(values: list[float]) -> float | None:
     return float(np.log2(first / second))
 
 
-def measures(mus: list[float], plan: Plan) -> Iterator[Row]:
-    """All rows, one run each, with progress."""
+def key(row: Row) -> Key:
+    """What tells one run from another."""
+    return row.mu, row.knob, row.value
+
+
+def planned(mus: Iterable[float], plan: Plan) -> list[Key]:
+    """All runs, each once."""
     knobs = [(INCREMENTS, n) for n in plan.increments] + [(ELEMENTS, n) for n in plan.elements]
+    return list(dict.fromkeys((mu, *knob) for mu in mus for knob in knobs))
+
+
+def measures(runs: Sequence[Key], plan: Plan) -> Iterator[Row]:
+    """All rows, one run each, with progress."""
     progress = terminal()
-    progress.start("convergence")
+    progress.start(NAME)
     try:
-        for done, (mu, (knob, value)) in enumerate((mu, k) for mu in mus for k in knobs):
+        for done, (mu, knob, value) in enumerate(runs):
             yield measure(mu, knob, value, plan)
-            progress.advance((done + 1) / (len(mus) * len(knobs)), f"mu = {mu:g}, {value} {knob}")
+            progress.advance((done + 1) / len(runs), f"mu = {mu:g}, {value} {knob}")
     finally:
         progress.close()
 
@@ -127,38 +140,26 @@ def table(rows: list[Row]) -> str:
     return "\n".join(lines)
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, write ``convergence.csv`` row by row, print the tables."""
     parser = argparse.ArgumentParser(
         prog="studies.convergence", description="Increment and mesh convergence.", allow_abbrev=False
     )
-    parser.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3])
+    parser.add_argument("--mu", type=coefficient, nargs="+", default=[0.1, 0.3])
     parser.add_argument("--out", type=Path, default=Path("results/convergence"))
     parser.add_argument("--fast", action="store_true", help="small meshes and few increments")
-    arguments = parser.parse_args(argv)
-    rows: list[Row] = []
-    try:
-        with _writer(arguments.out) as file:
-            out = csv.writer(file)
-            out.writerow(f.name for f in fields(Row))
-            for row in measures(arguments.mu, FAST if arguments.fast else Plan()):
-                rows.append(row)
-                out.writerow(getattr(row, f.name) for f in fields(Row))
-                file.flush()
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(table(rows))
-    print(f"results in {(arguments.out / FILE).resolve()}")
+    add_options(parser)
+    asked = parser.parse_args(argv)
+    plan = FAST if asked.fast else Plan()
+    runs = planned(asked.mu, plan)
+    fixed = {"at_increments": plan.at_increments, "at_elements": plan.at_elements}
+    found = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=runs)
+    for row in measures([run for run in runs if run not in found], plan):
+        found.add(row)
+    say(table(found.rows))
+    say(f"results in {(asked.out / FILE).resolve()}")
     return 0
-
-
-def _writer(folder: Path) -> TextIO:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        return (folder / FILE).open("w", newline="", encoding="utf-8")
-    except OSError as error:
-        raise ResultsError(f"{folder}: cannot be written ({error})") from error
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 r"""Oscillation of the contact pressure near the corner, and of the pressure inside, by quadrature rule.
 
-    python -m studies.corner [--fast] [--out DIR]
+    python -m studies.corner [--fast] [--resume | --overwrite] [--out DIR]
 
 The seed paper's cylinder at 20 %, mu = 0.1 and 0.3, 5, 10 and 20 elements a side, all rules of
 :class:`bipot.fem.elements.Quadrature`. ``DIR/corner.csv`` has a row a run, ``DIR/corner.h5`` the same and, along the
@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +35,6 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.contact import carries
 from bipot.elements import Element
-from bipot.errors import BipotError
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
@@ -46,12 +45,15 @@ from bipot.scene import Scene, upsetting
 from bipot.tensors import identity, trace
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from bipot.typing import Floats
-from studies.tables import text, write_csv, write_hdf5
+from studies.command import command, say
+from studies.outputs import add_options, opened
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "corner"
 COMMAND = "python -m studies.corner --out {out}"
 REDUCTION, DOFS_AN_ELEMENT = 0.20, 6
+Key = tuple[float, str, int]
 SHOWN = (
     "mu",
     "quadrature",
@@ -210,39 +212,47 @@ def curve_name(mu: float, quadrature: str, elements: int) -> str:
     return f"mu{mu:g} {quadrature} {elements}"
 
 
-def measures(plan: Plan) -> Iterator[tuple[Row, Profile]]:
-    """All runs, with progress."""
-    asked = [(mu, rule, n) for mu in plan.mus for n in plan.elements for rule in RULES[Element.Q8]]
+def key(row: Row) -> Key:
+    """What tells one run from another."""
+    return row.mu, row.quadrature, row.elements
+
+
+def planned(plan: Plan) -> list[Key]:
+    """All runs."""
+    return [(mu, rule.value, n) for mu in plan.mus for n in plan.elements for rule in RULES[Element.Q8]]
+
+
+def measures(runs: Sequence[Key], increments: int) -> Iterator[tuple[Row, Profile]]:
+    """These runs, with progress."""
     progress = terminal()
     progress.start(NAME)
     try:
-        for done, (mu, rule, n) in enumerate(asked):
-            yield measure(mu, rule, n, plan.increments)
-            progress.advance((done + 1) / len(asked), f"mu = {mu:g}, {rule.value}, {n} elements")
+        for done, (mu, rule, n) in enumerate(runs):
+            yield measure(mu, Quadrature(rule), n, increments)
+            progress.advance((done + 1) / len(runs), f"mu = {mu:g}, {rule}, {n} elements")
     finally:
         progress.close()
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
     parser = argparse.ArgumentParser(
         prog="studies.corner", description="Pressure oscillation by quadrature rule.", allow_abbrev=False
     )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="one small mesh and few increments")
+    add_options(parser)
     asked = parser.parse_args(argv)
-    rows, curves = [], {}
-    try:
-        for row, along in measures(FAST if asked.fast else Plan()):
-            rows.append(row)
-            curves[curve_name(row.mu, row.quadrature, row.elements)] = vars(along)
-            write_csv(asked.out / f"{NAME}.csv", rows)
-        write_hdf5(asked.out / f"{NAME}.h5", rows, curves)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(rows, SHOWN))
-    print(f"results in {asked.out.resolve()}")
+    plan = FAST if asked.fast else Plan()
+    runs, fixed = planned(plan), {"increments": plan.increments}
+    table = opened(
+        asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=runs, curve=lambda row: curve_name(*key(row))
+    )
+    for row, along in measures([run for run in runs if run not in table], plan.increments):
+        table.add(row, curves={curve_name(*key(row)): vars(along)})
+    say(text(table.rows, SHOWN))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

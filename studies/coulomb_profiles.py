@@ -1,7 +1,7 @@
 """Which solver solves which discrete Coulomb problem, how well and how fast.
 
     python -m studies.coulomb_profiles --problems DIR [DIR ...] [--solvers auto,proximal ...] [--limit 30]
-                                       [--workers 2] [--fast] [--require N N N N] [--out DIR]
+                                       [--workers 2] [--fast] [--require N N N N] [--resume | --overwrite] [--out DIR]
 
 Over every FCLIB file of the folders, each solver gets `limit` seconds a problem. Written to `out`:
 `solved.csv` (one row a problem and solver, as they come), `table.csv` (problems solved at 1e-4 … 1e-10 by
@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import argparse
 import csv
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
-from dataclasses import astuple, dataclass, fields
+import sys
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -26,14 +27,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot import coulomb
-from bipot.errors import InfeasibleProgram
+from bipot.errors import InfeasibleProgram, ResultsError
 from bipot.progress import terminal
+from studies.command import command, say
+from studies.files import replacing
+from studies.options import positive, processes
+from studies.outputs import Table, add_options, opened
+from studies.pool import completed
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 PROFILE_AT = 1e-8
+SMALL = 20_000
+"""Bytes of a file that ``--fast`` takes."""
+DERIVED = ("table.csv", "profile.csv", "profile.png")
 HERE = Path(__file__).resolve().parents[1]
 DEFAULT_FOLDERS = (HERE.parent / "shared/fclib/problems", HERE / "tests/data/fclib")
 
+Task = tuple[Path, str]
 AUTO = "auto"
 INFEASIBLE = "infeasible"
 SOLVERS: dict[str, coulomb.Solver[Any] | None] = {
@@ -68,7 +78,7 @@ class Row:
     seconds: float
 
 
-def measure(task: tuple[Path, str], limit: float, tol: float) -> Row:
+def measure(task: Task, limit: float, tol: float = 1e-10) -> Row:
     """Read, reduce and solve one problem; the time counted is the solver's, reading and reduction are not."""
     path, name = task
     problem = coulomb.reduced(coulomb.read_fclib(path))
@@ -92,31 +102,21 @@ def measure(task: tuple[Path, str], limit: float, tol: float) -> Row:
     )
 
 
-def study(
-    paths: Sequence[Path], solvers: Sequence[str], limit: float, executor: Executor, tol: float = 1e-10
-) -> Iterator[Row]:
-    """All problems by all solvers, on any executor, as they come."""
-    tasks = [(path, name) for path in paths for name in solvers]
-    yield from executor.map(partial(measure, limit=limit, tol=tol), tasks)
+def key(row: Row) -> tuple[str, str]:
+    """What tells one row from another."""
+    return row.id, row.solver
 
 
-def recorded(rows: Iterable[Row], total: int, out: Path) -> list[Row]:
-    """The rows, each appended to ``solved.csv`` and shown as progress before the next one comes."""
-    out.mkdir(parents=True, exist_ok=True)
-    progress, done = terminal(), list[Row]()
+def recorded(rows: Iterable[Row], total: int, table: Table[Row]) -> None:
+    """Put each row into the table and show it as progress before the next one comes."""
+    progress = terminal()
     progress.start("coulomb_profiles")
     try:
-        with (out / "solved.csv").open("w", newline="") as file:
-            writer = csv.writer(file)
-            writer.writerow([field.name for field in fields(Row)])
-            for row in rows:
-                done.append(row)
-                writer.writerow(astuple(row))
-                file.flush()
-                progress.advance(len(done) / total, row.id)
+        for done, row in enumerate(rows, 1):
+            table.add(row)
+            progress.advance(done / total, row.id)
     finally:
         progress.close()
-    return done
 
 
 def solved_table(rows: Iterable[Row]) -> list[list[str]]:
@@ -156,14 +156,14 @@ def missed(rows: Iterable[Row], required: Sequence[int]) -> list[str]:
 def write(rows: list[Row], out: Path) -> None:
     """The tables, and the figure where matplotlib is installed."""
     header = ["solver", *(f"{tol:.0e}" for tol in TOLERANCES), "problems", "median_seconds", "total_seconds"]
-    _write_csv(out / "table.csv", header, solved_table(rows))
+    _write_csv(out / DERIVED[0], header, solved_table(rows))
     profile = performance_profile(rows, PROFILE_AT)
-    _write_csv(out / "profile.csv", list(profile), zip(*profile.values(), strict=True))
-    _draw(profile, out / "profile.png")
+    _write_csv(out / DERIVED[1], list(profile), zip(*profile.values(), strict=True))
+    _draw(profile, out / DERIVED[2])
 
 
 def _write_csv(path: Path, header: Sequence[str], lines: Iterable[Iterable[Any]]) -> None:
-    with path.open("w", newline="") as file:
+    with replacing(path) as part, part.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(header)
         writer.writerows(lines)
@@ -180,41 +180,70 @@ def _draw(profile: dict[str, NDArray[np.float64]], path: Path) -> None:
     axes.set(xscale="log", xlim=(1, 1e4), ylim=(0, 1.02))
     axes.set(xlabel="time / best time", ylabel=f"share of problems solved at {PROFILE_AT:.0e}")
     axes.legend(fontsize="x-small")
-    figure.savefig(path, dpi=150)
+    with replacing(path) as part:
+        figure.savefig(part, dpi=150, format="png")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
-    parser.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
-    parser.add_argument("--limit", type=float, default=30.0, help="seconds a problem and solver")
-    parser.add_argument("--tol", type=float, default=1e-10)
-    parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--fast", action="store_true", help="small files only (under 20 kB), 5 s each")
-    parser.add_argument(
-        "--require", type=int, nargs=len(TOLERANCES), metavar="N", help="counts that solve() must reach"
-    )
-    parser.add_argument("--out", type=Path, default=Path("results/coulomb_profiles"))
-    options = parser.parse_args(arguments)
-    paths = [path for folder in options.problems for path in sorted(folder.glob("*.hdf5"))]
-    if options.fast:
-        paths = [path for path in paths if path.stat().st_size < 20_000]
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    p.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
+    p.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
+    p.add_argument("--limit", type=positive, default=30.0, help="seconds a problem and solver")
+    p.add_argument("--tol", type=positive, default=1e-10)
+    p.add_argument("--workers", type=processes(0), default=2, help="processes; 0 runs in this one")
+    p.add_argument("--fast", action="store_true", help="small files only (under 20 kB), 5 s each")
+    p.add_argument("--require", type=int, nargs=len(TOLERANCES), metavar="N", help="counts that solve() must reach")
+    p.add_argument("--out", type=Path, default=Path("results/coulomb_profiles"))
+    add_options(p)
+    return p
+
+
+def problems(folders: Iterable[Path], fast: bool) -> list[Path]:
+    """The files of the folders; the table calls them by their names, which must differ."""
+    paths = [path for folder in folders for path in sorted(folder.glob("*.hdf5"))]
+    kept = [path for path in dict.fromkeys(paths) if not fast or path.stat().st_size < SMALL]
+    named = dict[str, Path]()
+    for path in kept:
+        if (other := named.setdefault(path.stem, path)) is not path:
+            raise ResultsError(f"{path}: has the name of {other}; the table tells problems apart by their names")
+    return kept
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run what is missing, write the tables, print the first."""
+    options = parser().parse_args(argv)
+    paths = problems(options.problems, options.fast)
     if not paths:
-        print(f"no .hdf5 files in {', '.join(map(str, options.problems))}: nothing to study")
+        say(f"no .hdf5 files in {', '.join(map(str, options.problems))}: nothing to study")
         return 0
     limit, began = min(options.limit, 5.0) if options.fast else options.limit, perf_counter()
-    with ProcessPoolExecutor(options.workers) as executor:
-        found = study(paths, options.solvers, limit, executor, options.tol)
-        rows = recorded(found, len(paths) * len(options.solvers), options.out)
+    solvers = list(dict.fromkeys(options.solvers))
+    tasks = {(path.stem, name): (path, name) for path in paths for name in solvers}
+    table = opened(
+        options.out,
+        "solved",
+        Row,
+        key,
+        options.policy,
+        parameters={"limit": limit, "tol": options.tol},
+        order=tasks,
+        derived=DERIVED,
+    )
+    todo = [task for name, task in tasks.items() if name not in table]
+    with closing(completed(partial(measure, limit=limit, tol=options.tol), todo, options.workers)) as found:
+        recorded(found, len(todo), table)
+    rows = [table[name] for name in tasks]
     write(rows, options.out)
     for line in solved_table(rows):
-        print("  ".join(line))
-    print(f"{len(paths)} problems in {perf_counter() - began:.0f} s; written to {options.out}")
+        say("  ".join(line))
+    say(f"{len(paths)} problems in {perf_counter() - began:.0f} s; written to {options.out}")
     short = missed(rows, options.require) if options.require else []
-    print("\n".join(short), end="\n" if short else "")
+    for line in short:
+        say(line)
     return 1 if short else 0
 
 
 if __name__ == "__main__":
-    raise SystemExit(main())
+    sys.exit(main())

@@ -1,6 +1,6 @@
 r"""Does friction's fixed point converge, how fast, and what does the safeguard add?
 
-    python -m studies.coupling [--fast] [--out DIR]
+    python -m studies.coupling [--fast] [--resume | --overwrite] [--out DIR]
 
 Upsetting by the tangent form *without* exact friction in its polish, so that the fixed point alone couples friction to
 the normal forces, and the small problems of hard case 14: each by either sequence of programs (frozen threshold, De
@@ -14,8 +14,10 @@ import argparse
 import math
 import sys
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,12 +28,15 @@ from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene import upsetting
+from studies.command import command, say
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
-from studies.tables import text, write_csv
+from studies.outputs import add_options, opened
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "coupling"
 FORM = Tangent(coupled=False)
+Key = tuple[str, str, str]
 
 
 class Outcome(Enum):
@@ -120,24 +125,45 @@ def _row(
     )
 
 
-def main(argv: list[str] | None = None) -> int:
+def planned(settings: Settings) -> dict[Key, Callable[[], Row]]:
+    """All runs, by what tells one from another in the table."""
+    runs: dict[Key, Callable[[], Row]] = {}
+    for rule in rules():
+        frozen, steps, _ = rule
+        for mu in settings.mu:
+            runs[f"upsetting mu {mu:g}", frozen.value, steps] = partial(upset, mu, settings, *rule)
+        for index, (name, *_) in enumerate(DISCRETE):
+            runs[name, frozen.value, steps] = partial(solve, index, settings.small, *rule)
+    return runs
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run all, rewriting the table after each."""
     parser = argparse.ArgumentParser(
         prog=f"studies.{NAME}", description="The fixed point of friction.", allow_abbrev=False
     )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="two coefficients on a small mesh")
+    add_options(parser)
     asked = parser.parse_args(argv)
     settings = FAST if asked.fast else Settings()
-    rows: list[Row] = []
-    for rule in rules():
-        for mu in settings.mu:
-            rows.append(upset(mu, settings, *rule))
-            write_csv(asked.out / f"{NAME}.csv", rows)
-        rows += [solve(index, settings.small, *rule) for index in range(len(DISCRETE))]
-    write_csv(asked.out / f"{NAME}.csv", rows)
-    print(text(rows, list(Row.__dataclass_fields__)))
-    print(f"results in {asked.out.resolve()}")
+    fixed = {name: value for name, value in vars(settings).items() if name != "mu"}
+    runs = planned(settings)
+    table = opened(
+        asked.out,
+        NAME,
+        Row,
+        lambda row: (row.case, row.sequence, row.steps),
+        asked.policy,
+        parameters=fixed,
+        order=runs,
+    )
+    for key, run in runs.items():
+        if key not in table:
+            table.add(run())
+    say(text(table.rows, list(Row.__dataclass_fields__)))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

@@ -1,6 +1,6 @@
 r"""How the energy balance closes: trapezoidal over the increment, and with end-of-step work in small strain.
 
-    python -m studies.energy [--fast] [--out DIR]
+    python -m studies.energy [--fast] [--resume | --overwrite] [--out DIR]
 
 ``DIR/energy.csv`` has a row a run of the seed paper's cylinder: in ``midpoint`` from 5 to 20 %, all refinements from
 one state, and in ``paper`` to 1 % from rest. ``trapezoidal`` and ``end`` are work - elastic - plastic - friction over
@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,18 +21,21 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.energy import Energies, Rule
-from bipot.errors import BipotError
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march
 from bipot.scene import Scene, upsetting
-from studies.tables import text, write_csv
+from studies.command import command, say
+from studies.outputs import Table, add_options, opened
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "energy"
 BEGIN, END, SMALL = 0.05, 0.20, 0.01
+Case = tuple[Configuration, Integration, float]
+Key = tuple[str, str, float, int]
 EQUILIBRIUM = 1e-9
 """Tighter than the march's default, so that the identity is not hidden by what equilibrium leaves."""
 
@@ -51,11 +54,12 @@ FAST = Plan(mus=(0.1,), elements=3, increments=(8, 16))
 
 @dataclass(frozen=True)
 class Row:
-    """One run."""
+    """One run: ``asked`` uniform increments over the whole path, ``increments`` accepted ones."""
 
     configuration: str
     integration: str
     mu: float
+    asked: int
     increments: int
     trapezoidal: float
     order: float
@@ -70,8 +74,23 @@ def balance(scene: Scene, accepted: list[Accepted], rule: Rule) -> float:
     return total.imbalance / total.work
 
 
-def measures(plan: Plan, configuration: Configuration, integration: Integration, mu: float) -> Iterator[Row]:
+def key(row: Row) -> Key:
+    """What tells one run from another."""
+    return row.configuration, row.integration, row.mu, row.asked
+
+
+def planned(case: Case, plan: Plan) -> list[Key]:
     """The refinements of one case."""
+    configuration, integration, mu = case
+    return [(configuration.value, integration.value, mu, increments) for increments in plan.increments]
+
+
+def measures(case: Case, plan: Plan, table: Table[Row]) -> Iterator[Row]:
+    """The refinements of one case that the table does not have."""
+    missing = [run for run in planned(case, plan) if run not in table]
+    if not missing:
+        return
+    configuration, integration, mu = case
     small = configuration is Configuration.PAPER
     reduction = SMALL if small else END
     scene = upsetting(mu=mu, reduction=reduction, elements=plan.elements, configuration=configuration)
@@ -82,39 +101,46 @@ def measures(plan: Plan, configuration: Configuration, integration: Integration,
         begin = BEGIN / END
         schedule = Schedule(min(plan.increments), FIRST / END, landings=(begin,))
         start = next(a.state for a in march(scene, schedule, control) if a.state.tau == begin)
-    last = float("nan")
-    for increments in plan.increments:
-        first = FIRST / SMALL / 2 if small else 0.0
-        accepted = list(march(scene, Schedule(increments, first), control, start))
+    for run in missing:
+        asked = run[-1]
+        accepted = list(march(scene, Schedule(asked, FIRST / SMALL / 2 if small else 0.0), control, start))
         left = balance(scene, accepted, Rule.TRAPEZOIDAL)
-        order = float("nan") if small else float(np.log2(last / left))
-        yield Row(
-            configuration.value, integration.value, mu, len(accepted), left, order, balance(scene, accepted, Rule.END)
-        )
-        last = left
+        yield Row(*run, len(accepted), left, float("nan"), balance(scene, accepted, Rule.END))
 
 
-def main(argv: list[str] | None = None) -> int:
+def with_orders(rows: list[Row]) -> list[Row]:
+    """The rows of one case, each with its order against the run of half the increments, if there is one."""
+    halves = {2 * row.asked: row.trapezoidal for row in rows}
+    return [
+        replace(row, order=float(np.log2(halves[row.asked] / row.trapezoidal)))
+        if row.asked in halves and row.configuration != Configuration.PAPER.value
+        else row
+        for row in rows
+    ]
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
     parser = argparse.ArgumentParser(
         prog="studies.energy", description="How the energy balance closes.", allow_abbrev=False
     )
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="one coefficient, a small mesh, few increments")
+    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    rows: list[Row] = []
-    try:
-        for configuration in (Configuration.MIDPOINT, Configuration.PAPER):
-            for integration in Integration:
-                for mu in plan.mus:
-                    rows += measures(plan, configuration, integration, mu)
-                    write_csv(asked.out / f"{NAME}.csv", rows)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(rows, list(Row.__dataclass_fields__)))
-    print(f"results in {asked.out.resolve()}")
+    configurations = (Configuration.MIDPOINT, Configuration.PAPER)
+    cases = [(c, integration, mu) for c in configurations for integration in Integration for mu in plan.mus]
+    runs = [run for case in cases for run in planned(case, plan)]
+    fixed = {"elements": plan.elements, "begun with": min(plan.increments)}
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=runs)
+    for case in cases:
+        for row in measures(case, plan, table):
+            table.add(row)
+            table.add(*with_orders([table[run] for run in planned(case, plan) if run in table]))
+    say(text(table.rows, list(Row.__dataclass_fields__)))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

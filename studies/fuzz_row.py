@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import csv
+import errno
+import io
+import os
 import time
 import warnings
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields, replace
 from enum import Enum
 from pathlib import Path
+
+from bipot.errors import ResultsError
+from studies.files import replacing, require_writable, sentence
+from studies.outputs import readable
 
 
 class Outcome(Enum):
@@ -59,39 +66,60 @@ HEADER = [f.name for f in fields(Row)]
 
 
 class Table:
-    """Rows appended to a file as they come; a file that exists is gone on with."""
+    """Rows appended to a file as they come; a file that exists is gone on with, unless ``afresh``.
 
-    def __init__(self, path: Path) -> None:
+    Raises:
+        ResultsError: the file cannot be read or written, or is another table.
+    """
+
+    def __init__(self, path: Path, *, afresh: bool = False) -> None:
         self.path, self.outcomes = path, Counter[str]()
         self.done: set[tuple[str, int]] = set()
-        path.parent.mkdir(parents=True, exist_ok=True)
-        if path.exists():
-            self._read()
-        else:
-            self._write(HEADER)
+        require_writable(path.parent)
+        with readable(path):
+            held = path.read_bytes().decode("utf-8") if path.exists() and not afresh else ""
+            # What a kill or a full disk has left of a last line is run again.
+            kept = held[: held.rfind("\n") + 1] or _line(HEADER)
+            self._read(kept)
+        if kept != held:
+            with replacing(path) as part:
+                part.write_bytes(kept.encode("utf-8"))
 
-    def _read(self) -> None:
-        with self.path.open(newline="", encoding="utf-8") as file:
-            lines = csv.DictReader(file)
-            if lines.fieldnames != HEADER:
-                raise SystemExit(f"{self.path} has other columns: give another --out")
-            for line in lines:
-                self.done.add((line["kind"].split()[0], int(line["seed"])))
-                self.outcomes[line["outcome"]] += 1
-
-    def _write(self, line: list[str]) -> None:
-        with self.path.open("a", newline="", encoding="utf-8") as file:
-            csv.writer(file).writerow(line)
+    def _read(self, text: str) -> None:
+        lines = csv.DictReader(io.StringIO(text, newline=""))
+        if lines.fieldnames != HEADER:
+            raise ResultsError(f"{self.path}: has other columns: give another --out")
+        for line in lines:
+            self.done.add((line["kind"].split()[0], int(line["seed"])))
+            self.outcomes[line["outcome"]] += 1
 
     def add(self, row: Row) -> None:
-        """Append a row."""
+        """Append a row, whole or not at all."""
         values = [v.value if isinstance(v, Enum) else v for v in astuple(row)]
         # A reason is one line of the table, whatever the exception wrote.
-        self._write([f"{v:.3g}" if isinstance(v, float) else " ".join(str(v).split()) for v in values])
+        line = _line([f"{v:.3g}" if isinstance(v, float) else " ".join(str(v).split()) for v in values])
+        with sentence(self.path, "written"), self.path.open("ab", buffering=0) as file:
+            end = file.tell()
+            try:
+                if file.write(line.encode("utf-8")) < len(line.encode("utf-8")):
+                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            except BaseException:
+                file.truncate(end)
+                raise
         self.done.add((row.kind.split()[0], row.seed))
         self.outcomes[row.outcome.value] += 1
+
+    def has(self, seed: int, counts: Mapping[str, int]) -> int:
+        """How many of the first ``counts`` of each kind from ``seed`` on are in the file."""
+        return sum(0 <= number - seed < counts.get(kind, 0) for kind, number in self.done)
 
     @property
     def failed(self) -> bool:
         """Whether a row of the file is a wrong answer, a raw exception or a warning."""
         return any(self.outcomes[name] for name in FAILURES)
+
+
+def _line(values: Sequence[str]) -> str:
+    made = io.StringIO(newline="")
+    csv.writer(made).writerow(values)
+    return made.getvalue()

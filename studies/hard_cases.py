@@ -1,6 +1,7 @@
 """Hard cases: what each form makes of scenes that defeat others.
 
-    python -m studies.hard_cases [--fast] [--forms newton tangent ...] [--only TEXT] [--out DIR]
+    python -m studies.hard_cases [--fast] [--forms newton tangent ...] [--only TEXT] [--resume | --overwrite]
+                                 [--out DIR]
 
 Writes ``DIR/hard_cases.csv`` (case, form, outcome, as_expected, increments, cuts, fallbacks, passes,
 worst_relative_gap, seconds), one row a case and form, and prints the same table. ``newton`` may fall back on
@@ -10,21 +11,28 @@ worst_relative_gap, seconds), one row a case and form, and prints the same table
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 import time
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from bipot.accepted import Accepted
 from bipot.errors import BipotError, IncrementFailed, SceneError
 from bipot.forms import FormName
 from bipot.marching import Control, march
+from studies.command import command, say
 from studies.hard_forms import FORMS
 from studies.hard_loads import load_cases
-from studies.hard_programs import program_cases
+from studies.hard_programs import ProgramCase, program_cases
 from studies.hard_scenes import Case, Outcome, Run, Settings, cases
+from studies.options import count
+from studies.outputs import Table, add_options, opened
 
+NAME = "hard_cases"
+Key = tuple[str, str]
+PROMISED = (FormName.NEWTON.value, FormName.DISSIPATION.value)
 SAME = 1e-6
 """Relative agreement of the forces of one group."""
 
@@ -83,33 +91,52 @@ def row(case: Case, name: FormName, done: Run, expected: bool, seconds: float) -
     )
 
 
-class Table:
-    """Rows kept on disk as they come."""
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.rows = path, list[Row]()
-        path.parent.mkdir(parents=True, exist_ok=True)
-
-    def add(self, line: Row) -> None:
-        """Append, rewrite the file, and show the line."""
-        self.rows.append(line)
-        with self.path.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file)
-            writer.writerow([f.name for f in fields(Row)])
-            writer.writerows([f"{v:.6g}" if isinstance(v, float) else v for v in astuple(r)] for r in self.rows)
-        print(
-            f"{line.case:34} {line.form:12} {line.outcome:10} {'ok' if line.as_expected else 'NOT EXPECTED':13}"
-            f"{line.increments:4} increments {line.cuts:3} cuts {line.fallbacks:3} fallbacks {line.passes:5} passes "
-            f"gap {line.worst_relative_gap:.1e} {line.seconds:7.1f} s",
-            flush=True,
-        )
+def key(line: Row) -> Key:
+    """What tells one line from another."""
+    return line.case, line.form
 
 
-def _positive(text: str) -> int:
-    """A whole number from one on."""
-    if (number := int(text)) < 1:
-        raise argparse.ArgumentTypeError(f"{number}: must be >= 1")
-    return number
+def told(line: Row) -> str:
+    """A line in words."""
+    return (
+        f"{line.case:34} {line.form:12} {line.outcome:10} {'ok' if line.as_expected else 'NOT EXPECTED':13}"
+        f"{line.increments:4} increments {line.cuts:3} cuts {line.fallbacks:3} fallbacks {line.passes:5} passes "
+        f"gap {line.worst_relative_gap:.1e} {line.seconds:7.1f} s"
+    )
+
+
+def of_marches(
+    chosen: Sequence[Case], forms: Sequence[FormName], settings: Settings, table: Table[Row]
+) -> Iterator[Row]:
+    """The lines that the table lacks. Of a group, whose forces are compared, all are run or none."""
+    reached = [(case, name) for case in chosen for name in forms]
+    lacking = {(case.group or case.name, name) for case, name in reached if (case.name, name.value) not in table}
+    forces: dict[tuple[str, FormName], float] = {}
+    for case, name in reached:
+        if (case.group or case.name, name) not in lacking:
+            continue
+        began = time.perf_counter()
+        done = run(case, name, settings)
+        force = done.force / case.unit
+        first = forces.setdefault((case.group, name), force) if case.group else force
+        same = abs(force - first) <= SAME * abs(first)
+        yield row(case, name, done, expected := case.expected(done) and same, time.perf_counter() - began)
+        if not expected and done.error is not None:
+            say(f"    {type(done.error).__name__}: {done.error}", sys.stderr)
+
+
+def of_programs(chosen: Sequence[ProgramCase], table: Table[Row]) -> Iterator[Row]:
+    """The lines that the table lacks."""
+    for small in chosen:
+        if (small.name, small.form.value) in table:
+            continue
+        began = time.perf_counter()
+        done = small.run()
+        seconds = time.perf_counter() - began
+        shown = (small.name, small.form.value, done.outcome.value, done.outcome is small.expected)
+        yield Row(*shown, 1, 0, done.fallbacks, done.passes, done.gap, seconds)
+        if done.said:
+            say(f"    {done.said}", sys.stderr)
 
 
 def parser() -> argparse.ArgumentParser:
@@ -117,51 +144,38 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="studies.hard_cases", description="Scenes that defeat others.", allow_abbrev=False)
     p.add_argument("--forms", nargs="+", choices=[f.value for f in FORMS], default=[f.value for f in FORMS])
     p.add_argument("--only", default="", help="cases whose name contains this")
-    p.add_argument("--elements", type=_positive, help=f"elements a side (default {FULL.elements})")
-    p.add_argument("--increments", type=_positive, help=f"uniform increments (default {FULL.increments})")
+    p.add_argument("--elements", type=count(1), help=f"elements a side (default {FULL.elements})")
+    p.add_argument("--increments", type=count(1), help=f"uniform increments (default {FULL.increments})")
     p.add_argument("--out", type=Path, default=Path("results/hard_cases"))
     p.add_argument("--fast", action="store_true", help="small meshes, and the cases that are then quick")
+    add_options(p)
     return p
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run the table; exit code 1 when newton or dissipation end otherwise than they must."""
-    command = parser()
-    arguments = command.parse_args(argv)
-    base = FAST if arguments.fast else FULL
-    settings = Settings(arguments.elements or base.elements, arguments.increments or base.increments)
-    table = Table(arguments.out / "hard_cases.csv")
+    asking = parser()
+    asked = asking.parse_args(argv)
+    base = FAST if asked.fast else FULL
+    settings = Settings(asked.elements or base.elements, asked.increments or base.increments)
+    forms = [FormName(name) for name in dict.fromkeys(asked.forms)]
 
     def chosen(name: str) -> bool:
-        return arguments.only in name and (not arguments.fast or name.startswith(FAST_CASES))
+        return asked.only in name and (not asked.fast or name.startswith(FAST_CASES))
 
-    loads, programs = load_cases(map(FormName, arguments.forms)), program_cases()
-    if not any(chosen(case.name) for case in (*cases(), *loads, *programs)):
-        command.error(
-            f"--only {arguments.only!r}: no case{' of --fast' if arguments.fast else ''} has that in its name"
-        )
-    forces: dict[tuple[str, FormName], float] = {}
-    for case in filter(lambda case: chosen(case.name), cases()):
-        for name in map(FormName, arguments.forms):
-            began = time.perf_counter()
-            done = run(case, name, settings)
-            force = done.force / case.unit
-            first = forces.setdefault((case.group, name), force) if case.group else force
-            same = abs(force - first) <= SAME * abs(first)
-            table.add(row(case, name, done, case.expected(done) and same, time.perf_counter() - began))
-            if not table.rows[-1].as_expected and done.error is not None:
-                print(f"    {type(done.error).__name__}: {done.error}", file=sys.stderr)
-    for small in filter(lambda small: chosen(small.name), loads + programs):
-        began = time.perf_counter()
-        done = small.run()
-        seconds = time.perf_counter() - began
-        expected = done.outcome is small.expected
-        shown = (small.name, small.form.value, done.outcome.value, expected)
-        table.add(Row(*shown, 1, 0, done.fallbacks, done.passes, done.gap, seconds))
-        if done.said:
-            print(f"    {done.said}", file=sys.stderr)
-    promised = {FormName.NEWTON.value, FormName.DISSIPATION.value}
-    return int(any(not r.as_expected and r.form in promised for r in table.rows))
+    marches = [case for case in cases() if chosen(case.name)]
+    programs = [case for case in load_cases(forms) + program_cases() if chosen(case.name)]
+    if not marches and not programs:
+        asking.error(f"--only {asked.only!r}: no case{' of --fast' if asked.fast else ''} has that in its name")
+    order = [(case.name, name.value) for case in marches for name in forms]
+    order += [(case.name, case.form.value) for case in programs]
+    fixed = vars(settings)
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order)
+    for line in chain(of_marches(marches, forms, settings, table), of_programs(programs, table)):
+        table.add(line)
+        say(told(line))
+    return int(any(not line.as_expected and line.form in PROMISED for line in table.rows))
 
 
 if __name__ == "__main__":

@@ -1,25 +1,25 @@
 r"""What locating the landings of side nodes on the punch does to the force, and to its scatter at 45 %.
 
-    python -m studies.landings [--fast] [--elements 10] [--out DIR]
+    python -m studies.landings [--fast] [--elements 10] [--resume | --overwrite] [--out DIR]
 
 The seed paper's cylinder at mu = 0.3 to 46 %, over the number of increments, both integrations of plastic flow,
 landings inside increments or located (:mod:`bipot.landing`). ``DIR/landings.csv`` has a row a run, ``DIR/landings.h5``
 the same and every force-stroke curve. The curve's error is the relative L2 norm over the stroke against the run of most
-increments, BDF2, located. A landing is an open candidate that closes from more than a thousandth of the travel.
+increments, BDF2, located, and nan until that is there. A landing is an open candidate that closes from more than a
+thousandth of the travel.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from bipot.accepted import Accepted
-from bipot.errors import BipotError
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.landing import Locate, newly_closed
@@ -28,7 +28,10 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
 from bipot.scene import upsetting
 from bipot.typing import Floats
-from studies.tables import text, write_csv, write_hdf5
+from studies.command import command, say
+from studies.options import count
+from studies.outputs import add_options, opened
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "landings"
@@ -37,6 +40,7 @@ SAME, MARGIN = 1 + 1e-12, 1e-3
 MU, STROKE, STOPS = 0.3, 0.46, (0.20, 0.44, 0.45)
 """The stroke goes on past 45 %, to see the landing that is due there."""
 FORCES = ("force_20_N", "force_44_N", "force_45_N")
+Key = tuple[str, int, int]
 SHOWN = ("integration", "located", "increments", *FORCES, "curve_error", "curve_error_44", "landings", "second_landing")
 
 
@@ -85,11 +89,6 @@ class Course:
     passes: int
     fallbacks: int
 
-    @property
-    def name(self) -> str:
-        """Of its curve in the results."""
-        return f"{self.integration.value} {'located' if self.located else 'inside'} {self.increments}"
-
     def at(self, reduction: float) -> float:
         """Force where an increment ends."""
         return float(self.force[np.argmin(np.abs(self.reduction - reduction))])
@@ -101,8 +100,20 @@ class Course:
         exact = np.interp(where, reference.reduction, reference.force)
         return float(np.sqrt(np.trapezoid((force - exact) ** 2, where) / np.trapezoid(exact**2, where)))
 
-    def row(self, reference: Course) -> Row:
-        """Its line of the table."""
+    @staticmethod
+    def kept(row: Row, curve: dict[str, Floats]) -> Course:
+        """A run again, from its line of the table and its curve."""
+        landings = tuple(curve["landings"].tolist())
+        what = Integration(row.integration), bool(row.located), row.increments
+        return Course(*what, curve["reduction"], curve["force_N"], landings, row.passes, row.fallbacks)
+
+    def curve(self) -> dict[str, dict[str, Floats]]:
+        """What is kept of it beside its line."""
+        arrays = {"reduction": self.reduction, "force_N": self.force, "landings": np.array(self.landings)}
+        return {curve_name(self.row(None)): arrays}
+
+    def row(self, reference: Course | None) -> Row:
+        """Its line of the table; without a reference errors are nan."""
         first, second = (*self.landings, float("nan"), float("nan"))[:2]
         early, late, end = STOPS
         return Row(
@@ -114,13 +125,23 @@ class Course:
             self.at(early),
             self.at(late),
             self.at(end),
-            self.error(reference, end),
-            self.error(reference, late),
+            float("nan") if reference is None else self.error(reference, end),
+            float("nan") if reference is None else self.error(reference, late),
             sum(landing <= end * SAME for landing in self.landings),
             first,
             second,
             self.fallbacks,
         )
+
+
+def key(row: Row) -> Key:
+    """What tells one run from another."""
+    return row.integration, row.located, row.increments
+
+
+def curve_name(row: Row) -> str:
+    """Of a run's curve in the results."""
+    return f"{row.integration} {'located' if row.located else 'inside'} {row.increments}"
 
 
 def course(integration: Integration, located: bool, increments: int, elements: int) -> Course:
@@ -149,16 +170,20 @@ def _landings(system: System, a: Accepted, none: float) -> int:
     return len(newly_closed(gap, a.solved.r, none)) + (a.landed is not None)
 
 
-def courses(plan: Plan) -> Iterator[Course]:
-    """All runs, the reference last, with progress."""
-    asked = [(i, located, n) for i in Integration for located in (False, True) for n in plan.increments]
-    asked.append((Integration.BDF2, True, plan.reference))
+def planned(plan: Plan) -> list[Key]:
+    """All runs, the reference last."""
+    runs = [(i.value, located, n) for i in Integration for located in (0, 1) for n in plan.increments]
+    return [*runs, (Integration.BDF2.value, 1, plan.reference)]
+
+
+def courses(runs: Sequence[Key], elements: int) -> Iterator[Course]:
+    """These runs, with progress."""
     progress = terminal()
     progress.start(NAME)
     try:
-        for done, (integration, located, increments) in enumerate(asked):
-            yield course(integration, located, increments, plan.elements)
-            progress.advance((done + 1) / len(asked), f"{integration.value}, {increments} increments")
+        for done, (integration, located, increments) in enumerate(runs):
+            yield course(Integration(integration), bool(located), increments, elements)
+            progress.advance((done + 1) / len(runs), f"{integration}, {increments} increments")
     finally:
         progress.close()
 
@@ -176,28 +201,29 @@ def scatter(rows: list[Row], least: int) -> str:
     return "\n".join(lines)
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
     parser = argparse.ArgumentParser(
         prog="studies.landings", description="Landings inside increments or located.", allow_abbrev=False
     )
-    parser.add_argument("--elements", type=int, help="elements a side")
+    parser.add_argument("--elements", type=count(1), help="elements a side")
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    try:
-        found = list(courses(plan if asked.elements is None else replace(plan, elements=asked.elements)))
-        rows = [c.row(found[-1]) for c in found]
-        write_csv(asked.out / f"{NAME}.csv", rows)
-        curves = {c.name: {"reduction": c.reduction, "force_N": c.force} for c in found}
-        write_hdf5(asked.out / f"{NAME}.h5", rows, curves)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(rows, SHOWN))
-    print(scatter(rows[:-1], plan.increments[len(plan.increments) // 3]))
-    print(f"results in {asked.out.resolve()}")
+    plan = plan if asked.elements is None else replace(plan, elements=asked.elements)
+    runs, fixed = planned(plan), {"elements": plan.elements, "reference": plan.reference}
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=runs, curve=curve_name)
+    for found in courses([run for run in runs if run not in table], plan.elements):
+        table.add(found.row(None), curves=found.curve())
+    every = [Course.kept(row, table.curves[curve_name(row)]) for row in table.rows]
+    reference = next(c for c in every if key(c.row(None)) == runs[-1])
+    table.add(*(c.row(reference) for c in every))
+    say(text(table.rows, SHOWN))
+    say(scatter([row for row in table.rows if key(row) != runs[-1]], plan.increments[len(plan.increments) // 3]))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

@@ -1,11 +1,12 @@
 r"""Four ways to minimise the penalised program, side by side on every pass of one run.
 
-    python -m studies.optimisers [--fast] [--out DIR]
+    python -m studies.optimisers [--fast] [--resume | --overwrite] [--out DIR]
 
 A cylinder is upset by 10 % at mu = 0.3 with K = 30 E/h. Every pass's program goes to every optimiser from the same
 start; ``optimisers.csv`` has for each the largest difference in displacement from Newton (over the max-norm), the mean
 and largest number of iterations, mean processor time of a pass, and on how many passes less than asked was claimed.
-The command fails when an optimiser differs by more than ``ALLOWED`` on any pass.
+The command fails when an optimiser differs by more than ``ALLOWED`` on any pass. All are measured in one march, so that
+``--resume`` keeps a whole table or makes one.
 """
 
 from __future__ import annotations
@@ -13,20 +14,23 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
 from bipot.conic.problem import Outcome
-from bipot.errors import BipotError
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
-from studies.tables import text, write_csv
+from studies.command import command, say
+from studies.outputs import add_options, opened
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
+NAME = "optimisers"
 MU, REDUCTION, FACTOR = 0.3, 0.1, 30.0
 
 ALLOWED = {Optimiser.TRUST_REGION: 1e-6, Optimiser.CVXPY: 1e-6, Optimiser.GRADIENT_ONLY: 1e-5}
@@ -109,25 +113,26 @@ def disagreements(found: list[Row]) -> list[str]:
     ]
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
     parser = argparse.ArgumentParser(
         prog="studies.optimisers", description="Ways to minimise the penalised program.", allow_abbrev=False
     )
-    parser.add_argument("--out", type=Path, default=Path("results/optimisers"))
+    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+    add_options(parser)
     asked = parser.parse_args(argv)
-    try:
-        found = rows(compare(*((2, 1) if asked.fast else (10, 4))))
-        write_csv(asked.out / "optimisers.csv", found)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(found, list(Row.__dataclass_fields__)))
-    print(f"results in {asked.out.resolve()}")
-    for disagreement in disagreements(found):
-        print(f"error: {disagreement}", file=sys.stderr)
-    return 1 if disagreements(found) else 0
+    elements, increments = (2, 1) if asked.fast else (10, 4)
+    fixed = {"elements": elements, "increments": increments}
+    table = opened(asked.out, NAME, Row, lambda row: row.optimiser, asked.policy, parameters=fixed)
+    if not all(optimiser.value in table for optimiser in Optimiser):
+        table.add(*rows(compare(elements, increments)))
+    say(text(table.rows, list(Row.__dataclass_fields__)))
+    say(f"results in {asked.out.resolve()}")
+    for disagreement in disagreements(table.rows):
+        say(f"error: {disagreement}", sys.stderr)
+    return 1 if disagreements(table.rows) else 0
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 r"""Round-off or tolerance? The control of ``penalty_vs_conic``, whose tolerance has to grow with K.
 
-    python -m studies.penalty_round_off [--fast] [--out DIR]
+    python -m studies.penalty_round_off [--fast] [--resume | --overwrite] [--out DIR]
 
 At mu = 0.1 to 20 % every K is asked for equilibrium to 1e-6 .. 1e-10 of the largest nodal force, without cutting an
 increment. ``penalty_round_off.csv``: the force, its relative difference from the smallest K at the tightest tolerance,
@@ -11,17 +11,19 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bipot.certificate import Bounds
-from bipot.errors import BipotError
 from bipot.forms import Penalty, contact_penalty
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import upsetting
+from studies.command import command, say
+from studies.outputs import add_options, opened
 from studies.runs import record
-from studies.tables import text, write_csv
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "penalty_round_off"
@@ -55,24 +57,30 @@ def measure(factor: float, tolerance: float, elements: int, reference: float | N
     return Row(factor, tolerance, force, force / (reference or force) - 1, reached, outcome)
 
 
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run, rewriting the table after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Round-off or tolerance?", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a small mesh, one penalty, two tolerances")
+    add_options(parser)
     asked = parser.parse_args(argv)
     factors, tolerances, elements = (FACTORS[:1], TOLERANCES[::4], 2) if asked.fast else (FACTORS, TOLERANCES, 10)
-    rows: list[Row] = []
-    try:
-        for factor in factors:
-            for tolerance in tolerances:
-                rows.append(measure(factor, tolerance, elements, rows[0].force_N if rows else None))
-                write_csv(asked.out / f"{NAME}.csv", rows)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(rows, list(Row.__dataclass_fields__)))
-    print(f"results in {asked.out.resolve()}")
+    runs = [(factor, tolerance) for factor in factors for tolerance in tolerances]
+    table = opened(
+        asked.out,
+        NAME,
+        Row,
+        lambda row: (row.K_over_E_h, row.tolerance),
+        asked.policy,
+        parameters={"elements": elements},
+        order=runs,
+    )
+    for run in runs:
+        if run not in table:
+            table.add(measure(*run, elements, table[runs[0]].force_N if runs[0] in table else None))
+    say(text(table.rows, list(Row.__dataclass_fields__)))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

@@ -1,6 +1,6 @@
 r"""What the penalties cost: the penalised forms against the conic one on the same mesh and increments.
 
-    python -m studies.penalty_vs_conic [--fast] [--workers 2] [--out DIR]
+    python -m studies.penalty_vs_conic [--fast] [--workers 2] [--resume | --overwrite] [--out DIR]
 
 For each mu the cylinder is upset to 45 %, landing on 20 %, by the ``tangent`` form, by ``uzawa``, and by ``penalty``
 with K_n = K_t = (K_over_E_h) E A/(m h) a node over eleven decades. Equilibrium is held to 1e-10 of the largest nodal
@@ -17,64 +17,30 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from bipot.certificate import Bounds
-from bipot.errors import BipotError
-from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.increment import Limits, System
-from bipot.marching import Control, Schedule, system_of
-from bipot.scene import Scene, upsetting
+from bipot.forms import FormName
+from studies.command import command, say
 from studies.expected import Expected
-from studies.runs import Run, record, stick_creep, traction_errors
-from studies.tables import text, write_csv, write_hdf5
-from studies.upsetting_case import FIRST
+from studies.options import processes
+from studies.outputs import Curves, Table, add_options, exact, opened
+from studies.penalty_cases import EARLY, FAST, REDUCTION, Case, Done, Plan, cases, schedule_of, solve, system_at
+from studies.pool import completed
+from studies.runs import Run, stick_creep, traction_errors
+from studies.tables import text
 
 NAME = "penalty_vs_conic"
 SHOWN = ("mu", "reduction", "form", "K_over_E_h", "force_N", "force_error", "order", "condition", "passes", "outcome")
 COMMAND = f"python -m studies.{NAME} --out {{out}}"
-REDUCTION, EARLY = 0.45, 0.20
-UZAWA = 1e2
-TOLERANCE = 1e-10
-ROUND_OFF = 1e-14
-"""Equilibrium that round-off leaves attainable, for each unit of K over E/h."""
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is run."""
-
-    mus: tuple[float, ...] = (0.1, 0.3, 0.6)
-    decades: tuple[int, ...] = tuple(range(-3, 9))
-    elements: int = 10
-    increments: int = 15
-    start: float = FIRST
-
-
-FAST = Plan(mus=(0.3,), decades=(0, 2), elements=2, increments=3)
-
-
-class Case(NamedTuple):
-    """One run: friction, form, and its penalty over E/h (nan: none)."""
-
-    mu: float
-    form: FormName
-    factor: float
-
-
-class Done(NamedTuple):
-    """A case with its run and the equilibrium tolerance it met."""
-
-    case: Case
-    run: Run
-    tolerance: float
+REDUCTIONS = (EARLY, REDUCTION)
+Key = tuple[float, float, str, float | None]
 
 
 @dataclass(frozen=True)
@@ -102,72 +68,45 @@ class Row:
     outcome: str
 
 
-def cases(plan: Plan) -> list[Case]:
-    """The conic run of each mu first: the others are measured by it."""
-    none = float("nan")
-    return [
-        case
-        for mu in plan.mus
-        for case in (
-            Case(mu, FormName.TANGENT, none),
-            Case(mu, FormName.UZAWA, UZAWA),
-            *(Case(mu, FormName.PENALTY, 10.0**k) for k in plan.decades),
-        )
-    ]
+def key(row: Row) -> Key:
+    """What tells one row from another."""
+    return row.mu, row.reduction, row.form, exact(row.K_over_E_h)
 
 
-@cache
-def system_at(mu: float, plan: Plan) -> System:
-    """The system of :func:`scene_of`."""
-    return system_of(scene_of(mu, plan))
+def keys(case: Case) -> list[Key]:
+    """Of the rows that a case makes."""
+    return [(case.mu, reduction, case.form.value, exact(case.factor)) for reduction in REDUCTIONS]
 
 
-def scene_of(mu: float, plan: Plan) -> Scene:
-    """The paper's cylinder on the plan's mesh."""
-    return upsetting(mu=mu, reduction=REDUCTION, elements=plan.elements)
+def curve_name(mu: float, form: str, factor: float) -> str:
+    """Of a case's curves in the results."""
+    return f"{mu!r}_{form}_{factor!r}"
 
 
-def schedule_of(plan: Plan) -> Schedule:
-    """The increments of every run."""
-    return Schedule(plan.increments, plan.start / REDUCTION, landings=(EARLY / REDUCTION,))
+def planned(plan: Plan) -> list[Key]:
+    """All rows, the runs of one coefficient and reduction beside each other."""
+    return sorted((key for case in cases(plan) for key in keys(case)), key=lambda key: key[:2])
 
 
-def form_of(case: Case, scene: Scene) -> Form:
-    """The form with its penalties in physical units."""
-    if case.form is FormName.TANGENT:
-        return Tangent()
-    K = contact_penalty(system_of(scene).candidates, case.factor)
-    return Uzawa(K, K) if case.form is FormName.UZAWA else Penalty(K, K)
-
-
-def solve(case: Case, plan: Plan) -> Done:
-    """Run a case at the tightest tolerance that round-off lets it meet."""
-    scene = scene_of(case.mu, plan)
-    tolerance = TOLERANCE if np.isnan(case.factor) else max(TOLERANCE, ROUND_OFF * case.factor)
-    cone = min(Bounds().cone_violation, tolerance)
-    limits = Limits(replace(Bounds(), equilibrium=tolerance, cone_violation=cone), passes=60)
-    control = Control(form_of(case, scene), (), limits)
-    return Done(case, record(scene, schedule_of(plan), control, (EARLY / REDUCTION, 1.0)), tolerance)
+def missing(plan: Plan, table: Table[Row]) -> list[Case]:
+    """What is left to do: cases whose rows are not in the table, and the conic run that they are measured by."""
+    every = cases(plan)
+    left = [not all(key in table for key in keys(case)) for case in every]
+    mus = {case.mu for case, needed in zip(every, left, strict=True) if needed}
+    conic = [case.form is FormName.TANGENT and case.mu in mus for case in every]
+    return [case for case, *needed in zip(every, left, conic, strict=True) if any(needed)]
 
 
 def rows(done: list[Done], plan: Plan) -> list[Row]:
-    """Two rows a run whose conic run is there, in the order of :func:`cases`."""
-    runs = {_key(d.case): d for d in done}
-    found = []
-    for reduction in (EARLY, REDUCTION):
-        last: Row | None = None
-        for case in cases(plan):
-            conic = runs.get(_key(Case(case.mu, FormName.TANGENT, float("nan"))))
-            if _key(case) in runs and conic is not None:
-                row = _row(runs[_key(case)], conic.run, reduction, plan)
-                consecutive = last is not None and (last.mu, last.form) == (row.mu, row.form)
-                last = replace(row, order=_order(last, row)) if consecutive and last else row
-                found.append(last)
-    return sorted(found, key=lambda row: (row.mu, row.reduction))
+    """Two rows a run whose conic run is there."""
+    conic = {d.case.mu: d.run for d in done if d.case.form is FormName.TANGENT}
+    return [_row(d, conic[d.case.mu], r, plan) for d in done if d.case.mu in conic for r in REDUCTIONS]
 
 
-def _key(case: Case) -> tuple[float, str, str]:
-    return case.mu, case.form.value, f"{case.factor:g}"
+def with_orders(found: list[Row]) -> list[Row]:
+    """The rows of a table, each with its order against the one before, where that is of the same form."""
+    pairs = zip([None, *found], found, strict=False)
+    return [replace(row, order=_order(last, row)) for last, row in pairs]
 
 
 def _row(done: Done, conic: Run, reduction: float, plan: Plan) -> Row:
@@ -207,61 +146,62 @@ def _row(done: Done, conic: Run, reduction: float, plan: Plan) -> Row:
     )
 
 
-def _order(last: Row, row: Row) -> float:
-    if not (last.force_error > 0 and row.force_error > 0):
+def _order(last: Row | None, row: Row) -> float:
+    if last is None or key(last)[:3] != key(row)[:3] or not (last.force_error > 0 and row.force_error > 0):
         return float("nan")
     return float(np.log(last.force_error / row.force_error) / np.log(row.K_over_E_h / last.K_over_E_h))
 
 
-def curves(done: list[Done]) -> dict[str, dict[str, Any]]:
-    """Force over pseudo-time and the tractions that the consistent mass recovers at the end of each run."""
-    arrays = {}
+def curves(done: list[Done]) -> Curves:
+    """Force over pseudo-time and the tractions that the consistent mass recovers at the end of each run, if any."""
+    arrays: Curves = {}
     for d in done:
-        if d.run.snapshots:
-            last = len(d.run.snapshots) - 1
-            tau, force = d.run.curve(last)
-            end = d.run.snapshots[last]
-            name = "_".join(str(part) for part in _key(d.case))
-            line = {"consistent_pressure_MPa": end.pressure, "consistent_shear_MPa": end.shear}
-            arrays[name] = {"tau": tau, "force_N": force, **line}
+        tau, force = d.run.curve(len(d.run.snapshots) - 1)
+        end = d.run.snapshots[-1:]
+        pressure, shear = ([getattr(s, name) for s in end] for name in ("pressure", "shear"))
+        arrays[curve_name(d.case.mu, d.case.form.value, d.case.factor)] = {
+            "tau": tau,
+            "force_N": force,
+            "consistent_pressure_MPa": np.concatenate([*pressure, np.zeros(0)]),
+            "consistent_shear_MPa": np.concatenate([*shear, np.zeros(0)]),
+        }
     return arrays
 
 
-def completed(plan: Plan, workers: int) -> Iterator[Done]:
-    """Cases as they finish, in this process when ``workers`` is 0."""
-    if workers == 0:
-        yield from (solve(case, plan) for case in cases(plan))
-        return
-    pool: Executor
-    with ProcessPoolExecutor(workers) as pool:
-        for future in as_completed([pool.submit(solve, case, plan) for case in cases(plan)]):
-            yield future.result()
-
-
-def main(argv: list[str] | None = None) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run all cases, rewriting the table after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="What the penalties cost.", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--workers", type=int, default=2, help="processes; 0 runs in this one")
+    parser.add_argument("--workers", type=processes(0), default=2, help="processes; 0 runs in this one")
     parser.add_argument("--fast", action="store_true", help="a small mesh, one mu, two penalties")
+    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    done: list[Done] = []
-    clock = Expected(len(cases(plan)))
-    try:
-        for one in completed(plan, 0 if asked.fast else asked.workers):
+    fixed = {name: getattr(plan, name) for name in ("elements", "increments", "start")}
+    table = opened(
+        asked.out,
+        NAME,
+        Row,
+        key,
+        asked.policy,
+        parameters=fixed,
+        order=planned(plan),
+        curve=lambda row: curve_name(row.mu, row.form, row.K_over_E_h),
+    )
+    todo, done = missing(plan, table), list[Done]()
+    clock = Expected(len(todo))
+    with closing(completed(partial(solve, plan=plan), todo, 0 if asked.fast else asked.workers)) as found:
+        for one in found:
             done.append(one)
-            case = one.case
-            write_csv(asked.out / f"{NAME}.csv", rows(done, plan))
+            if fresh := [row for row in rows(done, plan) if key(row) not in table]:
+                table.add(*fresh, curves=curves(done))
+                table.add(*with_orders(table.rows))
             clock.done()
-            said = f"{case.form.value} {case.factor:g}, mu {case.mu:g}"
-            print(f"{len(done)}/{len(cases(plan))}, {clock}: {said}", file=sys.stderr)
-        write_hdf5(asked.out / f"{NAME}.h5", rows(done, plan), curves(done))
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    print(text(rows(done, plan), SHOWN))
-    print(f"results in {asked.out.resolve()}")
+            case = one.case
+            say(f"{len(done)}/{len(todo)}, {clock}: {case.form.value} {case.factor:g}, mu {case.mu:g}", sys.stderr)
+    say(text(table.rows, SHOWN))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

@@ -1,6 +1,6 @@
 r"""The programs of one upsetting by every conic solver: objective, residuals and seconds.
 
-    python -m studies.solvers [--fast] [--out DIR]
+    python -m studies.solvers [--fast] [--resume | --overwrite] [--out DIR]
 
 The seed paper's cylinder, mu = 0.3, is marched to 10 % with each conic form, and ten of its programs, spread over the
 march, are given to each solver through the one interface. ``solvers.csv``: a row for each form and solver, with the
@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,7 +27,10 @@ from bipot.exchange import conic_program
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
-from studies.tables import text, write_csv
+from studies.command import command, say
+from studies.outputs import add_options, opened
+from studies.pool import undisturbed
+from studies.tables import text
 from studies.upsetting_case import FIRST
 
 NAME = "solvers"
@@ -67,15 +70,18 @@ def recorded(name: FormName, elements: int, increments: int = INCREMENTS) -> lis
     return [programs[i] for i in chosen]
 
 
-def compared(programs: list[ConicProgram], form: str) -> Iterator[Row]:
-    """Every solver on the same programs, one after another, each keeping what it can."""
+def compared(programs: list[ConicProgram], form: str, solvers: Iterable[str] = SOLVERS) -> Iterator[Row]:
+    """The solvers on the same programs, one after another, each keeping what it can."""
     exact = [program.cost(Clarabel().solve(program, REFERENCE)[0].x) for program in programs]
     variables = max(len(program.q) for program in programs)
     cones = max(sum(rows.count for rows in program.rows if rows.width > 1) for program in programs)
-    for name, (solver, accuracy) in SOLVERS.items():
+    for name in solvers:
         answers, last = [], None
+        solver, accuracy = SOLVERS[name]
         for program in programs:
-            answer, last = solver.solve(program, accuracy, last)
+            # SCS takes Ctrl-C for itself, and ends without an answer.
+            with undisturbed():
+                answer, last = solver.solve(program, accuracy, last)
             answers.append(answer)
         costs = [answer.program.cost(answer.x) for answer in answers]
         yield Row(
@@ -91,18 +97,31 @@ def compared(programs: list[ConicProgram], form: str) -> Iterator[Row]:
         )
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run, rewriting the table after each form."""
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, rewriting the table after each solver."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Conic solvers compared.", allow_abbrev=False)
     parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
     parser.add_argument("--out", type=Path, default=Path("results"))
+    add_options(parser)
     asked = parser.parse_args(argv)
-    rows: list[Row] = []
-    for name in (FormName.TANGENT, FormName.DISSIPATION):
-        programs = recorded(name, *((2, 3) if asked.fast else (10,)))
-        rows += compared(programs, name.value)
-        write_csv(asked.out / f"{NAME}.csv", rows)
-    print(text(rows, ("form", "solver", "objective", "error", "iterations", "seconds")))
+    elements, increments = (2, 3) if asked.fast else (10, INCREMENTS)
+    forms = (FormName.TANGENT, FormName.DISSIPATION)
+    table = opened(
+        asked.out,
+        NAME,
+        Row,
+        lambda row: (row.form, row.solver),
+        asked.policy,
+        parameters={"elements": elements, "increments": increments},
+        order=((form.value, solver) for form in forms for solver in SOLVERS),
+    )
+    for form in forms:
+        missing = [solver for solver in SOLVERS if (form.value, solver) not in table]
+        if missing:
+            for row in compared(recorded(form, elements, increments), form.value, missing):
+                table.add(row)
+    say(text(table.rows, ("form", "solver", "objective", "error", "iterations", "seconds")))
     return 0
 
 

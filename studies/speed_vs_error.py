@@ -1,6 +1,6 @@
 r"""Time against error: every method over its own accuracy knob, then over mesh and quadrature.
 
-    python -m studies.speed_vs_error [--fast] [--resume] [--out DIR]
+    python -m studies.speed_vs_error [--fast] [--resume | --overwrite] [--out DIR]
 
 The cylinder is upset to 45 % (mu = 0.1) and 20 % (mu = 0.3). Two references tell the errors apart:
 
@@ -16,7 +16,7 @@ ask for. Rows of ``elements`` compare with the finest mesh of their quadrature o
 in one process of one thread (three where they take less than 60 s together, else one; rows of more increments than the
 reference run once in a second process beside the others), as accepted increments tell it:
 ``assembly_s`` responses and tangents, ``compile_s`` statement and transfer, ``solve_s`` inside the solvers (split in
-proportion to wall time), ``other_s`` the rest with failed attempts. ``--resume`` keeps the rows the table already has.
+proportion to wall time), ``other_s`` the rest with failed attempts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -33,17 +33,20 @@ from typing import Any
 
 import numpy as np
 
-from bipot.errors import BipotError
 from bipot.marching import system_of
+from studies.command import command, say
 from studies.expected import Expected
 from studies.methods import Method, Setting, configured
+from studies.outputs import add_options, opened
+from studies.pool import processes
 from studies.runs import Run, curve_error, record, traction_errors
 from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, finer, jobs, key
 from studies.speed_tables import SOLVED, Row, extrapolations, fastest, summary
-from studies.tables import read_rows, write_csv, write_hdf5
+from studies.tables import write_csv, write_hdf5
 
 NAME = "speed_vs_error"
 COMMAND = f"python -m studies.{NAME} --out {{out}}"
+DERIVED = ("fastest.csv", "extrapolation.csv")
 TIGHT = Setting(tolerance=1e-10)
 
 
@@ -170,43 +173,51 @@ def aside(job: Job, plan: Plan) -> bool:
     return job.increments > plan.reference
 
 
-def main(argv: list[str] | None = None) -> int:
+def row_key(row: Row) -> tuple[float, str, str, float, int, str, int]:
+    """What :func:`studies.speed_jobs.key` is of a row's job."""
+    return row.mu, row.method, row.knob, row.value, row.elements, row.quadrature, row.increments
+
+
+def told(row: Row) -> str:
+    """A row in words."""
+    what = f"{row.mu:g} {row.method} {row.knob} {row.value:g}"
+    return f"{what}: {row.curve_error:.1e}, {row.seconds:.2f} s"
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Run all jobs, rewriting the tables after each."""
     parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.", allow_abbrev=False)
     parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
-    parser.add_argument("--resume", action="store_true", help="keep the rows that the table already has")
+    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    rows: list[Row] = []
-    todo = sorted(jobs(plan), key=lambda job: aside(job, plan))
-    kept = read_rows(asked.out / f"{NAME}.csv", Row) if asked.resume else []
-    known = {(r.mu, r.method, r.knob, r.value, r.elements, r.quadrature, r.increments): r for r in kept}
-    clock = Expected(sum(cost(job) for job in todo if key(job) not in known))
-    pool = ProcessPoolExecutor(1)
-    try:
-        longest = {job: pool.submit(measured, job, plan) for job in todo if aside(job, plan) and key(job) not in known}
-        for job in todo:
-            if key(job) in known:
-                rows.append(known.pop(key(job)))
-            else:
-                rows.append(longest[job].result() if job in longest else measured(job, plan))
-                clock.done(cost(job))
-            # What is kept but not reached yet stays in the table, so that a second interruption loses nothing.
-            write_csv(asked.out / f"{NAME}.csv", [*rows, *known.values()])
-            row = rows[-1]
-            said = f"{job.mu:g} {row.method} {row.knob} {row.value:g}: {row.curve_error:.1e}, {row.seconds:.2f} s"
-            print(f"{len(rows)}/{len(todo)}, {clock}: {said}", file=sys.stderr)
-        write_csv(asked.out / "fastest.csv", fastest(rows))
-        write_csv(asked.out / "extrapolation.csv", extrapolations(rows))
-        write_hdf5(asked.out / f"{NAME}.h5", rows, {})
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        return 2
-    finally:
-        pool.shutdown(cancel_futures=True)
-    print(summary(fastest(rows)))
-    print(f"results in {asked.out.resolve()}")
+    every = sorted(jobs(plan), key=lambda job: aside(job, plan))
+    table = opened(
+        asked.out,
+        NAME,
+        Row,
+        row_key,
+        asked.policy,
+        parameters={name: getattr(plan, name) for name in ("reference", "repeats", "row", "meshes")},
+        order=map(key, every),
+        derived=DERIVED,
+    )
+    todo = [job for job in every if key(job) not in table]
+    clock = Expected(sum(map(cost, todo)))
+    with processes(1) as pool:
+        longest = {job: pool.submit(measured, job, plan) for job in todo if aside(job, plan)}
+        for number, job in enumerate(todo, 1):
+            row = longest[job].result() if job in longest else measured(job, plan)
+            table.add(row)
+            clock.done(cost(job))
+            say(f"{number}/{len(todo)}, {clock}: {told(row)}", sys.stderr)
+    for name, found in zip(DERIVED, (fastest(table.rows), extrapolations(table.rows)), strict=True):
+        write_csv(asked.out / name, found)
+    write_hdf5(asked.out / f"{NAME}.h5", table.rows, {})
+    say(summary(fastest(table.rows)))
+    say(f"results in {asked.out.resolve()}")
     return 0
 
 

@@ -23,7 +23,7 @@ Row = TypeVar("Row")
 
 
 def write_csv(path: Path, rows: Sequence[Any]) -> None:
-    """All rows (dataclasses of one kind), replacing what was there.
+    """All rows (dataclasses of one kind), replacing what was there in one step; numbers are exact when read again.
 
     Raises:
         ResultsError: the file cannot be written.
@@ -138,7 +138,8 @@ def text(rows: Sequence[Any], names: Sequence[str]) -> str:
 
 
 def _plain(value: Any) -> Value:
-    return f"{value:.10g}" if isinstance(value, float) else value
+    # The shortest text that is the same number again; float() first, because NumPy's scalars print their type.
+    return repr(float(value)) if isinstance(value, float) else value
 
 
 def _typed(text: str) -> Value:

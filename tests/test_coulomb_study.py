@@ -2,7 +2,6 @@
 
 import csv
 import shutil
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -54,14 +53,21 @@ def test_the_command_line_writes_its_tables(tmp_path, capsys):
     assert "auto  2  2  2  2" in capsys.readouterr().out
 
 
-def test_any_executor_and_an_infeasible_file(tmp_path):
+def test_an_infeasible_file_is_called_that(tmp_path):
     H = np.array([[1.0, 0, -1, 0], [0, 1, 0, 1]])
     coulomb.write_fclib(
         tmp_path / "wedge.hdf5", coulomb.GlobalCoulombProblem(np.eye(2), H, np.zeros(2), [-1.0, 0, -1, 0], 0.2, 2)
     )
-    with ThreadPoolExecutor(1) as executor:
-        rows = list(study.study([tmp_path / "wedge.hdf5"], ["auto"], 5.0, executor))
-    assert (rows[0].status, rows[0].residual) == ("infeasible", np.inf)
+    row = study.measure((tmp_path / "wedge.hdf5", "auto"), 5.0)
+    assert (row.status, row.residual) == ("infeasible", np.inf)
+
+
+def test_problems_of_one_name_are_refused(tmp_path, capsys):
+    for folder in ("one", "other"):
+        (tmp_path / folder).mkdir()
+        shutil.copy(GENERATED / "cards_mu0p4-00030-nc53.hdf5", tmp_path / folder)
+    assert study.main(["--problems", *map(str, tmp_path.iterdir()), "--out", str(tmp_path / "out")]) == 2
+    assert "tells problems apart by their names" in capsys.readouterr().err
 
 
 def test_required_counts_fail_the_study_when_they_are_missed():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from bipot.errors import ResultsError
 from bipot.laws.flow import Integration
 from paper_figs import fig_landings
 from studies import landings
@@ -52,10 +51,25 @@ def test_the_curves_error_is_taken_at_the_ends_of_its_own_increments():
     assert course([0.1, 0.3, 0.5], [2.2, 2.2, 50.0]).error(reference, 0.3) == pytest.approx(0.1)
 
 
-def test_an_unwritable_folder_is_an_error(tmp_path, monkeypatch, capsys):
-    def refuse(plan):
-        raise ResultsError("cannot be written")
+def test_an_unwritable_folder_is_refused_before_the_first_march(tmp_path, monkeypatch, capsys):
+    monkeypatch.delattr(landings, "course")
+    (tmp_path / "file").touch()
+    assert landings.main(["--fast", "--out", str(tmp_path / "file" / "results")]) == 2
+    assert "file/results: cannot be written (Not a directory)" in capsys.readouterr().err
 
-    monkeypatch.setattr(landings, "courses", refuse)
-    assert landings.main(["--fast", "--out", str(tmp_path)]) == 2
-    assert "cannot be written" in capsys.readouterr().err
+
+def test_a_resumed_study_measures_kept_runs_by_the_reference_as_if_never_stopped(results, tmp_path, monkeypatch):
+    def stopped(*asked):
+        if asked[2] == 16:
+            raise KeyboardInterrupt
+        return course(*asked)
+
+    course = landings.course
+    monkeypatch.setattr(landings, "course", stopped)
+    assert landings.main(["--fast", "--out", str(tmp_path)]) == 130
+    assert all(np.isnan(row["curve_error"]) for row in read_csv(tmp_path / "landings.csv", ""))
+    made = []
+    monkeypatch.setattr(landings, "course", lambda *asked: made.append(asked[2]) or course(*asked))
+    assert landings.main(["--fast", "--resume", "--out", str(tmp_path)]) == 0
+    assert made == [16]
+    assert (tmp_path / "landings.csv").read_text() == (results / "landings.csv").read_text()

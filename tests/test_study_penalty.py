@@ -1,5 +1,6 @@
 """Both comparisons in fast mode: exact columns, errors that fall, figures from results only; and their own measures."""
 
+import shutil
 import time
 from dataclasses import replace
 
@@ -12,7 +13,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.response import Body
 from bipot.scene import upsetting
 from paper_figs import fig_penalty_vs_conic, fig_speed_vs_error
-from studies import optimisers, penalty_round_off, penalty_vs_conic, speed_vs_error
+from studies import optimisers, outputs, penalty_round_off, penalty_vs_conic, speed_vs_error
 from studies.runs import Run, curve_error, record, stick_creep, traction_errors
 from studies.speed_jobs import FAST, jobs
 from studies.tables import read_csv
@@ -83,36 +84,62 @@ def test_speed_vs_error_writes_what_it_says(speed):
     assert (speed / "extrapolation.csv").is_file()
 
 
-def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkeypatch):
+def cut(speed, tmp_path, *lines):
+    """The results of the study without some lines of its table; what is left of that."""
+    shutil.copy(speed / "speed_vs_error.parameters.json", tmp_path)
     text = (speed / "speed_vs_error.csv").read_text().splitlines()
-    (tmp_path / "speed_vs_error.csv").write_text("\n".join(text[:-1]) + "\n")
+    left = [line for k, line in enumerate(text) if k not in lines]
+    (tmp_path / "speed_vs_error.csv").write_text("\n".join(left) + "\n")
+    return left
+
+
+def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkeypatch):
+    whole = (speed / "speed_vs_error.csv").read_text().splitlines()
+    left = cut(speed, tmp_path, 3)
     made = []
     measured = speed_vs_error.measured
     monkeypatch.setattr(speed_vs_error, "measured", lambda job, plan: made.append(job) or measured(job, plan))
     assert speed_vs_error.main(["--fast", "--resume", "--out", str(tmp_path)]) == 0
     assert len(made) == 1
     again = (tmp_path / "speed_vs_error.csv").read_text().splitlines()
-    assert again[:-1] == text[:-1]
-    assert len(again) == len(text)
+    assert [line for k, line in enumerate(again) if k != 3] == left
+    # What is measured again has the same place and the same key, and its own seconds.
+    assert again[3].split(",")[:7] == whole[3].split(",")[:7]
 
 
 def test_an_interrupted_resume_loses_no_row(speed, tmp_path, monkeypatch):
-    text = (speed / "speed_vs_error.csv").read_text().splitlines()
-    (tmp_path / "speed_vs_error.csv").write_text("\n".join([text[0], *text[2:]]) + "\n")
+    left = cut(speed, tmp_path, 1, 4)
     calls = iter([None])
-    writes = speed_vs_error.write_csv
+    writes = outputs.write_csv
 
     def write_once(path, rows):
         if next(calls, "over") == "over":
             raise KeyboardInterrupt
         writes(path, rows)
 
-    monkeypatch.setattr(speed_vs_error, "write_csv", write_once)
-    with pytest.raises(KeyboardInterrupt):
-        speed_vs_error.main(["--fast", "--resume", "--out", str(tmp_path)])
+    monkeypatch.setattr(outputs, "write_csv", write_once)
+    assert speed_vs_error.main(["--fast", "--resume", "--out", str(tmp_path)]) == 130
     again = (tmp_path / "speed_vs_error.csv").read_text().splitlines()
-    assert len(again) == len(text)
-    assert set(text[2:]) < set(again)
+    assert len(again) == len(left) + 1
+    assert set(left) < set(again)
+
+
+def test_a_penalty_table_is_gone_on_with_where_the_conic_run_has_to_be_made_again(penalty, tmp_path, monkeypatch):
+    shutil.copytree(penalty, tmp_path, dirs_exist_ok=True)
+    table = tmp_path / "penalty_vs_conic.csv"
+    whole = table.read_text().splitlines()
+    lost = next(k for k, line in enumerate(whole) if line.startswith("0.3,0.45,penalty,100"))
+    table.write_text("\n".join(whole[:lost] + whole[lost + 1 :]) + "\n")
+    made = []
+    solve = penalty_vs_conic.solve
+    monkeypatch.setattr(penalty_vs_conic, "solve", lambda case, plan: made.append(case.form.value) or solve(case, plan))
+    assert penalty_vs_conic.main(["--fast", "--resume", "--out", str(tmp_path)]) == 0
+    assert made == ["tangent", "penalty"]
+    again = table.read_text().splitlines()
+    assert [line for k, line in enumerate(again) if k != lost] == [line for k, line in enumerate(whole) if k != lost]
+    seconds = whole[0].split(",").index("seconds")
+    untimed = [[cell for k, cell in enumerate(line.split(",")) if k != seconds] for line in (again[lost], whole[lost])]
+    assert untimed[0] == untimed[1]
 
 
 @pytest.mark.parametrize(("figure", "name"), [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")])

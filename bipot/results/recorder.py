@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from enum import Enum
@@ -20,6 +19,7 @@ from bipot.course import Course
 from bipot.errors import IncrementFailed, ResultsError, require, require_type
 from bipot.hdf5.journal import creating, writing
 from bipot.mesh import Mesh
+from bipot.replacing import replace
 from bipot.response import State
 from bipot.results import table
 from bipot.results.description import Parameters, describe
@@ -133,7 +133,7 @@ class Recorder:
         file = opened.enter_context(creating(self.folder / FIELDS))
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(Step.at_start(self.system, self._course), self._header)
-        _replace(self._curves, self._header)
+        replace(self._curves, self._header.encode(), ResultsError)
 
     def _go_on(self, opened: ExitStack, known: History) -> None:
         """Open the run for more steps, and its table as that of the file."""
@@ -145,7 +145,7 @@ class Recorder:
             raise ResultsError(f"{file.path}: cannot be gone on with ({error}); {_CHOICE}") from error
         if self._file.cut_back():
             self.note = f"what was written after increment {self._course.number} was not complete and is left out"
-        _replace(self._curves, known.text)
+        replace(self._curves, known.text.encode(), ResultsError)
 
     @property
     def _header(self) -> str:
@@ -217,11 +217,3 @@ def _add(path: Path, line: str) -> None:
         except OSError:
             file.truncate(whole)
             raise
-
-
-def _replace(path: Path, text: str) -> None:
-    """Write a small file whole or not at all."""
-    new = path.with_name(f"{path.name}.new")
-    with new.open("w", newline="", encoding="utf-8") as file:
-        file.write(text)
-    os.replace(new, path)

@@ -1,0 +1,221 @@
+"""What becomes of results that a folder already holds, and a study's table that grows there row by row.
+
+Beside ``NAME.csv`` lies ``NAME.parameters.json``: what its rows do not tell and yet depend on. Both are there whole at
+any moment, so that a run which was killed, or whose disk was full, is gone on with by ``--resume``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import math
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields, replace
+from enum import Enum
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import h5py
+
+from bipot.errors import ResultsError
+from studies.files import replacing, require_writable, sentence
+from studies.tables import read_rows, write_csv, write_hdf5
+
+Row = TypeVar("Row")
+Curves = dict[str, dict[str, Any]]
+
+
+class Policy(Enum):
+    """What becomes of results that are there."""
+
+    ASK = "ask"
+    RESUME = "resume"
+    OVERWRITE = "overwrite"
+
+
+CHOICES = "--resume goes on with them, --overwrite starts afresh"
+
+
+def add_options(parser: argparse.ArgumentParser, default: Policy = Policy.ASK) -> None:
+    """``--resume`` and ``--overwrite``, of which one can be given; the parsed ``policy`` is a :class:`Policy`."""
+    either = parser.add_mutually_exclusive_group()
+    for policy, told in (
+        (Policy.RESUME, "keep what is finished in the folder and run what is missing"),
+        (Policy.OVERWRITE, "start afresh, whatever the folder holds"),
+    ):
+        option = f"--{policy.value}"
+        either.add_argument(option, dest="policy", action="store_const", const=policy, default=default, help=told)
+
+
+@dataclass
+class Table(Generic[Row]):
+    """Rows kept on disk as they come, told apart by a key; made by :func:`opened`.
+
+    ``curves`` are arrays by name that rows come with, kept in ``NAME.h5`` of a study that has them.
+    """
+
+    folder: Path
+    name: str
+    key: Callable[[Row], Hashable]
+    parameters: Mapping[str, Any]
+    order: Mapping[Hashable, int]
+    files: Sequence[Path]
+    with_curves: bool
+    curves: Curves = field(default_factory=dict)
+    _rows: dict[Hashable, Row] = field(default_factory=dict)
+    _begun: bool = False
+
+    @property
+    def rows(self) -> list[Row]:
+        """In the order of the study; kept ones that this run did not ask for come last."""
+        return sorted(self._rows.values(), key=lambda row: self.order.get(self.key(row), len(self.order)))
+
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._rows
+
+    def __getitem__(self, key: Hashable) -> Row:
+        return self._rows[key]
+
+    def add(self, *rows: Row, curves: Curves | None = None) -> None:
+        """Put rows into the table, or in the place of those with the same key, and the table on disk.
+
+        Raises:
+            ResultsError: it cannot be written.
+        """
+        self._rows |= {self.key(row): row for row in rows}
+        self.curves |= curves or {}
+        self._begin()
+        # A row on disk has its curve there: the curves go first.
+        if self.with_curves:
+            write_hdf5(self.folder / f"{self.name}.h5", self.rows, self.curves)
+        write_csv(self.folder / f"{self.name}.csv", self.rows)
+
+    def _begin(self) -> None:
+        """With the first row what was there goes, and the parameters are said before there is a table of them."""
+        if self._begun:
+            return
+        with sentence(self.folder, "written"):
+            for path in self.files:
+                path.unlink(missing_ok=True)
+        with replacing(_sidecar(self.folder, self.name)) as part:
+            part.write_text(json.dumps(self.parameters, indent=1), encoding="utf-8")
+        self._begun = True
+
+
+def opened(
+    folder: Path,
+    name: str,
+    kind: type[Row],
+    key: Callable[[Row], Hashable],
+    policy: Policy,
+    *,
+    parameters: Mapping[str, Any],
+    order: Iterable[Hashable] = (),
+    curve: Callable[[Row], str] | None = None,
+    derived: Sequence[str] = (),
+) -> Table[Row]:
+    """The table ``name`` of a folder that can be written, with the rows to keep.
+
+    ``parameters`` is what rows depend on and do not tell. ``order`` are the keys that will be asked for; ``curve``
+    names the arrays that come with a row; ``derived`` are further files that are made from the rows. Nothing that is
+    there is touched before the first row is added.
+
+    Raises:
+        ResultsError: there are results and ``policy`` is ASK; they are of other parameters or columns; they cannot be
+            read, or the folder not be written.
+    """
+    asked = json.loads(json.dumps(parameters, default=_plain))
+    rank = {key: number for number, key in enumerate(dict.fromkeys(order))}
+    files = [folder / file for file in (f"{name}.csv", f"{name}.h5", *derived)]
+    table = Table(folder, name, key, asked, rank, files, curve is not None)
+    with sentence(folder, "read"):
+        there = [path for path in files if path.exists()]
+    if there and policy is Policy.ASK:
+        raise ResultsError(f"{folder}: holds results of this study ({there[0].name}); {CHOICES}")
+    if files[0] in there and policy is Policy.RESUME:
+        _require_same(folder, name, asked, kind)
+        table._rows, table.curves, table._begun = *_kept(folder, name, kind, key, curve), True
+    require_writable(folder)
+    return table
+
+
+def _sidecar(folder: Path, name: str) -> Path:
+    return folder / f"{name}.parameters.json"
+
+
+def exact(value: float) -> float | None:
+    """A number as part of a key: None for NaN, which is not equal to itself."""
+    return None if math.isnan(value) else value
+
+
+def _plain(value: Any) -> Any:
+    """A member of an enumeration by its value."""
+    if isinstance(value, Enum):
+        return value.value
+    raise TypeError(f"{value!r} is no parameter of a table")
+
+
+def _require_same(folder: Path, name: str, asked: Mapping[str, Any], kind: type[Any]) -> None:
+    """Refuse to go on with a table of other columns or parameters."""
+    sidecar, path = _sidecar(folder, name), folder / f"{name}.csv"
+    afresh = "--overwrite starts afresh, another --out leaves it"
+    if not sidecar.exists():
+        raise ResultsError(f"{path}: of unknown parameters, for {sidecar.name} is missing; {afresh}")
+    with readable(sidecar):
+        stored = json.loads(sidecar.read_text(encoding="utf-8"))
+        stored.keys()
+    for parameter in sorted(stored.keys() | asked.keys()):
+        held, new = (json.dumps(given.get(parameter, "absent")) for given in (stored, asked))
+        if held != new:
+            raise ResultsError(f"{path}: holds results with {parameter} = {held}, not {new}; {afresh}")
+    with readable(path), path.open(newline="", encoding="utf-8") as file:
+        columns = next(csv.reader(file), None)
+    if columns not in (None, [f.name for f in fields(kind)]):
+        raise ResultsError(f"{path}: has other columns than this study writes; {afresh}")
+
+
+def _kept(
+    folder: Path, name: str, kind: type[Row], key: Callable[[Row], Hashable], curve: Callable[[Row], str] | None
+) -> tuple[dict[Hashable, Row], Curves]:
+    """Rows that are finished, by their keys, and their curves."""
+    path = folder / f"{name}.csv"
+    with readable(path):
+        rows = [_with_bools(row) for row in read_rows(path, kind)]
+    if curve is None:
+        return {key(row): row for row in rows}, {}
+    curves = read_curves(folder / f"{name}.h5")
+    names = {key(row): curve(row) for row in rows}
+    kept = {key(row): row for row in rows if names[key(row)] in curves}
+    return kept, {names[row]: curves[names[row]] for row in kept}
+
+
+def _with_bools(row: Row) -> Row:
+    """A row whose truth values were read as words."""
+    words: Any = {f.name: getattr(row, f.name) for f in fields(row) if f.type in (bool, "bool")}  # type: ignore[arg-type]
+    return replace(row, **{name: word in (True, "True") for name, word in words.items()})  # type: ignore[type-var]
+
+
+def read_curves(path: Path) -> Curves:
+    """The arrays that :func:`studies.tables.write_hdf5` put under ``curves``; none where there is no file.
+
+    Raises:
+        ResultsError: the file cannot be read as one of those.
+    """
+    if not path.exists():
+        return {}
+    with readable(path), h5py.File(path, "r") as file:
+        groups: Any = file.get("curves", {})
+        return {name: {key: data[...] for key, data in group.items()} for name, group in groups.items()}
+
+
+@contextmanager
+def readable(path: Path) -> Iterator[None]:
+    """What is wrong with a file is said as a :class:`ResultsError` that names it."""
+    try:
+        yield
+    except ResultsError:
+        raise
+    except (OSError, ValueError, TypeError, LookupError, AttributeError, RuntimeError, csv.Error) as error:
+        raise ResultsError(f"{path}: cannot be read ({error}); --overwrite starts afresh") from error
