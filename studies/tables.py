@@ -15,7 +15,7 @@ import numpy as np
 from bipot.errors import ResultsError
 from bipot.replacing import replace
 
-LARGEST, MOST = 2**24, 10**6
+LARGEST, MOST = 2**24, 300_000
 """Bytes and values of a table that is read."""
 
 Value = float | int | str

@@ -62,31 +62,28 @@ def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr
     group.integer("n", cols, cols)
     nz = group.integer("nz", min(_Storage))
     if nz >= 0:
-        x = _numbers(group, nz)
-        i, p = _indices(group, "i", nz, rows), _indices(group, "p", nz, cols)
+        x, (i, p) = _entries(group, nz, {"i": rows, "p": cols})
         return sparse.csr_array(sparse.coo_array((x, (i, p)), shape=(rows, cols)))
     by_rows = nz == _Storage.ROWS
     lines, across = (rows, cols) if by_rows else (cols, rows)
     p = _pointers(group, lines)
-    x, i = _numbers(group, int(p[-1])), _indices(group, "i", int(p[-1]), across)
+    x, (i,) = _entries(group, int(p[-1]), {"i": across})
     return sparse.csr_array((sparse.csr_array if by_rows else sparse.csc_array)((x, i, p), shape=(rows, cols)))
 
 
-def _numbers(group: Checked, count: int) -> FloatArray:
-    _require_room(group, "x", count)
-    return group.rows("x", NUMBERS, 0, count, ())
+def _entries(group: Checked, count: int, sizes: Mapping[str, int]) -> tuple[FloatArray, list[NDArray[np.int32]]]:
+    """The first ``count`` of x, and of the indices of these names below their sizes.
 
-
-def _indices(group: Checked, name: str, count: int, size: int) -> NDArray[np.int32]:
-    _require_room(group, name, count)
-    most = min(size - 1, LARGEST_INDEX)
-    return group.rows(name, INTEGERS, 0, count, (), least=0, most=most).astype(np.int32)
-
-
-def _require_room(group: Checked, name: str, count: int) -> None:
-    """Refuse entries that are more than nzmax; those after the first ``count`` may be anything, and are not read."""
-    room, length = group.integer("nzmax", count), group.length(name)
-    group.require(length <= room, f"{name}: its length", length, f"at most nzmax = {room}")
+    There may be more, up to nzmax, which do not count and are not read.
+    """
+    room = group.integer("nzmax", count)
+    for name in ("x", *sizes):
+        length = group.length(name)
+        group.require(length <= room, f"{name}: its length", length, f"at most nzmax = {room}")
+    x = group.rows("x", NUMBERS, 0, count, ())
+    bounds = {name: min(size - 1, LARGEST_INDEX) for name, size in sizes.items()}
+    indices = [group.rows(name, INTEGERS, 0, count, (), least=0, most=most) for name, most in bounds.items()]
+    return x, [each.astype(np.int32) for each in indices]
 
 
 def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:

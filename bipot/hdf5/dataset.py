@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, prod
 from typing import TYPE_CHECKING, Any
 
@@ -77,24 +77,23 @@ class Dataset:
             require_stored(self.source, self.field, self.id, start, stop)
             whole = h5py.Dataset(self.id)
             found = np.asarray(whole[start:stop] if self.shape else whole[()])
-            values = found.astype(np.float64 if "f" in kind else np.int64, copy=False)
-        if found.dtype.kind == "u" and values.dtype == np.int64:
-            # What no int64 holds came out negative.
-            allowed = Allowed(allowed.finite, max(0, allowed.least), allowed.most)
-        self._require_values(values, allowed)
-        return values
+        target = np.float64 if "f" in kind else np.int64
+        if target is np.int64 and found.dtype == np.uint64:
+            allowed = replace(allowed, most=min(allowed.most, np.iinfo(np.int64).max))
+        self._require_values(found, allowed)
+        return found.astype(target, copy=False)
 
     def _require_values(self, values: NDArray[Any], allowed: Allowed) -> None:
         least, most = allowed.least, allowed.most
         bounds = f"in [{least}, {most}]"
         checks = (
-            (allowed.finite and values.dtype == np.float64, lambda: ~np.isfinite(values), "finite"),
+            (allowed.finite and values.dtype.kind == "f", lambda: ~np.isfinite(values), "finite"),
             (least > -inf, lambda: values < least, bounds),
             (most < inf, lambda: values > most, bounds),
         )
         for asked, beyond, words in checks:
             if asked and (bad := beyond()).any():
-                place = tuple(int(k) for k in np.argwhere(bad)[0])
+                place = tuple(int(k) for k in np.unravel_index(bad.argmax(), bad.shape))
                 self.source.require(False, f"{self.field}{list(place)}", values[place], words)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import multiprocessing
+import sys
 import time
 from dataclasses import dataclass
 from enum import StrEnum
@@ -103,5 +104,5 @@ def peak() -> float:
     """Megabytes of memory that this process had at most."""
     import resource
 
-    # Kilobytes on Linux.
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    # Told in bytes on macOS, in kilobytes elsewhere.
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
