@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from uuid import uuid4
 
 from bipot.errors import BipotError
 
+Refusal = Callable[[str], BipotError]
+"""Makes the error of a message."""
 
-def replace(path: str | Path, content: bytes | memoryview, refuse: Callable[[str], BipotError]) -> None:
-    """Make ``content`` all that the file holds; where that fails it keeps what it held.
 
-    What makes a format makes it in memory: HDF5 that fails to write to a disk can end the interpreter.
+@contextmanager
+def replacing(path: str | Path, refuse: Refusal) -> Iterator[Path]:
+    """A name in the same folder to write to, whose file takes the place of ``path`` when the block ends.
+
+    A kill or a full disk leaves the file that was there, or none. What makes a format makes it in memory first: HDF5
+    that fails to write to a disk can end the interpreter.
 
     Raises:
         BipotError: what ``refuse`` makes of the message that ``path`` cannot be written.
@@ -23,14 +28,22 @@ def replace(path: str | Path, content: bytes | memoryview, refuse: Callable[[str
         # A link is kept, and what it leads to replaced.
         target = Path(os.path.realpath(path))
         if target.exists() and not (target.is_file() and os.access(target, os.W_OK)):
-            raise refuse(f"{path} cannot be written: it is no file that may be")
+            raise refuse(f"{path}: cannot be written (it is no file that may be)")
         part = target.with_name(f".{uuid4().hex}.part")
         try:
-            part.write_bytes(content)
+            yield part
             part.replace(target)
         finally:
             with suppress(OSError):
                 part.unlink(missing_ok=True)
-    except (OSError, ValueError) as failure:
-        # ValueError: a path with a null character.
-        raise refuse(f"{path} cannot be written ({failure})") from failure
+    except OSError as failure:
+        raise refuse(f"{path}: cannot be written ({failure.strerror or failure})") from failure
+    except ValueError as failure:
+        # Of a path with a null character.
+        raise refuse(f"{path!r}: cannot be written ({failure})") from failure
+
+
+def replace(path: str | Path, content: bytes | memoryview, refuse: Refusal) -> None:
+    """Make ``content`` all that the file holds, or raise as :func:`replacing` does."""
+    with replacing(path, refuse) as part:
+        part.write_bytes(content)

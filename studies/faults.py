@@ -30,7 +30,7 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
@@ -41,8 +41,11 @@ from bipot.errors import BipotError
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from studies import upsetting
-from studies.tables import text, write_csv
+from studies.command import command, say
+from studies.outputs import add_options, opened
+from studies.tables import text
 
+NAME = "faults"
 RUN = ("--mu", "0.3", "--elements", "2", "--increments", "6", "--form", "newton")
 FOLDER = "mu0.3"
 SIZES = (1, 4_000, 30_000, 100_000, 150_000, 200_000, 300_000, 400_000)
@@ -247,10 +250,10 @@ class Bench:
         return same and table.count("\n") == 1 + len(self.expected["increment"])
 
 
-def aimed(bench: Bench, times: int) -> Row:
+def aimed(bench: Bench, plan: Plan, row: Row) -> None:
     """Kills at every so many-th system call of the writing of a run."""
-    row, number = Row("killed writing"), 0
-    while row.tried < times:
+    number = 0
+    while row.tried < plan.aimed:
         # The same places again where a run has fewer of them.
         number += 1 + number % 5
         out = bench.fresh()
@@ -261,16 +264,15 @@ def aimed(bench: Bench, times: int) -> Row:
         else:
             row.raw += not ended.refused(0)
             number = 0
-    return row
 
 
-def anywhere(bench: Bench, times: int, seed: int = 1) -> Row:
+def anywhere(bench: Bench, plan: Plan, row: Row) -> None:
     """Kills after random times."""
-    row, rng = Row("killed anywhere"), random.Random(seed)
+    rng = random.Random(1)
     began = time.perf_counter()
     Study(bench.fresh()).ended()
     whole = time.perf_counter() - began
-    for _ in range(times):
+    for _ in range(plan.anywhere):
         out = bench.fresh()
         study = Study(out)
         time.sleep(rng.uniform(0, whole))
@@ -278,25 +280,21 @@ def anywhere(bench: Bench, times: int, seed: int = 1) -> Row:
         ended = study.ended()
         row.crashed += ended.crashed
         bench.judge(row, out, ended.reported)
-    return row
 
 
-def full(bench: Bench, sizes: tuple[int, ...]) -> Row:
-    """Disks that hold files of these sizes."""
-    row = Row("disk full")
-    for size in sizes:
+def full(bench: Bench, plan: Plan, row: Row) -> None:
+    """Disks that hold files of some sizes."""
+    for size in plan.sizes:
         out = bench.fresh()
         ended = Study(out, before=limited(size)).ended()
         row.crashed += ended.crashed
         row.raw += not ended.refused(2)
         bench.judge(row, out, ended.reported)
-    return row
 
 
-def two_writers(bench: Bench, times: int) -> Row:
+def two_writers(bench: Bench, plan: Plan, row: Row) -> None:
     """A second study where a first one writes: it is refused, and the first one is not disturbed."""
-    row = Row("two writers")
-    for _ in range(times):
+    for _ in range(plan.writers):
         out = bench.fresh()
         first = Study(out)
         first.report()
@@ -308,13 +306,11 @@ def two_writers(bench: Bench, times: int) -> Row:
         ended = first.ended()
         row.raw += not ended.refused(0)
         bench.judge(row, out, ended.reported)
-    return row
 
 
-def removed(bench: Bench, times: int) -> Row:
+def removed(bench: Bench, plan: Plan, row: Row) -> None:
     """The folder of a run is removed meanwhile: the study ends in words."""
-    row = Row("folder removed")
-    for _ in range(times):
+    for _ in range(plan.removed):
         row.tried += 1
         out = bench.fresh()
         study = Study(out)
@@ -324,33 +320,38 @@ def removed(bench: Bench, times: int) -> Row:
         ended = study.ended()
         row.crashed += ended.crashed
         row.raw += not (ended.refused(2) or (ended.refused(0) and (out / FOLDER).exists()))
-    return row
 
 
-def rows(bench: Bench, plan: Plan) -> Iterator[Row]:
-    """Every kind of fault."""
-    yield aimed(bench, plan.aimed)
-    yield anywhere(bench, plan.anywhere)
-    yield full(bench, plan.sizes)
-    yield two_writers(bench, plan.writers)
-    yield removed(bench, plan.removed)
+FAULTS: dict[str, Callable[[Bench, Plan, Row], None]] = {
+    "killed writing": aimed,
+    "killed anywhere": anywhere,
+    "disk full": full,
+    "two writers": two_writers,
+    "folder removed": removed,
+}
+"""What is done how often, and counted in its row."""
 
 
+@command
 def main(argv: list[str] | None = None) -> int:
     """Do all, rewriting the table after each kind."""
-    parser = argparse.ArgumentParser(prog="studies.faults", description="Kills and full disks.", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path("results/faults"))
+    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Kills and full disks.", allow_abbrev=False)
+    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--fast", action="store_true", help="a few of each")
+    add_options(parser)
     asked = parser.parse_args(argv)
-    done: list[Row] = []
+    plan = FAST if asked.fast else Plan()
+    found = opened(asked.out, NAME, Row, lambda row: row.fault, asked.policy, parameters=vars(plan), order=FAULTS)
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench.of(Path(folder))
-        for row in rows(bench, FAST if asked.fast else Plan()):
-            done.append(row)
-            write_csv(asked.out / "faults.csv", done)
-            print(row, file=sys.stderr)
-    print(text(done, ["tried", "lost", "unreadable", "raw", "crashed", "fault"]))
-    return 0 if all(row.sound for row in done) else 1
+        for fault, times in FAULTS.items():
+            if fault not in found:
+                row = Row(fault)
+                times(bench, plan, row)
+                found.add(row)
+                say(str(row), to=sys.stderr)
+    say(text(found.rows, ["tried", "lost", "unreadable", "raw", "crashed", "fault"]))
+    return 0 if all(row.sound for row in found.rows) else 1
 
 
 if __name__ == "__main__":

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from bipot.errors import ResultsError
+from bipot.replacing import replacing as replaced
 
 
 @contextmanager
@@ -20,17 +21,9 @@ def replacing(path: Path) -> Iterator[Path]:
         ResultsError: it cannot be written.
     """
     with sentence(path, "written"):
-        # A link stays one; the name is this process's own, because another may write the same file.
-        target = Path(os.path.realpath(path))
-        part = target.with_name(f"{target.name}.{os.getpid()}.part")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        try:
-            yield part
-            _to_disk(part)
-            part.replace(target)
-        finally:
-            with suppress(OSError):
-                part.unlink(missing_ok=True)
+        path.parent.mkdir(parents=True, exist_ok=True)
+    with replaced(path, ResultsError) as part:
+        yield part
 
 
 @contextmanager
@@ -53,11 +46,3 @@ def require_writable(folder: Path) -> None:
         probe = folder / f".{os.getpid()}.part"
         probe.touch()
         probe.unlink()
-
-
-def _to_disk(path: Path) -> None:
-    file = os.open(path, os.O_RDWR)
-    try:
-        os.fsync(file)
-    finally:
-        os.close(file)

@@ -30,12 +30,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bipot.progress import Progress, terminal
+from bipot.results import Existing
 from studies.command import command, say
 from studies.fuzz_coulomb import judge_coulomb
 from studies.fuzz_judge import judge_scene
 from studies.fuzz_row import FAILURES, Outcome, Row, Table
 from studies.options import count, processes
-from studies.outputs import Policy, add_options
+from studies.outputs import add_options
 from studies.pool import completed
 
 
@@ -90,7 +91,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")
     p.add_argument("--out", type=Path, default=Path("results/fuzz"))
     p.add_argument("--fast", action="store_true", help="at most 10 scenes and 50 problems")
-    add_options(p, Policy.RESUME)
+    add_options(p, Existing.RESUME)
     return p
 
 
@@ -99,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run what is not in the file yet."""
     given = parser().parse_args(argv)
     scenes, problems = (min(given.scenes, 10), min(given.coulomb, 50)) if given.fast else (given.scenes, given.coulomb)
-    table = Table(given.out / "fuzz.csv", afresh=given.policy is Policy.OVERWRITE)
+    table = Table(given.out / "fuzz.csv", afresh=given.policy is Existing.OVERWRITE)
     try:
         study(table, given.seed, scenes, problems, given.jobs, terminal())
     finally:

@@ -20,6 +20,7 @@ from typing import Any, Generic, TypeVar
 import h5py
 
 from bipot.errors import ResultsError
+from bipot.results import Existing
 from studies.files import replacing, require_writable, sentence
 from studies.tables import read_rows, write_csv, write_hdf5
 
@@ -27,23 +28,15 @@ Row = TypeVar("Row")
 Curves = dict[str, dict[str, Any]]
 
 
-class Policy(Enum):
-    """What becomes of results that are there."""
-
-    ASK = "ask"
-    RESUME = "resume"
-    OVERWRITE = "overwrite"
-
-
 CHOICES = "--resume goes on with them, --overwrite starts afresh"
 
 
-def add_options(parser: argparse.ArgumentParser, default: Policy = Policy.ASK) -> None:
-    """``--resume`` and ``--overwrite``, of which one can be given; the parsed ``policy`` is a :class:`Policy`."""
+def add_options(parser: argparse.ArgumentParser, default: Existing = Existing.REFUSE) -> None:
+    """``--resume`` and ``--overwrite``, of which one can be given; the parsed ``policy`` is a :class:`Existing`."""
     either = parser.add_mutually_exclusive_group()
     for policy, told in (
-        (Policy.RESUME, "keep what is finished in the folder and run what is missing"),
-        (Policy.OVERWRITE, "start afresh, whatever the folder holds"),
+        (Existing.RESUME, "keep what is finished in the folder and run what is missing"),
+        (Existing.OVERWRITE, "start afresh, whatever the folder holds"),
     ):
         option = f"--{policy.value}"
         either.add_argument(option, dest="policy", action="store_const", const=policy, default=default, help=told)
@@ -109,7 +102,7 @@ def opened(
     name: str,
     kind: type[Row],
     key: Callable[[Row], Hashable],
-    policy: Policy,
+    policy: Existing,
     *,
     parameters: Mapping[str, Any],
     order: Iterable[Hashable] = (),
@@ -132,9 +125,9 @@ def opened(
     table = Table(folder, name, key, asked, rank, files, curve is not None)
     with sentence(folder, "read"):
         there = [path for path in files if path.exists()]
-    if there and policy is Policy.ASK:
+    if there and policy is Existing.REFUSE:
         raise ResultsError(f"{folder}: holds results of this study ({there[0].name}); {CHOICES}")
-    if files[0] in there and policy is Policy.RESUME:
+    if files[0] in there and policy is Existing.RESUME:
         _require_same(folder, name, asked, kind)
         table._rows, table.curves, table._begun = *_kept(folder, name, kind, key, curve), True
     require_writable(folder)

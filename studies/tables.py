@@ -13,7 +13,7 @@ import h5py
 import numpy as np
 
 from bipot.errors import ResultsError
-from bipot.replacing import replace
+from studies.files import replacing
 
 LARGEST, MOST = 2**24, 300_000
 """Bytes and values of a table that is read."""
@@ -56,11 +56,8 @@ def write_hdf5(path: Path, rows: Sequence[Any], curves: dict[str, dict[str, Any]
 
 
 def _write(path: Path, content: bytes) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ResultsError(f"{path}: cannot be written ({error})") from error
-    replace(path, content, ResultsError)
+    with replacing(path) as part:
+        part.write_bytes(content)
 
 
 def read_csv(path: Path, command: str) -> list[dict[str, Value]]:

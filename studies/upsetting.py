@@ -11,7 +11,7 @@ The table at the end says how far the answer is from the law.
 from __future__ import annotations
 
 import sys
-import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,7 +21,6 @@ from bipot import columns
 from bipot.accepted import Accepted
 from bipot.columns import Column
 from bipot.contact import carries
-from bipot.errors import BipotError
 from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
 from bipot.increment import System
@@ -30,7 +29,8 @@ from bipot.progress import terminal
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.scene import Scene
-from studies.upsetting_case import Case, cases, existing, parser
+from studies.command import command, say
+from studies.upsetting_case import Case, cases, parser
 from studies.upsetting_table import Result, table
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
@@ -111,21 +111,21 @@ class Planned:
 
     def run(self) -> Result:
         """March to the end, recording every accepted increment."""
-        progress, began = terminal(), time.perf_counter()
+        progress = terminal()
         with self.recorder as recorder:
             if recorder.note:
-                print(f"{recorder.folder}: {recorder.note}", file=sys.stderr)
+                say(f"{recorder.folder}: {recorder.note}", to=sys.stderr)
             progress.start(f"mu = {self.case.mu:g}, {self.case.form.value}")
             try:
                 for accepted in march(self.scene, self.schedule, self.control, recorder.start):
-                    recorder.record(accepted)
+                    # Before it is recorded, so that no recorded increment lacks it when the run is resumed.
                     if self.fclib:
                         self.export(accepted)
+                    recorder.record(accepted)
                     progress.advance(accepted.state.tau, f"increment {accepted.number}")
             finally:
                 progress.close()
-        seconds, history = time.perf_counter() - began, open_results(self.recorder.folder)
-        return Result(self.case.mu, history, seconds)
+        return Result(self.case.mu, open_results(self.recorder.folder))
 
     def export(self, accepted: Accepted) -> None:
         """Write the increment's contact problem for other codes."""
@@ -134,26 +134,19 @@ class Planned:
         export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", accepted)
 
 
-def main(argv: list[str] | None = None) -> int:
-    """Run all cases and print one table; exit code 2 on refused input or a failed increment."""
-    arguments = parser().parse_args(argv)
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run all cases and print one table, of those that are complete where one is not."""
+    asked = parser().parse_args(argv)
     done: list[Result] = []
+    planned = [Planned.of(case, asked.out, asked.policy, asked.fclib) for case in cases(asked)]
     try:
-        chosen = existing(arguments)
-        planned = [Planned.of(case, arguments.out, chosen, arguments.fclib) for case in cases(arguments)]
         done.extend(one.run() for one in planned)
-    except BipotError as error:
-        print(f"error: {error}", file=sys.stderr)
-        code = 2
-    except KeyboardInterrupt:
-        print("stopped; what was computed is on disk", file=sys.stderr)
-        code = 130
-    else:
-        code = 0
-    if done:
-        print(table(done))
-        print(f"results in {arguments.out.resolve()}")
-    return code
+    finally:
+        if done:
+            say(table(done))
+            say(f"results in {asked.out.resolve()}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -34,9 +34,9 @@ from bipot.forms import (
 )
 from bipot.laws.hardening import Hardening
 from bipot.marching import Control, Schedule, system_of
-from bipot.results import Existing
 from bipot.scene import Scene, upsetting
 from studies.hardening_words import hardening_from_text, hardening_usage
+from studies.outputs import add_options
 
 # First yield with friction defeats larger increments (fraction of the height).
 FIRST, SETTLING = 0.001, 5
@@ -182,9 +182,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
     p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
-    chosen = p.add_mutually_exclusive_group()
-    chosen.add_argument("--resume", action="store_true", help="go on with the runs that are in the folder")
-    chosen.add_argument("--overwrite", action="store_true", help="begin anew, whatever runs are in the folder")
+    add_options(p)
     p.add_argument("--out", type=Path, default=Path("results/upsetting"))
     p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
     return p
@@ -213,13 +211,6 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
         )
         for mu in arguments.mu
     ]
-
-
-def existing(arguments: argparse.Namespace) -> Existing:
-    """What to do about runs that are there already."""
-    if arguments.resume:
-        return Existing.RESUME
-    return Existing.OVERWRITE if arguments.overwrite else Existing.REFUSE
 
 
 def refuse_without_effect(arguments: argparse.Namespace) -> None:
