@@ -29,7 +29,6 @@ NUMBERS = "fiu"
 LARGEST_INDEX = np.iinfo(np.int32).max
 """FCLIB's indices and counts are C ints."""
 
-
 SOLUTION = "solution"
 
 
