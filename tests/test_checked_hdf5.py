@@ -107,6 +107,26 @@ def test_names_without_end_are_refused(source, monkeypatch):
         file.group("values").names()
 
 
+def test_links_of_every_form_are_not_followed(tmp_path):
+    """Few links are in the header of their group; many are in a heap, which is refused unless it is asked for."""
+    for libver in ("earliest", "v108", "latest"):
+        with h5py.File(tmp_path / f"{libver}.h5", "w", libver=(libver, "latest")) as file:
+            file["there"], file["here"] = h5py.ExternalLink(str(tmp_path / "b.h5"), "x"), 3
+            file["many/there"] = h5py.ExternalLink(str(tmp_path / "b.h5"), "x")
+            for k in range(20):
+                file[f"many/{k}"] = k
+        with opened(tmp_path / f"{libver}.h5", ResultsError) as file:
+            assert file.integer("here") == 3
+            with pytest.raises(ResultsError, match=r"/there is a link to elsewhere"):
+                file.integer("there")
+            with pytest.raises(ResultsError, match=r"/many: heap of its links or attributes"):
+                file.group("many")
+        with opened(tmp_path / f"{libver}.h5", ResultsError, newest=True) as file:
+            assert file.integer("many/7") == 7
+            with pytest.raises(ResultsError, match=r"/many/there is a link to elsewhere"):
+                file.integer("many/there")
+
+
 def test_errors_of_who_reads_are_theirs(tmp_path, source):
     """Only what the file does is said as the file's."""
     (tmp_path / "a.h5").write_bytes(source.getvalue())

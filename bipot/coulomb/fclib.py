@@ -1,4 +1,4 @@
-"""Reader and writer of FCLIB files, the HDF5 layout in which this community exchanges frictional problems.
+"""Reader of FCLIB files, the HDF5 layout in which this community exchanges frictional problems.
 
 A file holds either `/fclib_local` (W, q) or `/fclib_global` (M, H, f, w), with `spacedim`, `vectors/mu` and
 `info`; optionally `/solution` and `/guesses` with u, r (and v). A matrix group has m, n, nz, nzmax, p, i, x:
@@ -11,30 +11,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from enum import IntEnum, StrEnum
-from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem
 from bipot.errors import BipotError, SceneError
 from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
 from bipot.hdf5.isolated import isolated as run_isolated
-from bipot.replacing import replace as replace_file
 from bipot.tensors import FloatArray
-
-if TYPE_CHECKING:
-    import h5py
 
 NUMBERS = "fiu"
 """Kinds that stand for real numbers: FCLIB's own reader converts integers as well."""
 
 LARGEST_INDEX = np.iinfo(np.int32).max
 """FCLIB's indices and counts are C ints."""
-
 
 SOLUTION = "solution"
 
@@ -43,12 +36,14 @@ class FclibError(BipotError):
     """A file that does not hold a frictional contact problem in the FCLIB layout."""
 
 
-class _Form(StrEnum):
+class Form(StrEnum):
+    """Name of the group that holds the problem."""
+
     LOCAL = "fclib_local"
     GLOBAL = "fclib_global"
 
 
-class _Storage(IntEnum):
+class Storage(IntEnum):
     """Negative values of nz; any nz >= 0 is the number of triplets."""
 
     COLUMNS = -1
@@ -60,11 +55,11 @@ def _read_matrix(parent: Checked, name: str, rows: int, cols: int) -> sparse.csr
     group = parent.group(name)
     group.integer("m", rows, rows)
     group.integer("n", cols, cols)
-    nz = group.integer("nz", min(_Storage))
+    nz = group.integer("nz", min(Storage))
     if nz >= 0:
         x, (i, p) = _entries(group, nz, {"i": rows, "p": cols})
         return sparse.csr_array(sparse.coo_array((x, (i, p)), shape=(rows, cols)))
-    by_rows = nz == _Storage.ROWS
+    by_rows = nz == Storage.ROWS
     lines, across = (rows, cols) if by_rows else (cols, rows)
     p = _pointers(group, lines)
     x, (i,) = _entries(group, int(p[-1]), {"i": across})
@@ -97,12 +92,12 @@ def _pointers(group: Checked, lines: int) -> NDArray[np.int32]:
     return p
 
 
-def _form(file: Checked) -> _Form:
-    for form in _Form:
+def _form(file: Checked) -> Form:
+    for form in Form:
         if form in file:
             return form
     path = file.source.path
-    raise FclibError(f"{path} holds neither /{_Form.LOCAL} nor /{_Form.GLOBAL}: it is not an FCLIB problem")
+    raise FclibError(f"{path} holds neither /{Form.LOCAL} nor /{Form.GLOBAL}: it is not an FCLIB problem")
 
 
 def read_fclib(
@@ -110,21 +105,25 @@ def read_fclib(
 ) -> CoulombProblem | GlobalCoulombProblem:
     """The problem of a file, in the form it is stored in; ``largest`` is what one array of it may take, in bytes.
 
-    ``reduced(read_fclib(path))`` is the reduced form of either. ``isolated`` reads it in a process of its own, for a
-    file that may be crafted to end the one that reads it (:mod:`bipot.hdf5.isolated`).
+    ``reduced(read_fclib(path))`` is the reduced form of either. ``isolated`` reads it in a process of its own, and then
+    in HDF5's newer forms, too, which can be crafted to end the process (:mod:`bipot.hdf5.headers`).
 
     Raises:
         FclibError: any other layout, or a number that no problem can have; names the file, the field and its value.
     """
     if isolated:
-        there = run_isolated(f"{__name__}:{read_fclib.__name__}", path, FclibError, largest=largest)
         # Made anew, because what comes from another process may be written to.
-        return replace(there)
-    with opened(path, FclibError, largest) as file:
+        return replace(run_isolated(f"{__name__}:read_problem", path, FclibError, largest=largest))
+    return read_problem(path, largest, newest=False)
+
+
+def read_problem(path: str | Path, largest: int, newest: bool = True) -> CoulombProblem | GlobalCoulombProblem:
+    """As :func:`read_fclib`, in this process, where ``newest`` also of HDF5's newer forms."""
+    with opened(path, FclibError, largest, newest=newest) as file:
         group = file.group(_form(file))
         dim, vectors = group.integer("spacedim", 2, 3), group.group("vectors")
         try:
-            return (_local if group.name == f"/{_Form.LOCAL}" else _global)(group, vectors, dim)
+            return (_local if group.name == f"/{Form.LOCAL}" else _global)(group, vectors, dim)
         except SceneError as failure:
             raise FclibError(f"{path}: {group.name}: {failure}") from failure
 
@@ -169,89 +168,12 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
         if SOLUTION not in file:
             return {}
         group, vectors = file.group(SOLUTION), file.group(f"{form}/vectors")
-        local = form is _Form.LOCAL
-        lengths = _solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
+        local = form is Form.LOCAL
+        lengths = solution_lengths(vectors.length("q" if local else "w"), None if local else vectors.length("f"))
         there = {name: length for name, length in lengths.items() if name in group and group.stored(name)}
         return {name: group.array(name, NUMBERS, (length,)) for name, length in there.items()}
 
 
-def _solution_lengths(rows: int, dofs: int | None) -> dict[str, int | None]:
+def solution_lengths(rows: int, dofs: int | None) -> dict[str, int | None]:
     """Lengths of the vectors of `/solution`, None where any may be: a reduced problem does not know its bodies."""
     return {"u": rows, "r": rows, "v": dofs}
-
-
-def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
-    group = parent.create_group(name)
-    integers = {
-        "nzmax": matrix.nnz,
-        "m": matrix.indptr.size - 1,
-        "n": columns(matrix),
-        "nz": int(_Storage.ROWS),
-    }
-    most = max(integers.values())
-    if most > LARGEST_INDEX:
-        raise FclibError(
-            f"{name} has {most} rows, columns or entries: must be at most {LARGEST_INDEX} in an FCLIB file"
-        )
-    for key, value in integers.items():
-        group.create_dataset(key, data=np.array([value], dtype=np.int32))
-    group.create_dataset("p", data=matrix.indptr.astype(np.int32))
-    group.create_dataset("i", data=matrix.indices.astype(np.int32))
-    group.create_dataset("x", data=matrix.data)
-
-
-def _write_info(parent: h5py.Group, title: str, description: str) -> None:
-    info = parent.create_group("info")
-    for key, text in {"title": title, "description": description, "math_info": ""}.items():
-        info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
-
-
-def _write_solution(file: h5py.File, solution: Mapping[str, FloatArray], lengths: Mapping[str, int | None]) -> None:
-    group = file.create_group(SOLUTION)
-    for key, given in solution.items():
-        vector = np.asarray(given, dtype=np.float64)
-        fits = key in lengths and vector.ndim == 1 and lengths[key] in (None, vector.size)
-        if not fits or not np.isfinite(vector).all():
-            words = f"of {', '.join(lengths)}, finite and of the length of the problem"
-            raise FclibError(f"solution[{key!r}] of shape {vector.shape}: must be one {words}")
-        group.create_dataset(key, data=vector)
-
-
-def write_fclib(
-    path: str | Path,
-    problem: CoulombProblem | GlobalCoulombProblem,
-    *,
-    title: str = "frictional contact problem",
-    description: str = "",
-    solution: Mapping[str, FloatArray] | None = None,
-) -> None:
-    """Write the problem as it stands (reduced or global), matrices by compressed rows; an old file is
-    replaced when the new one is whole.
-
-    ``solution`` may hold u, r (and v), stored in `/solution`. Only ASCII text is kept exactly.
-
-    Raises:
-        FclibError: the file cannot be written, or the problem is larger than such a file can hold.
-    """
-    import h5py
-
-    content = BytesIO()
-    with h5py.File(content, "w") as file:
-        local = isinstance(problem, CoulombProblem)
-        group = file.create_group(_Form.LOCAL if local else _Form.GLOBAL)
-        group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
-        _write_info(group, title, description)
-        vectors = group.create_group("vectors")
-        vectors.create_dataset("mu", data=problem.mu)
-        if isinstance(problem, CoulombProblem):
-            _write_matrix(group, "W", problem.W)
-            vectors.create_dataset("q", data=problem.q)
-        else:
-            _write_matrix(group, "M", problem.M)
-            _write_matrix(group, "H", problem.H)
-            vectors.create_dataset("f", data=problem.f)
-            vectors.create_dataset("w", data=problem.w)
-        if solution is not None:
-            f = None if isinstance(problem, CoulombProblem) else problem.f.size
-            _write_solution(file, solution, _solution_lengths(problem.mu.size * problem.dim, f))
-    replace_file(path, content.getbuffer(), FclibError)

@@ -1,7 +1,7 @@
 """Groups of an HDF5 file that need not be trusted: every name, type, shape and place is checked before it is read.
 
 Only hard links are followed, and only integers and floats of the standard sizes are read. A refusal names the file,
-the field, its value and what is allowed. Opening a damaged file is HDF5's own work, which nothing here can check.
+the field, its value and what is allowed.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import BipotError
 from bipot.hdf5.dataset import Allowed, Dataset, Shape
+from bipot.hdf5.headers import require_plain, require_plain_file
 from bipot.hdf5.source import Refusal, Source
 from bipot.hdf5.types import require_kind
 
@@ -39,32 +40,47 @@ INTEGERS = "iu"
 
 
 @contextmanager
-def opened(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal, largest: int = LARGEST) -> Iterator[Checked]:
+def opened(
+    source: str | Path | BinaryIO | RawIOBase, refuse: Refusal, largest: int = LARGEST, *, newest: bool = False
+) -> Iterator[Checked]:
     """The root of a file, given by its path or open for reading; ``refuse`` makes the error of a message.
 
-    ``largest`` is what one array may take, in bytes, 8 a number.
+    ``largest`` is what one array may take, in bytes, 8 a number. ``newest`` allows objects of HDF5's newer forms, which
+    can be crafted to end the process (:mod:`bipot.hdf5.headers`).
     """
     # h5py takes long to import, and only files need it.
     import h5py
 
-    told = _told(source, refuse, largest)
-    with told.reading("the file"):
-        file = h5py.File(source, "r", locking=False)
-    try:
-        yield Checked(told, "", file.id)
-    finally:
+    with _bytes(source, refuse) as file:
+        name = str(source) if isinstance(source, str | Path) else str(getattr(source, "name", "the open file"))
+        told = Source(name, file, file.seek(0, 2), largest, refuse, newest)
         with told.reading("the file"):
-            file.close()
+            if not newest:
+                require_plain_file(told)
+            hdf5 = h5py.File(source, "r", locking=False)
+        try:
+            yield Checked(told, "", hdf5.id)
+        finally:
+            with told.reading("the file"):
+                hdf5.close()
 
 
-def _told(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal, largest: int) -> Source:
-    if isinstance(source, str | Path):
-        path = Path(source)
-        if not path.is_file():
-            # A pipe or a device would be waited for, or read without end.
-            raise refuse(f"{path} cannot be read: {'it is no regular file' if path.exists() else 'there is none'}")
-        return Source(str(path), path.stat().st_size, largest, refuse)
-    return Source(str(getattr(source, "name", "the open file")), source.seek(0, 2), largest, refuse)
+@contextmanager
+def _bytes(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal) -> Iterator[BinaryIO | RawIOBase]:
+    """The file for reading its bytes."""
+    if not isinstance(source, str | Path):
+        yield source
+        return
+    path = Path(source)
+    if not path.is_file():
+        # A pipe or a device would be waited for, or read without end.
+        raise refuse(f"{path} cannot be read: {'it is no regular file' if path.exists() else 'there is none'}")
+    try:
+        file = path.open("rb")
+    except OSError as failure:
+        raise refuse(f"{path} cannot be read ({failure})") from failure
+    with file:
+        yield file
 
 
 @dataclass(frozen=True)
@@ -205,7 +221,10 @@ class Checked:
             for part in name.encode().split(b"/"):
                 if not isinstance(found, GroupID) or not part or not found.links.exists(part):
                     raise self._refusal(name, "is missing")
-                if found.links.get_info(part).type != TYPE_HARD:
+                link = found.links.get_info(part)
+                if link.type != TYPE_HARD:
                     raise self._refusal(name, "is a link to elsewhere: only what a group holds itself is read")
+                if not self.source.newest:
+                    require_plain(self.source, self._full(name), link.u)
                 found = open_object(found, part)
         return found

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from io import RawIOBase
+from typing import BinaryIO
 
 from bipot.errors import BipotError
 
@@ -17,12 +19,17 @@ SHOWN = 80
 
 @dataclass(frozen=True)
 class Source:
-    """A file by its name in messages, its bytes, and the largest array, in bytes, that is taken from it."""
+    """A file by its name in messages, its bytes, and the largest array, in bytes, that is taken from it.
+
+    ``newest`` tells that objects are opened that are not plain (:mod:`bipot.hdf5.headers`).
+    """
 
     path: str
+    file: BinaryIO | RawIOBase
     size: int
     largest: int
     refuse: Refusal
+    newest: bool
 
     def require(self, condition: bool, field: str, value: object, allowed: str) -> None:
         """Refuse the file by the name of the field, its value and what is allowed, unless ``condition``."""
@@ -30,6 +37,12 @@ class Source:
             shown = str(value)
             shown = shown if len(shown) <= SHOWN else shown[:SHOWN] + "..."
             raise self.refuse(f"{self.path}: {field} = {shown}: must be {allowed}")
+
+    def bytes_at(self, place: int, length: int) -> bytes:
+        """Some bytes of the file, refused where it ends before."""
+        self.require(place + length <= self.size, "end of what it tells", place + length, f"at most {self.size}")
+        self.file.seek(place)
+        return self.file.read(length) or b""
 
     @contextmanager
     def reading(self, field: str) -> Iterator[None]:

@@ -54,10 +54,9 @@ def require_stored(source: Source, field: str, dataset: DatasetID, start: int, s
     """
     import h5py
 
-    layout = dataset.get_create_plist().get_layout()
-    if layout == h5py.h5d.CONTIGUOUS:
+    if contiguous(dataset):
         _require_contiguous(source, field, dataset)
-    if layout == h5py.h5d.CHUNKED:
+    if dataset.get_create_plist().get_layout() == h5py.h5d.CHUNKED:
         _require_chunks(source, field, dataset, start, stop)
 
 

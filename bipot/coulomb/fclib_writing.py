@@ -1,0 +1,96 @@
+"""Writer of FCLIB files, in the layout that :mod:`bipot.coulomb.fclib` reads and describes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import sparse
+
+from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, Form, Storage, solution_lengths
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.replacing import replace
+from bipot.tensors import FloatArray
+
+if TYPE_CHECKING:
+    import h5py
+
+
+def _write_matrix(parent: h5py.Group, name: str, matrix: sparse.csr_array) -> None:
+    group = parent.create_group(name)
+    integers = {
+        "nzmax": matrix.nnz,
+        "m": matrix.indptr.size - 1,
+        "n": columns(matrix),
+        "nz": int(Storage.ROWS),
+    }
+    most = max(integers.values())
+    if most > LARGEST_INDEX:
+        raise FclibError(
+            f"{name} has {most} rows, columns or entries: must be at most {LARGEST_INDEX} in an FCLIB file"
+        )
+    for key, value in integers.items():
+        group.create_dataset(key, data=np.array([value], dtype=np.int32))
+    group.create_dataset("p", data=matrix.indptr.astype(np.int32))
+    group.create_dataset("i", data=matrix.indices.astype(np.int32))
+    group.create_dataset("x", data=matrix.data)
+
+
+def _write_info(parent: h5py.Group, title: str, description: str) -> None:
+    info = parent.create_group("info")
+    for key, text in {"title": title, "description": description, "math_info": ""}.items():
+        info.create_dataset(key, data=np.bytes_(text.encode("ascii", "replace")))
+
+
+def _write_solution(file: h5py.File, solution: Mapping[str, FloatArray], lengths: Mapping[str, int | None]) -> None:
+    group = file.create_group(SOLUTION)
+    for key, given in solution.items():
+        vector = np.asarray(given, dtype=np.float64)
+        fits = key in lengths and vector.ndim == 1 and lengths[key] in (None, vector.size)
+        if not fits or not np.isfinite(vector).all():
+            words = f"of {', '.join(lengths)}, finite and of the length of the problem"
+            raise FclibError(f"solution[{key!r}] of shape {vector.shape}: must be one {words}")
+        group.create_dataset(key, data=vector)
+
+
+def write_fclib(
+    path: str | Path,
+    problem: CoulombProblem | GlobalCoulombProblem,
+    *,
+    title: str = "frictional contact problem",
+    description: str = "",
+    solution: Mapping[str, FloatArray] | None = None,
+) -> None:
+    """Write the problem as it stands (reduced or global), matrices by compressed rows; an old file is
+    replaced when the new one is whole.
+
+    ``solution`` may hold u, r (and v), stored in `/solution`. Only ASCII text is kept exactly.
+
+    Raises:
+        FclibError: the file cannot be written, or the problem is larger than such a file can hold.
+    """
+    import h5py
+
+    content = BytesIO()
+    with h5py.File(content, "w") as file:
+        local = isinstance(problem, CoulombProblem)
+        group = file.create_group(Form.LOCAL if local else Form.GLOBAL)
+        group.create_dataset("spacedim", data=np.array([problem.dim], dtype=np.int32))
+        _write_info(group, title, description)
+        vectors = group.create_group("vectors")
+        vectors.create_dataset("mu", data=problem.mu)
+        if isinstance(problem, CoulombProblem):
+            _write_matrix(group, "W", problem.W)
+            vectors.create_dataset("q", data=problem.q)
+        else:
+            _write_matrix(group, "M", problem.M)
+            _write_matrix(group, "H", problem.H)
+            vectors.create_dataset("f", data=problem.f)
+            vectors.create_dataset("w", data=problem.w)
+        if solution is not None:
+            f = None if isinstance(problem, CoulombProblem) else problem.f.size
+            _write_solution(file, solution, solution_lengths(problem.mu.size * problem.dim, f))
+    replace(path, content.getbuffer(), FclibError)
