@@ -10,6 +10,7 @@ import numpy as np
 from bipot.elements import Element
 from bipot.errors import require, require_positive
 from bipot.facets import Facets
+from bipot.machine import require_memory
 from bipot.typing import Floats, Ints
 
 CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
@@ -43,6 +44,18 @@ def tensor(x: Floats, y: Floats, names: tuple[str, str, str, str], element: Elem
     along = (number[0], number[-1], number[:, 0], number[:, -1])
     ends = {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, along, strict=True)}
     return converted(Parts(nodes, cells, ends), element)
+
+
+def require_room(counts: tuple[int, int], element: Element, fields: tuple[str, str]) -> None:
+    """Refuse ``counts`` of rectangles along two axes, called ``fields``, that are more than memory has room for.
+
+    Raises:
+        SceneError: naming the larger of the two.
+    """
+    # In a large mesh a rectangle has one corner, two mid-sides and a centre of its own; two triangles have four nodes.
+    own = 1 if not element.quadratic else 3 if element.corners == 4 and not element.centred else 4
+    first, second = (int(count) for count in counts)
+    require_memory(own * first * second, fields[second > first], max(first, second))
 
 
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:

@@ -16,6 +16,12 @@ LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
 """In any units, and the inverse of the smallest: the square of E times size^2 is then a number, and not zero."""
 
 
+LARGEST_COUNT = 2**63 - 1
+"""What an array can be long at most, by its index."""
+
+MANY = "a number of many digits"
+
+
 class BipotError(Exception):
     """Base of every error this package raises on purpose."""
 
@@ -132,7 +138,7 @@ def require_number(value: object, field: str) -> None:
     try:
         float(value)  # type: ignore[arg-type]
     except OverflowError:
-        require(False, field, "a number of many digits", "one that a float can hold")
+        require(False, field, MANY, "one that a float can hold")
 
 
 def require_positive(**values: Any) -> None:
@@ -152,8 +158,8 @@ def require_magnitude(value: float, field: str, largest: float) -> None:
     require(value == 0 or 1 / largest <= abs(value) <= largest, field, value, allowed)
 
 
-def require_count(value: object, field: str, least: int = 1) -> None:
-    """Raise :class:`SceneError` unless ``value`` is a whole number, an integer type, from ``least`` on.
+def require_count(value: object, field: str, least: int = 1, most: int = LARGEST_COUNT) -> None:
+    """Raise :class:`SceneError` unless ``value`` is a whole number, an integer type, from ``least`` to ``most``.
 
     >>> require_count(2.5, "increments")
     Traceback (most recent call last):
@@ -162,7 +168,9 @@ def require_count(value: object, field: str, least: int = 1) -> None:
     """
     whole = isinstance(value, Integral) and not isinstance(value, bool)
     require(whole, field, value, "a whole number")
-    require(int(value) >= least, field, value, f">= {least}")  # type: ignore[call-overload]
+    number = int(value)  # type: ignore[call-overload]
+    require(number >= least, field, _shown(number), f">= {least}")
+    require(number <= most, field, _shown(number), f"<= {most}")
 
 
 def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:
@@ -172,3 +180,8 @@ def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:
     for k, item in enumerate(items):
         require_type(item, kind, f"{field}[{k}]")
     return items
+
+
+def _shown(number: int) -> object:
+    """A whole number for a message, which Python does not print if it has thousands of digits."""
+    return number if abs(number) <= LARGEST_COUNT else MANY

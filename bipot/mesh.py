@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bipot.cells import Parts, converted, graded, tensor
+from bipot.cells import Parts, converted, graded, require_room, tensor
 from bipot.elements import Element
 from bipot.errors import (
     LARGEST_LENGTH,
@@ -240,10 +240,12 @@ def _rectangle(
     element: Element,
 ) -> Mesh:
     """Tensor mesh; ``names`` are those of the sides x0, x1, y0, y1."""
-    for count, axis in zip(counts, ("first", "second"), strict=True):
-        require_count(count, f"elements along the {axis} axis")
+    fields = ("elements along the first axis", "elements along the second axis")
+    for count, field_name in zip(counts, fields, strict=True):
+        require_count(count, field_name)
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
+    require_room(counts, element, fields)
     along = [graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
     return Mesh(*tensor(along[0], along[1], names, element))
 

@@ -11,6 +11,8 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.cells import require_room
+from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
     SceneError,
@@ -245,6 +247,7 @@ def upsetting(
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
     require_positive(height=height, diameter=diameter)
     require_count(elements, "elements")
+    require_room((elements, elements), Element.Q8, ("elements", "elements"))
     punch = FlatTool(
         point=(0.0, height / 2),
         normal=(0.0, -1.0),

@@ -12,6 +12,9 @@ from bipot.errors import require, require_count, require_number
 SAME = 1e-9
 """Pseudo-times nearer to each other are one."""
 
+MOST = 1_000_000
+"""Pseudo-times: all are known before the march, in some hundred megabytes, and are months of it."""
+
 
 @dataclass(frozen=True)
 class Schedule:
@@ -22,7 +25,8 @@ class Schedule:
     on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
 
     Raises:
-        SceneError: a count below one, a start-up that does not fit into [0, 1), a landing outside (start-up, 1).
+        SceneError: a count below one or above :data:`MOST`, a start-up that does not fit into [0, 1), a landing outside
+            (start-up, 1).
     """
 
     increments: int
@@ -32,8 +36,8 @@ class Schedule:
     landings: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
-        require_count(self.increments, "increments")
-        require_count(self.settling, "settling")
+        require_count(self.increments, "increments", most=MOST)
+        require_count(self.settling, "settling", most=MOST)
         require_number(self.growth, "growth")
         require_number(self.first, "first")
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
@@ -73,4 +77,6 @@ class Schedule:
             while size < (1 - start[-1]) / self.increments:
                 start.append(start[-1] + size)
                 size *= self.growth
+                allowed = f"such that the start-up has at most {MOST} increments"
+                require(len(start) <= MOST, "growth", self.growth, allowed)
         return start

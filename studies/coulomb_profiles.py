@@ -31,7 +31,7 @@ from bipot.errors import InfeasibleProgram, ResultsError
 from bipot.progress import terminal
 from studies.command import command, say
 from studies.files import replacing
-from studies.options import positive, processes
+from studies.options import count, positive, processes
 from studies.outputs import Table, add_options, opened
 from studies.pool import completed
 
@@ -193,7 +193,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--tol", type=positive, default=1e-10)
     p.add_argument("--workers", type=processes(0), default=2, help="processes; 0 runs in this one")
     p.add_argument("--fast", action="store_true", help="small files only (under 20 kB), 5 s each")
-    p.add_argument("--require", type=int, nargs=len(TOLERANCES), metavar="N", help="counts that solve() must reach")
+    p.add_argument(
+        "--require", type=count(0), nargs=len(TOLERANCES), metavar="N", help="counts that solve() must reach"
+    )
     p.add_argument("--out", type=Path, default=Path("results/coulomb_profiles"))
     add_options(p)
     return p
