@@ -86,7 +86,7 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
             "scene.material = Elastic.*: must be a VonMises",
         ),
         (lambda: march(STEEL, Schedule(2)), "scene = VonMises.*: must be a Scene"),
-        (lambda: march(scene(), Schedule(2), start=0.5), "start = 0.5: must be a State or None"),
+        (lambda: march(scene(), Schedule(2), start=0.5), "start = 0.5: must be a State, a Course or None"),
     ],
 )
 def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):

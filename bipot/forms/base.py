@@ -84,11 +84,12 @@ class Cache:
         return self._split
 
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
-        """What Newton needs of the run, its scale by the run's first iterate, and the frames of the contacts."""
+        """What Newton needs of the run, and the frames of the contacts."""
         if self._setup is None:
-            space = iterate.increment.system.body.space
+            system = iterate.increment.system
+            space = system.body.space
             self._pattern = self._pattern or Pattern.of(space.indices, space.indptr)
-            self._setup = Setup.of(iterate, self._pattern)
+            self._setup = Setup.of(system, self._pattern)
         return self._setup, self._held(iterate.rows, self._setup.pattern)
 
     def frames(self, program: TangentProgram) -> Frames:

@@ -9,10 +9,10 @@ import numpy as np
 
 from bipot.errors import require_number
 from bipot.fem.strain import Scratch
-from bipot.iterate import Iterate
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
+from bipot.system import System
 from bipot.typing import Floats, Ints, as_numbers, read_only
 
 BOUNDED = 0.3
@@ -25,8 +25,8 @@ FASTER = 1.05
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is the diagonal of the run's first tangent (of translations the mean), SOFTENED: it balances
-    forces against motions.
+    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (of translations the mean), SOFTENED: it balances
+    forces against motions, alike wherever a run begins.
     """
 
     pattern: Pattern
@@ -35,13 +35,13 @@ class Setup:
     scratch: Scratch
 
     @staticmethod
-    def of(iterate: Iterate, pattern: Pattern) -> Setup:
+    def of(system: System, pattern: Pattern) -> Setup:
         """Compose the scatters into the ordered stiffness ``pattern``."""
-        body = iterate.increment.system.body
-        space = body.space
+        body, space = system.body, system.body.space
         scatter = np.append(pattern.place, len(pattern.place))[space.scatter]
         scratch = body.scratch()
-        diagonal = space.matrix(iterate.tangent(scratch)).diagonal()
+        at_rest = body.respond(system.rest(), np.zeros(space.size))
+        diagonal = space.matrix(body.tangent(at_rest, scratch)).diagonal()
         # A contact of a held node with a tool that a force drives has no other unknown than that.
         diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
         return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
