@@ -28,6 +28,10 @@ INFEASIBLE = (clarabel.SolverStatus.PrimalInfeasible, clarabel.SolverStatus.Almo
 UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostDualInfeasible)
 METHODS = ("auto", "qdldl", "faer")
 
+BALANCING = 3
+"""Rounds of Clarabel's equilibration. With its own ten the seed paper's upsetting by ``dissipation`` takes 7 to 18 %
+more iterations, and small meshes take as many: programs are dimensionless."""
+
 
 @dataclass(frozen=True)
 class Clarabel:
@@ -70,6 +74,7 @@ class Clarabel:
         chosen.verbose = False
         # It would only look for infinite right-hand sides, of which there are none, and forbid new numbers.
         chosen.presolve_enable = False
+        chosen.equilibrate_max_iter = BALANCING
         chosen.max_iter = accuracy.iterations
         chosen.max_threads = 1
         chosen.time_limit = self.seconds
