@@ -190,6 +190,13 @@ def of_load_cases(results: Path) -> str:
     return table(["what", "reference", "measured", "difference", "allowed"], rows)
 
 
+def of_faults(results: Path) -> str:
+    """A line a kind of fault."""
+    lines = _read(results, "faults", "faults")
+    counts = [name for name in lines[0] if name != "fault"]
+    return table(["fault", *counts], [[str(line["fault"]), *(f"{line[name]:.0f}" for name in counts)] for line in lines])
+
+
 def _penalties(results: Path) -> list[Line]:
     lines = _read(results, penalty_vs_conic.NAME, penalty_vs_conic.NAME)
     return [line for line in lines if line["form"] == "penalty"]
@@ -214,6 +221,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
     "scenes.md": {load_cases.NAME: of_load_cases},
+    "robustness.md": {"faults": of_faults},
 }
 
 
