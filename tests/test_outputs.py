@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import ast
-import os
-import resource
-import shutil
-import signal
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
@@ -19,10 +13,9 @@ import numpy as np
 import pytest
 
 from bipot.errors import ResultsError
-from studies import convergence, coupling, energy, fuzz, hard_cases, load_cases, optimisers, outputs, solvers
-from studies.fuzz_row import HEADER
+from studies import outputs
 from studies.outputs import CHOICES, Policy, exact, opened, read_curves
-from studies.tables import read_csv, read_rows, write_csv, write_hdf5
+from studies.tables import read_rows, write_csv, write_hdf5
 
 ROOT = Path(__file__).parents[1]
 
@@ -223,215 +216,6 @@ def test_a_link_to_a_table_stays_one(tmp_path):
     assert (tmp_path / "link.csv").is_symlink()
     assert len(read_rows(tmp_path / "real.csv", Line)) == 3
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.csv", "real.csv"]
-
-
-# Every study that solves for long.
-
-FAST = ["--fast", "--out"]
-STUDIES = (
-    (convergence, "convergence.csv", ["--mu", "0"]),
-    (coupling, "coupling.csv", []),
-    (energy, "energy.csv", []),
-    (hard_cases, "hard_cases.csv", ["--only", "13", "--forms", "newton", "tangent"]),
-    (load_cases, "load_cases.csv", []),
-    (solvers, "solvers.csv", []),
-)
-
-
-def test_every_study_with_a_table_has_both_options():
-    """Those that read results and the fuzz of a process have none to lose."""
-    scripts = [path for path in (ROOT / "studies").glob("*.py") if "__main__" in path.read_text(encoding="utf-8")]
-    lacking = [path.stem for path in scripts if "add_options(" not in path.read_text(encoding="utf-8")]
-    assert len(scripts) > 12
-    assert set(lacking) <= {"comparison_page", "upsetting"}
-
-
-def test_every_command_goes_through_the_one_that_ends_it():
-    scripts = [path for folder in ("studies", "benchmarks") for path in (ROOT / folder).glob("*.py")]
-    mains = {
-        path.stem: [ast.unparse(decorator) for decorator in node.decorator_list]
-        for path in scripts
-        for node in ast.parse(path.read_text(encoding="utf-8")).body
-        if isinstance(node, ast.FunctionDef) and node.name == "main"
-    }
-    assert len(mains) > 15
-    assert {name for name, decorators in mains.items() if decorators != ["command"]} <= {"upsetting"}
-
-
-def timeless(path):
-    """A table without its seconds, which no two runs share."""
-    return [{name: str(v) for name, v in row.items() if "seconds" not in name} for row in read_csv(path, "")]
-
-
-@pytest.mark.parametrize(("study", "file", "asked"), STUDIES, ids=[file for _, file, _ in STUDIES])
-def test_a_study_leaves_goes_on_with_or_replaces_its_results(study, file, asked, tmp_path, capsys):
-    line, path = [*asked, *FAST, str(tmp_path)], tmp_path / file
-    code = study.main(line)
-    whole, text = timeless(path), path.read_text()
-    capsys.readouterr()
-    assert study.main(line) == 2
-    said = capsys.readouterr().err
-    assert all(word in said for word in (str(tmp_path), "--resume", "--overwrite"))
-    assert said.count("\n") == 1
-    assert path.read_text() == text
-    assert study.main([*line, "--resume"]) == code
-    assert path.read_text() == text
-    lines = text.splitlines(keepends=True)
-    path.write_text("".join(lines[:-1]))
-    assert study.main([*line, "--resume"]) == code
-    assert path.read_text().splitlines(keepends=True)[: len(lines) - 1] == lines[:-1]
-    assert timeless(path) == whole
-    with pytest.raises(SystemExit) as stop:
-        study.main([*line, "--resume", "--overwrite"])
-    assert stop.value.code == 2
-
-
-def test_the_optimisers_of_one_march_are_kept_or_compared_together(tmp_path, monkeypatch):
-    made = []
-
-    def rows(compared):
-        made.append(compared)
-        return [optimisers.Row(o.value, 1, 0.0, 1.0, 1, 0.0, 0) for o in optimisers.Optimiser]
-
-    monkeypatch.setattr(optimisers, "compare", lambda *asked: asked)
-    monkeypatch.setattr(optimisers, "rows", rows)
-    line, path = ["--fast", "--out", str(tmp_path)], tmp_path / "optimisers.csv"
-    assert [optimisers.main(line), optimisers.main(line), optimisers.main([*line, "--resume"])] == [0, 2, 0]
-    assert len(made) == 1
-    whole = path.read_text()
-    path.write_text("".join(whole.splitlines(keepends=True)[:-1]))
-    assert optimisers.main([*line, "--resume"]) == 0
-    assert len(made) == 2
-    assert path.read_text() == whole
-
-
-def test_a_table_of_the_short_form_is_not_gone_on_with_by_the_long_one(tmp_path, capsys):
-    line = ["--mu", "0", "--out", str(tmp_path)]
-    assert convergence.main([*line, "--fast"]) == 0
-    before = content(tmp_path)
-    assert convergence.main([*line, "--resume"]) == 2
-    assert "holds results with at_elements = 2, not 10" in capsys.readouterr().err
-    assert content(tmp_path) == before
-
-
-# The fuzz study appends.
-
-
-def fuzz_line(folder, *more):
-    return ["--scenes", "0", "--coulomb", "3", "--out", str(folder), *more]
-
-
-@pytest.mark.parametrize("lost", [1, 40, 0])
-def test_what_a_kill_left_of_a_last_line_is_run_again(lost, tmp_path):
-    assert fuzz.main(fuzz_line(tmp_path)) == 0
-    path = tmp_path / "fuzz.csv"
-    whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) - lost])
-    assert fuzz.main(fuzz_line(tmp_path)) == 0
-    seconds = HEADER.index("seconds")
-    again = path.read_bytes().splitlines()
-    assert [line.split(b",")[:seconds] for line in again] == [line.split(b",")[:seconds] for line in whole.splitlines()]
-
-
-def test_a_fuzz_table_is_made_afresh_when_asked_and_a_strangers_is_refused(tmp_path, capsys):
-    path = tmp_path / "fuzz.csv"
-    assert fuzz.main(fuzz_line(tmp_path, "--seed", "7")) == 0
-    assert fuzz.main(fuzz_line(tmp_path, "--overwrite")) == 0
-    assert [line.split(",")[0] for line in path.read_text().splitlines()[1:]] == ["0", "1", "2"]
-    for text in ("seed,kind\n1,2\n", ",".join(HEADER) + "\nx" * 2 + "\n", "\xff\xfe"):
-        path.write_text(text, encoding="latin-1")
-        assert fuzz.main(fuzz_line(tmp_path)) == 2
-        assert "fuzz.csv: " in capsys.readouterr().err
-        assert path.read_text(encoding="latin-1") == text
-
-
-def test_a_line_that_does_not_fit_on_the_disk_is_not_there_in_part(tmp_path):
-    size = len(",".join(HEADER)) + 2 + 150
-
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-
-    command = [sys.executable, "-m", "studies.fuzz", *fuzz_line(tmp_path)]
-    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, preexec_fn=limit, check=False)
-    assert (ended.returncode, ended.stderr.count("\n")) == (2, 1)
-    assert "fuzz.csv: cannot be written" in ended.stderr
-    lines = (tmp_path / "fuzz.csv").read_text().splitlines(keepends=True)
-    assert 1 < len(lines) < 4
-    assert all(line.endswith("\n") for line in lines)
-
-
-# Standard output and error that nobody reads.
-
-
-def study_with(out, folder, error=subprocess.PIPE):
-    command = [sys.executable, "-m", "studies.penalty_round_off", "--fast", "--out", str(folder)]
-    return subprocess.run(command, cwd=ROOT, stdout=out, stderr=error, text=True, check=False)
-
-
-@pytest.fixture
-def broken_pipe():
-    """The end to write to of a pipe that nobody reads."""
-    reading, writing = os.pipe()
-    os.close(reading)
-    yield writing
-    with suppress(OSError):
-        os.close(writing)
-
-
-def test_a_pipe_that_nobody_reads_ends_nothing(broken_pipe, tmp_path):
-    ended = study_with(broken_pipe, tmp_path)
-    assert (ended.returncode, ended.stderr) == (0, "")
-    assert len(read_csv(tmp_path / "penalty_round_off.csv", "")) == 2
-
-
-def test_no_pipe_at_all_ends_nothing(broken_pipe, tmp_path):
-    ended = study_with(broken_pipe, tmp_path, error=broken_pipe)
-    assert ended.returncode == 0
-    assert len(read_csv(tmp_path / "penalty_round_off.csv", "")) == 2
-
-
-@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
-def test_closed_streams_end_nothing_and_nothing_goes_into_files_in_their_place(closed, tmp_path):
-    command = f"{sys.executable} -m studies.penalty_round_off --fast --out {tmp_path} {closed}"
-    ended = subprocess.run(["sh", "-c", command], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (ended.returncode, ended.stderr) == (0, "")
-    assert len(read_csv(tmp_path / "penalty_round_off.csv", "")) == 2
-
-
-def test_what_compiled_code_prints_goes_into_no_file_in_the_place_of_a_closed_stream(tmp_path):
-    """The first file that is opened would have the number of standard output."""
-    (tmp_path / "studies").mkdir()
-    shutil.copy(ROOT / "studies" / "__init__.py", tmp_path / "studies")
-    code = "import os\nwith open('lines.csv', 'w') as file:\n    os.write(1, b'printed')\n    file.write('kept')\n"
-    (tmp_path / "studies" / "planted.py").write_text(code)
-    subprocess.run(["sh", "-c", f"{sys.executable} -m studies.planted >&-"], cwd=tmp_path, check=True)
-    assert (tmp_path / "lines.csv").read_text() == "kept"
-
-
-def test_a_help_that_nobody_reads_is_quiet(broken_pipe):
-    command = [sys.executable, "-m", "studies.penalty_round_off", "--help"]
-    ended = subprocess.run(command, cwd=ROOT, stdout=broken_pipe, stderr=subprocess.PIPE, text=True, check=False)
-    assert (ended.returncode, ended.stderr) == (0, "")
-
-
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full disk by name")
-def test_a_full_disk_under_standard_output_is_said_and_the_table_is_there(tmp_path):
-    with Path("/dev/full").open("w") as full:
-        ended = study_with(full, tmp_path)
-    assert ended.returncode == 2
-    assert ended.stderr.startswith("error: ")
-    assert ended.stderr.count("\n") == 1
-    assert len(read_csv(tmp_path / "penalty_round_off.csv", "")) == 2
-
-
-def test_sigterm_ends_a_study_like_ctrl_c(tmp_path):
-    command = [sys.executable, "-m", "studies.hard_cases", "--out", str(tmp_path)]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        process.stdout.readline()
-        process.send_signal(signal.SIGTERM)
-        _, said = process.communicate(timeout=120)
-    assert (process.returncode, said) == (130, "stopped; what was computed is on disk\n")
-    assert len(read_csv(tmp_path / "hard_cases.csv", "")) >= 1
 
 
 def test_the_table_in_hdf5_has_the_columns_of_the_other(made):
