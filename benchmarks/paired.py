@@ -195,11 +195,12 @@ def worktree(commit: str) -> Iterator[Path]:
     """A tree of ``commit`` for as long as it lasts."""
     with TemporaryDirectory(prefix="bipot-paired-") as folder:
         tree = Path(folder) / "tree"
-        git("worktree", "add", "--detach", tree, commit)
         try:
+            git("worktree", "add", "--detach", tree, commit)
             yield tree
         finally:
-            git("worktree", "remove", "--force", tree)
+            if tree.exists():
+                git("worktree", "remove", "--force", tree)
 
 
 def parser() -> argparse.ArgumentParser:

@@ -17,6 +17,7 @@ from pathlib import Path
 from bipot.errors import ResultsError
 from studies.files import replacing, require_writable, sentence
 from studies.outputs import readable
+from studies.stopping import checkpoint
 
 
 class Outcome(Enum):
@@ -94,7 +95,8 @@ class Table:
             self.outcomes[line["outcome"]] += 1
 
     def add(self, row: Row) -> None:
-        """Append a row, whole or not at all."""
+        """Append a row, whole or not at all; none that was computed when the study had been stopped."""
+        checkpoint()
         values = [v.value if isinstance(v, Enum) else v for v in astuple(row)]
         # A reason is one line of the table, whatever the exception wrote.
         line = _line([f"{v:.3g}" if isinstance(v, float) else " ".join(str(v).split()) for v in values])

@@ -22,6 +22,7 @@ import h5py
 from bipot.errors import ResultsError
 from bipot.results import Existing
 from studies.files import replacing, require_writable, sentence
+from studies.stopping import checkpoint
 from studies.tables import read_rows, write_csv, write_hdf5
 
 Row = TypeVar("Row")
@@ -76,7 +77,9 @@ class Table(Generic[Row]):
 
         Raises:
             ResultsError: it cannot be written.
+            KeyboardInterrupt: the study has been stopped, and what was computed meanwhile may be its work.
         """
+        checkpoint()
         self._rows |= {self.key(row): row for row in rows}
         self.curves |= curves or {}
         self._begin()

@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import ast
-import os
-import resource
-import shutil
-import signal
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 from pathlib import Path
@@ -19,11 +13,17 @@ import numpy as np
 import pytest
 
 from bipot.errors import ResultsError
+<<<<<<< HEAD
 from bipot.results import Existing
 from studies import convergence, coupling, energy, fuzz, hard_cases, load_cases, optimisers, outputs, solvers
 from studies.fuzz_row import HEADER
 from studies.outputs import CHOICES, exact, opened, read_curves
 from studies.tables import read_csv, read_rows, write_csv, write_hdf5
+=======
+from studies import outputs
+from studies.outputs import CHOICES, Policy, exact, opened, read_curves
+from studies.tables import read_rows, write_csv, write_hdf5
+>>>>>>> h2
 
 ROOT = Path(__file__).parents[1]
 
@@ -226,6 +226,7 @@ def test_a_link_to_a_table_stays_one(tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["link.csv", "real.csv"]
 
 
+<<<<<<< HEAD
 # Every study that solves for long.
 
 FAST = ["--fast", "--out"]
@@ -435,6 +436,8 @@ def test_sigterm_ends_a_study_like_ctrl_c(tmp_path):
     assert len(read_csv(tmp_path / "hard_cases.csv", "")) >= 1
 
 
+=======
+>>>>>>> h2
 def test_the_table_in_hdf5_has_the_columns_of_the_other(made):
     write_hdf5(made / "lines.h5", LINES, {})
     with h5py.File(made / "lines.h5", "r") as file:

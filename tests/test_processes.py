@@ -228,6 +228,27 @@ def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_p
         assert (process.returncode, *said) == (130, "", STOPPED)
 
 
+def test_a_row_that_an_interrupt_may_have_spoiled_is_not_kept(planted, tmp_path):
+    """Compiled code makes a TypeError of an interrupt, and a study takes that for what is wrong with a case."""
+    there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
+    row = "hard_cases.Row('case', 'form', 'crashed', False, 0, 0, 0, 0, 0.0, 0.0)"
+    lines = [
+        "from studies import hard_cases, outputs",
+        f"folder = pathlib.Path({str(tmp_path)!r})",
+        "table = outputs.opened(folder, 'x', hard_cases.Row, hard_cases.key, outputs.Policy.ASK, parameters={})",
+        "try:",
+        f"    {there}",
+        "    time.sleep(1e9)",
+        "except KeyboardInterrupt:",
+        f"    table.add({row})",
+    ]
+    with planted(*lines) as process:
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=DEADLINE)
+        assert (process.returncode, *said) == (130, "", STOPPED)
+    assert not (tmp_path / "x.csv").exists()
+
+
 def test_who_imports_library_or_studies_keeps_the_handlers_of_signals():
     code = (
         "import signal; both = signal.SIGINT, signal.SIGTERM; before = [signal.getsignal(n) for n in both];"
