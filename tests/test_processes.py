@@ -235,7 +235,7 @@ def test_a_row_that_an_interrupt_may_have_spoiled_is_not_kept(planted, tmp_path)
     lines = [
         "from studies import hard_cases, outputs",
         f"folder = pathlib.Path({str(tmp_path)!r})",
-        "table = outputs.opened(folder, 'x', hard_cases.Row, hard_cases.key, outputs.Policy.ASK, parameters={})",
+        "table = outputs.opened(folder, 'x', hard_cases.Row, hard_cases.key, outputs.Existing.REFUSE, parameters={})",
         "try:",
         f"    {there}",
         "    time.sleep(1e9)",

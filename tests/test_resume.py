@@ -41,7 +41,7 @@ def test_every_command_goes_through_the_one_that_ends_it():
         if isinstance(node, ast.FunctionDef) and node.name == "main"
     }
     assert len(mains) > 15
-    assert {name for name, decorators in mains.items() if decorators != ["command"]} <= {"upsetting"}
+    assert {name for name, decorators in mains.items() if decorators != ["command"]} == set()
 
 
 def timeless(path):
