@@ -7,6 +7,7 @@ end by themselves.
 """
 
 import os
+import signal
 import sys
 import time
 from contextlib import closing
@@ -14,6 +15,7 @@ from functools import partial
 from pathlib import Path
 
 from bipot.errors import NotConverged
+from studies import leave
 from studies.command import command, say
 from studies.pool import completed
 
@@ -44,4 +46,6 @@ def main():
 
 
 if __name__ == "__main__":
+    # As it is of a study that is run by its name.
+    signal.signal(signal.SIGINT, leave)
     sys.exit(main())
