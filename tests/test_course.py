@@ -1,0 +1,135 @@
+"""A course that no march leaves is refused by name: when it is made, or where a march of the scene starts from it."""
+
+import copy
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.course import Course
+from bipot.energy import Energies
+from bipot.errors import SceneError
+from bipot.forms.memory import Paced
+from bipot.marching import march
+from bipot.scene import upsetting
+from bipot.schedule import Schedule
+from tests.courses import FORMS, stored, unlike, upset
+from tests.scenes import refused
+
+NAN = float("nan")
+ASKED = upset(FORMS["newton"])
+
+
+@pytest.fixture(scope="module")
+def accepted():
+    return ASKED.run()[4]
+
+
+@pytest.fixture
+def course(accepted):
+    return accepted.course
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"state": None}, "course.state = None: must be a State"),
+        ({"number": -1}, "course.number = -1: must be >= 0"),
+        ({"number": 2.0}, "course.number = 2.0: must be a whole number"),
+        ({"energies": (0.0, 0.0)}, "course.energies = .*: must be an Energies"),
+        ({"energies": Energies(work=NAN)}, "course.energies.work = nan: must be finite"),
+        ({"energies": Energies(friction="1")}, "course.energies.friction = '1': must be a number"),
+        ({"largest": 1.0}, "course.largest = 1.0: must be at least .*, the largest contact force of course.state"),
+        ({"largest": float("inf")}, "course.largest = inf: must be finite"),
+        ({"largest": None}, "course.largest = None: must be a number"),
+        ({"size": 0.0, "uncut": 0.1}, r"course.size = 0.0: must be NaN, or in \(0, 1\]"),
+        ({"size": 0.1, "uncut": 1.1}, r"course.uncut = 1.1: must be NaN, or in \(0, 1\]"),
+        ({"size": 0.1}, "course.uncut = nan: must be NaN if course.size is"),
+        ({"uncut": 0.1}, "course.uncut = 0.1: must be NaN if course.size is"),
+        ({"landed": [0, 1]}, "course.landed = 'of type int64': must be booleans"),
+        ({"landed": None}, "course.landed = 'of type object': must be booleans"),
+        ({"before": None}, "course.before = None: must be a Paced"),
+    ],
+)
+def test_impossible_values_are_refused_when_it_is_made(course, changes, words):
+    refused(lambda: replace(course, **changes), words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"tau": "0"}, "paced.tau = '0': must be a number"),
+        ({"middle": None}, "paced.middle = None: must be a number"),
+        ({"velocity": ["fast"]}, "paced.velocity"),
+    ],
+)
+def test_so_are_those_of_the_increment_before(course, changes, words):
+    refused(lambda: replace(course.before, **changes), words)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            lambda c: {"landed": c.landed[1:]},
+            r"start.landed = 'of shape \(\d+,\)': must be of shape",
+        ),
+        (lambda c: {"size": 0.9, "uncut": 0.9}, "start.size = 0.9: must be at most 0.5.*, what is left of the path"),
+        (lambda c: _before(c, velocity=c.before.velocity[1:]), "start.before.velocity = 'of shape"),
+        (lambda c: _before(c, velocity=NAN * c.before.velocity), "start.before.velocity = 'NaN or infinite'"),
+        (lambda c: _before(c, tau=0.9), "start.before.tau = 0.9: must be below start.state.tau, 0.48"),
+        (lambda c: _before(c, middle=0.4), "start.before.middle = 0.4: must be below start.before.tau"),
+        (lambda c: _state(c, nodes=c.state.nodes + 1.0), "start.nodes = 'held ones'"),
+        (lambda c: _state(c, stress=10 * c.state.stress), "start.stress"),
+    ],
+)
+def test_what_is_not_of_the_scene_is_refused_by_the_march(course, changes, words):
+    refused(lambda: ASKED.run(start=replace(course, **changes(course))), words)
+
+
+def _before(course, **changes):
+    return {"before": replace(course.before, **changes)}
+
+
+def _state(course, **changes):
+    return {"state": replace(course.state, **changes)}
+
+
+def test_a_course_of_another_mesh_is_refused(course):
+    with pytest.raises(SceneError, match=r"start.nodes = 'of shape .*as in the scene"):
+        march(upsetting(mu=0.3, elements=3, reduction=0.03), Schedule(3), start=course)
+
+
+def test_its_arrays_refuse_to_be_written_to(course):
+    for array in (course.landed, course.before.velocity):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda c: pickle.loads(pickle.dumps(c)), stored])
+def test_a_copy_of_it_is_the_same(course, again):
+    expected, found = (ASKED.seen(ASKED.run(start=start)[0]) for start in (course, again(course)))
+    assert unlike([expected], [found]) == []
+
+
+def test_it_counts_what_the_march_has_done(accepted):
+    whole = ASKED.run()
+    course, start = accepted.course, accepted.start
+    assert course.number == 5 == accepted.number
+    assert course.state is accepted.state
+    assert course.energies == accepted.energies
+    assert course.largest == max(np.abs(a.solved.r).max() for a in whole[:5])
+    assert np.isnan(course.size)
+    assert not course.landed.any()
+    assert course.before.tau == start.tau
+    assert course.before.middle == pytest.approx((start.tau + whole[3].start.tau) / 2)
+    np.testing.assert_array_equal(course.before.velocity, start.rates)
+
+
+def test_one_that_begins_at_a_state_knows_of_nothing_before(accepted):
+    course = Course.of(accepted.state)
+    assert (course.number, course.energies) == (0, Energies())
+    assert course.largest == np.abs(accepted.state.forces).max()
+    assert np.isnan([course.size, course.uncut, course.before.tau, course.before.middle]).all()
+    assert isinstance(course.before, Paced)
