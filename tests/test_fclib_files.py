@@ -11,7 +11,7 @@ from bipot.hdf5.isolated import isolated
 from tests.corpus import fclib, flips, whole
 from tests.corpus.case import damaged
 from tests.corpus.child import Outcome
-from tests.corpus.hdf5 import of_dataset, shared_chunks
+from tests.corpus.hdf5 import longer_chunk, of_dataset, shared_chunks
 from tests.corpus.refusals import MEGABYTES, SECONDS, refused
 
 posix = pytest.mark.skipif(os.name != "posix", reason="measured by what POSIX tells of a process")
@@ -60,6 +60,15 @@ def test_chunks_in_one_place_are_refused_once_they_declare_more_than_the_file(tm
     damage = {"shared chunks": lambda path: shared_chunks(path, field)}
     answers = refused("bipot.coulomb:read_fclib", valid, list(damaged(valid, tmp_path / "damaged", damage, field)))
     assert all("bytes of its chunks" in answer.message for answer in answers.values())
+
+
+@posix
+def test_chunks_of_another_size_than_declared_are_refused(tmp_path):
+    """HDF5 would write beyond its buffer, and so end the process now or later."""
+    valid, field = fclib.local(tmp_path / "valid.hdf5", chunks=(6,)), "fclib_local/W/x"
+    (tmp_path / "damaged").mkdir()
+    damages = {f"longer {k}": lambda path: longer_chunk(path, field) for k in range(5)}
+    refused("bipot.coulomb:read_fclib", valid, list(damaged(valid, tmp_path / "damaged", damages, field)))
 
 
 @posix

@@ -7,6 +7,8 @@ up to its declared size, because HDF5 grows its buffer to whatever the stream ho
 from __future__ import annotations
 
 import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
 from math import prod
 from typing import TYPE_CHECKING
 
@@ -15,7 +17,7 @@ import numpy as np
 from bipot.hdf5.source import Source
 
 if TYPE_CHECKING:
-    from h5py.h5d import DatasetID
+    from h5py.h5d import DatasetID, StoreInfo
 
 LARGEST_CHUNK = 2**25
 """Bytes of one decoded chunk: HDF5 allocates it whole, however small the dataset is."""
@@ -69,28 +71,76 @@ def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
 
 
 def _require_chunks(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
-    """Refuse rows whose chunks are not there or not of the declared size once decoded.
+    """Refuse rows whose chunks are not there, or not of the declared size once decoded.
 
-    Chunks are asked for one by one: counting or listing them goes through an index that may declare any number. Where
-    several share one place, few bytes declare many: all together must not have more than the file.
+    Where several share one place, few bytes declare many: all together must not have more than the file.
     """
     shape, chunk = dataset.shape, dataset.get_create_plist().get_chunk()
     decoded = prod(chunk) * dataset.dtype.itemsize
     source.require(0 < decoded <= LARGEST_CHUNK, f"{field}: bytes of a chunk", decoded, f"in [1, {LARGEST_CHUNK}]")
     filters = _filters(source, field, dataset)
-    counts = [-(-n // c) for n, c in zip((stop, *shape[1:]), chunk, strict=True)]
-    counts[0] -= start // chunk[0]
+    first = start // chunk[0] * chunk[0]
+    counts = [-(-n // c) for n, c in zip((max(stop - first, 0), *shape[1:]), chunk, strict=True)]
+    if start < stop and prod(counts):
+        grid = _Grid(first, tuple(chunk), tuple(counts))
+        if filters:
+            _require_decoded(source, field, dataset, grid, decoded, filters)
+        else:
+            _require_listed(source, field, dataset, grid, decoded)
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """Chunks from a row on, so many in every direction."""
+
+    first: int
+    chunk: tuple[int, ...]
+    counts: tuple[int, ...]
+
+    def places(self) -> Iterator[tuple[int, ...]]:
+        """One after another: a list of them would be as long as a file declares."""
+        for number in range(prod(self.counts)):
+            index = np.unravel_index(number, self.counts)
+            row, *others = (int(k) * c for k, c in zip(index, self.chunk, strict=True))
+            yield self.first + row, *others
+
+    def __contains__(self, place: tuple[int, ...]) -> bool:
+        steps = (place[0] - self.first, *place[1:])
+        each = zip(steps, self.chunk, self.counts, strict=True)
+        return all(not step % size and 0 <= step < size * count for step, size, count in each)
+
+
+def _require_decoded(
+    source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int, filters: list[int]
+) -> None:
+    """Chunks that went through filters, asked for one by one: their index may tell any number of them."""
     room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
-    # One after another: a list of all places would be as long as a file declares.
-    for number in range(prod(counts) if start < stop else 0):
-        index = np.unravel_index(number, counts)
-        place = tuple(int(k) * c for k, c in zip((index[0] + start // chunk[0], *index[1:]), chunk, strict=True))
+    for place in grid.places():
         # What is longer than the room is refused before it is read.
         skipped, data = dataset.read_direct_chunk(place, out=room)
         stored += len(data)
         source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
         length = _decoded_length(data, skipped, filters, decoded)
         source.require(length == decoded, f"{field}: decoded bytes of the chunk at {place}", length, f"{decoded}")
+
+
+def _require_listed(source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int) -> None:
+    """Chunks as they are: HDF5 reads as many bytes as their index tells, into what it takes for one of them."""
+    wanted, listed, found = prod(grid.counts), 0, set()
+    stored = wanted * decoded
+    source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
+
+    def take(chunk: StoreInfo) -> bool | None:
+        nonlocal listed
+        listed += 1
+        if chunk.size == decoded and chunk.chunk_offset in grid:
+            found.add(chunk.chunk_offset)
+        # An index that leads to one place again and again would be listed without end.
+        return True if len(found) == wanted or listed > source.size else None
+
+    dataset.chunk_iter(take)
+    whole = f"{wanted} of {decoded} bytes each, as declared"
+    source.require(len(found) == wanted, f"{field}: number of its stored chunks", len(found), whole)
 
 
 def _filters(source: Source, field: str, dataset: DatasetID) -> list[int]:

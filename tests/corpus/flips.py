@@ -80,12 +80,13 @@ def flipped(valid: Path, reader: str, count: int, seed: int = 0) -> Flips:
 
 
 def fclib_files(folder: Path) -> Iterator[Path]:
-    """Valid problems with data in one piece, in compressed chunks, and with the checked metadata of HDF5 1.8."""
-    chunked = {"chunks": (6,), "maxshape": (None,), "compression": "gzip", "shuffle": True, "fletcher32": True}
+    """Valid problems: data in one piece, in chunks, in packed chunks, and these with the metadata of HDF5 1.8."""
+    packed = {"chunks": (6,), "maxshape": (None,), "compression": "gzip", "shuffle": True, "fletcher32": True}
     yield fclib.both(folder / "contiguous.hdf5", "triplets")
-    yield fclib.local(folder / "chunked.hdf5", **chunked)
+    yield fclib.local(folder / "chunked.hdf5", chunks=(3,), maxshape=(None,))
+    yield fclib.local(folder / "packed.hdf5", **packed)
     with (
-        h5py.File(folder / "chunked.hdf5") as old,
+        h5py.File(folder / "packed.hdf5") as old,
         h5py.File(folder / "v108.hdf5", "w", libver=("v108", "v108")) as new,
     ):
         for name in old:

@@ -203,18 +203,34 @@ def of_dataset(valid: Path, name: str, folder: Path, kinds: frozenset[str] = fro
     yield from damaged(valid, folder, damages, name)
 
 
-def shared_chunks(path: Path, name: str) -> None:
-    """All chunks of a dataset in the place of its first: few bytes that declare many.
+def _records(path: Path, name: str) -> tuple[bytearray, list[int], list[h5py.h5d.StoreInfo]]:
+    """Bytes of a file, and for each chunk of a dataset its record in them and what HDF5 tells of it.
 
     Of a dataset of one dimension in HDF5's old index, whose records are size (4), filters (4), two offsets (8) and the
     place of the chunk (8 bytes).
     """
     with h5py.File(path, "r") as file:
         dataset = file[name].id
-        places = [dataset.get_chunk_info(k) for k in range(dataset.get_num_chunks())]
+        chunks = [dataset.get_chunk_info(k) for k in range(dataset.get_num_chunks())]
     content = bytearray(path.read_bytes())
-    for place in places[1:]:
-        (record,) = (k for k in range(len(content)) if content.startswith(struct.pack("<Q", place.byte_offset), k))
-        content[record : record + 8] = struct.pack("<Q", places[0].byte_offset)
-        content[record - 24 : record - 20] = struct.pack("<I", places[0].size)
+    found = []
+    for chunk in chunks:
+        (place,) = (k for k in range(len(content)) if content.startswith(struct.pack("<Q", chunk.byte_offset), k))
+        found.append(place - 24)
+    return content, found, chunks
+
+
+def shared_chunks(path: Path, name: str) -> None:
+    """All chunks of a dataset in the place of its first: few bytes that declare many."""
+    content, records, chunks = _records(path, name)
+    for record in records[1:]:
+        struct.pack_into("<I", content, record, chunks[0].size)
+        struct.pack_into("<Q", content, record + 24, chunks[0].byte_offset)
+    path.write_bytes(content)
+
+
+def longer_chunk(path: Path, name: str) -> None:
+    """More bytes in the index than a chunk without filters has: HDF5 2.0 reads them into what it takes for one."""
+    content, records, chunks = _records(path, name)
+    struct.pack_into("<I", content, records[-1], chunks[-1].size + 5000)
     path.write_bytes(content)
