@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from types import FrameType
 from typing import Any
 
@@ -77,7 +79,9 @@ def stoppable() -> Iterator[Stop]:
     before = {number: signal.getsignal(number) for number in STOPS}
     # What is ignored stays so: a shell starts jobs in the background without Ctrl-C.
     own = {number: handler for number, handler in before.items() if handler not in (signal.SIG_IGN, None)}
+    told, alone = sys.unraisablehook, leave in own.values()
     try:
+        sys.unraisablehook = partial(_unraisable, stop, told)
         for number in own:
             signal.signal(number, stop)
         _known.append(stop)
@@ -85,9 +89,22 @@ def stoppable() -> Iterator[Stop]:
     finally:
         _known[:] = [known for known in _known if known is not stop]
         stop.over()
+        # Where the study is all that runs, it has its exit code now, and nothing more to tell after a stop.
         for number, handler in own.items():
-            # Where the study is all that runs, it has its exit code now.
             signal.signal(number, signal.SIG_IGN if handler is leave else handler)
+        if stop.came is None or not alone:
+            sys.unraisablehook = told
+
+
+def _unraisable(stop: Stop, told: Callable[[Any], Any], found: Any) -> None:
+    """An exception where none can be raised, as in a destructor: Python tells of it with a traceback, and goes on.
+
+    The interrupt is one of those at times: then the clock raises it once more. Others may be what it led to.
+    """
+    if stop.came is None:
+        told(found)
+    elif issubclass(found.exc_type, KeyboardInterrupt):
+        stop.raised = False
 
 
 def _importing(frame: FrameType | None) -> bool:

@@ -213,6 +213,25 @@ def test_ctrl_c_that_is_swallowed_ends_the_study_all_the_same(planted, tmp_path)
         assert (process.returncode, *said) == (130, "", STOPPED)
 
 
+def test_ctrl_c_in_a_destructor_is_no_traceback_and_comes_again(planted, tmp_path):
+    """Python tells of it as an exception that is ignored."""
+    lines = [
+        "class Slow:",
+        "    def __del__(self):",
+        f"        pathlib.Path({str(tmp_path)!r}, 'there').touch()",
+        "        time.sleep(1e9)",
+        "slow = Slow()",
+        "del slow",
+        f"pathlib.Path({str(tmp_path)!r}, 'gone on').touch()",
+        "time.sleep(1e9)",
+    ]
+    with planted(*lines) as process:
+        process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=DEADLINE)
+        assert (process.returncode, *said) == (130, "", STOPPED)
+    assert (tmp_path / "gone on").exists()
+
+
 def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_path):
     there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
     lines = [
