@@ -40,6 +40,9 @@ from bipot.schedule import Schedule
 from bipot.starting import course_of
 from bipot.system import System, system_of
 
+ROUND_OFF = 1e-12
+"""Pseudo-times nearer to each other than this fraction of them are one: machines differ in the last bit of a sum."""
+
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 
 
@@ -143,10 +146,10 @@ class Found(NamedTuple):
 def _increments(run: Run, schedule: Schedule, course: Course) -> Iterator[Accepted]:
     """The march from a checked start."""
     times = schedule.landing_on(run.system.body.scene.kinks)
-    if course.state.tau in times:
+    if any(abs(course.state.tau - target) <= ROUND_OFF * target for target in times):
         course = course.scheduled()
     for target in times:
-        while course.state.tau < target:
+        while course.state.tau < target * (1 - ROUND_OFF):
             accepted = _next(run, course, target)
             yield accepted
             course = accepted.course
@@ -184,7 +187,7 @@ def _halved(run: Run, course: Course, target: float) -> Found:
     cuts, passes, reasons = 0, 0, list[Reason]()
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
-        tau = target if state.tau + size >= target * (1 - 1e-12) else state.tau + size
+        tau = target if state.tau + size >= target * (1 - ROUND_OFF) else state.tau + size
         increment = Increment(run.system, state, tau)
         attempt = run.attempt(increment, course.largest)
         passes += attempt.passes

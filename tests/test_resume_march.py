@@ -118,6 +118,16 @@ def test_in_another_schedule_its_pseudo_times_rule(between):
     assert ends(tau) == [1.0]
 
 
+@pytest.mark.parametrize("way", [0.0, 1.0])
+def test_a_pseudo_time_that_another_machine_rounds_otherwise_is_the_same(way):
+    """An increment of the last bit's length tells nothing, and no form solves it."""
+    asked = upset(FORMS["newton"])
+    middle = asked.run()[3]
+    tau = float(np.nextafter(middle.state.tau, way))
+    started = replace(middle.course, state=replace(middle.state, tau=tau))
+    assert asked.run(start=started)[0].state.tau == asked.run()[4].state.tau
+
+
 @pytest.mark.parametrize("cuts", [1, 3])
 def test_of_another_control_the_cuts_count_from_the_uncut_length(between, cuts):
     scene, course = between
