@@ -194,7 +194,9 @@ def of_faults(results: Path) -> str:
     """A line a kind of fault."""
     lines = _read(results, "faults", "faults")
     counts = [name for name in lines[0] if name != "fault"]
-    return table(["fault", *counts], [[str(line["fault"]), *(f"{line[name]:.0f}" for name in counts)] for line in lines])
+    return table(
+        ["fault", *counts], [[str(line["fault"]), *(f"{line[name]:.0f}" for name in counts)] for line in lines]
+    )
 
 
 def _penalties(results: Path) -> list[Line]:
