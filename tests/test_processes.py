@@ -55,13 +55,17 @@ def children_of(pid):
     return {number for number in numbers if parent_of(number) == pid}
 
 
+def hearing():
+    """A shell that runs these tests in the background lets its jobs ignore Ctrl-C."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 @contextmanager
 def running(*command, **more):
     """A command in a session of its own, as a terminal would run it; killed at the end if it still runs."""
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(
-        [sys.executable, "-m", *map(str, command)], cwd=ROOT, start_new_session=True, **pipes, **more
-    ) as process:
+    started = {"cwd": ROOT, "start_new_session": True, "preexec_fn": hearing}
+    with subprocess.Popen([sys.executable, "-m", *map(str, command)], **started, **pipes, **more) as process:
         try:
             yield process
         finally:
