@@ -31,10 +31,10 @@ from scipy.stats import binom
 
 from benchmarks.rows import write
 from bipot.errors import BipotError
+from bipot.undisturbed import undisturbed
 from studies.command import command, say
 from studies.files import require_writable
 from studies.options import count
-from studies.pool import undisturbed
 
 ROOT = Path(__file__).parents[1]
 TASKS = ROOT / "benchmarks" / "paired_tasks.py"

@@ -18,13 +18,14 @@ from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeVar
 
+from bipot.undisturbed import WAITING, undisturbed
+
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 AHEAD = 4
 """Jobs handed out per process before their results are asked for: few, so that any number of jobs may be given."""
 
-STOPS = (signal.SIGINT, signal.SIGTERM)
 GONE = 1
 
 
@@ -76,24 +77,11 @@ def completed(job: Callable[[Item], Result], items: Iterable[Item], workers: int
                 yield future.result()
 
 
-@contextmanager
-def undisturbed() -> Iterator[None]:
-    """Signals that stop wait until the block ends; processes started in it inherit that, and see no Ctrl-C."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def _begin() -> None:
     """The first thing that a worker does."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, STOPS)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, WAITING)
     threading.Thread(target=_leave_with_parent, daemon=True).start()
 
 

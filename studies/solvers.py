@@ -29,7 +29,6 @@ from bipot.marching import Control, Schedule, march
 from bipot.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
-from studies.pool import undisturbed
 from studies.tables import text
 from studies.upsetting_case import FIRST
 
@@ -79,9 +78,7 @@ def compared(programs: list[ConicProgram], form: str, solvers: Iterable[str] = S
         answers, last = [], None
         solver, accuracy = SOLVERS[name]
         for program in programs:
-            # SCS takes Ctrl-C for itself, and ends without an answer.
-            with undisturbed():
-                answer, last = solver.solve(program, accuracy, last)
+            answer, last = solver.solve(program, accuracy, last)
             answers.append(answer)
         costs = [answer.program.cost(answer.x) for answer in answers]
         yield Row(

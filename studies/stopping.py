@@ -14,8 +14,8 @@ from types import FrameType
 from typing import Any
 
 from studies import leave
-from studies.pool import STOPS
 
+STOPS = (signal.SIGINT, signal.SIGTERM)
 AGAIN, PATIENCE = 0.1, 2.0
 """Seconds after which the clock asks again for what a signal has asked, and after which it does not ask any more."""
 

@@ -20,7 +20,7 @@ from bipot.forms import OWN
 ROOT = Path(__file__).parents[1]
 
 LAYERS = (
-    ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing"),
+    ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing", "undisturbed"),
     ("abaqus", "cells", "conic", "elements", "facets", "hdf5", "laws", "mesh", "mesh_files", "paths", "tools"),
     ("certificate", "coulomb", "fem"),
     ("components", "loads", "programs", "scene", "schedule", "supports", "symmetry"),

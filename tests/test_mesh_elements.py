@@ -95,7 +95,8 @@ def test_a_file_there_and_back_gives_the_forces_of_the_native_mesh(element, endi
     assert back.element is element
     assert sorted(back.boundaries) == sorted(mesh.boundaries)
     expected = forces(mesh)
-    np.testing.assert_allclose(forces(back), expected, rtol=0, atol=1e-12 * np.abs(expected).max())
+    # Some files write sixteen digits: with nodes a bit apart, Newton ends elsewhere within the bound on equilibrium.
+    np.testing.assert_allclose(forces(back), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("element", Element)

@@ -4,12 +4,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from bipot.undisturbed import undisturbed
 from studies import pool
 
 ROOT = Path(__file__).parents[1]
@@ -302,3 +304,17 @@ def test_a_real_study_in_processes_stops_at_ctrl_c_and_goes_on(tmp_path):
     with running(*command, 3) as process:
         assert process.communicate(timeout=DEADLINE)[1] == ""
     assert table.read_text().splitlines()[: len(kept)] == kept
+
+
+def test_a_signal_waits_for_the_end_of_what_is_undisturbed():
+    came = []
+    before = signal.signal(signal.SIGTERM, lambda number, frame: came.append(number))
+    try:
+        with undisturbed():
+            with undisturbed():
+                # To this thread: one that another takes, such as that of a test runner, is not kept.
+                signal.pthread_kill(threading.get_ident(), signal.SIGTERM)
+            inside = list(came)
+        assert (inside, came) == ([], [signal.SIGTERM])
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -14,6 +14,7 @@ from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timi
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require
 from bipot.typing import Floats
+from bipot.undisturbed import undisturbed
 
 if TYPE_CHECKING:
     import cvxpy as cp
@@ -127,7 +128,9 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
         # cvxpy warns of AlmostSolved; we record it as an outcome and re-check the answer ourselves.
         warnings.filterwarnings("ignore", message="Solution may be inaccurate")
         try:
-            stated.problem.solve(solver=name, warm_start=False, **OPTIONS.get(name, lambda a: {})(accuracy))
+            # SCS takes Ctrl-C for itself, and ends without an answer.
+            with undisturbed():
+                stated.problem.solve(solver=name, warm_start=False, **OPTIONS.get(name, lambda a: {})(accuracy))
         except cp.SolverError as broken:
             # cvxpy raises where the solver stops without an answer: a failed attempt like any other.
             raise ProgramError(f"conic solver stopped without an answer ({broken}): refine the increment") from broken

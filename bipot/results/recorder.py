@@ -31,6 +31,7 @@ from bipot.results.vtkhdf import RunFile
 from bipot.scene import Scene
 from bipot.starting import course_of
 from bipot.system import system_of
+from bipot.undisturbed import undisturbed
 
 CURVES = "history.csv"
 
@@ -94,11 +95,13 @@ class Recorder:
         return self._course
 
     def __enter__(self) -> Self:
-        with ExitStack() as opened, self._written("nothing is recorded"):
-            self.folder.mkdir(parents=True, exist_ok=True)
-            opened.enter_context(Lock(self.folder))
-            known = self._known()
-            self._begin(opened) if known is None else self._go_on(opened, known)
+        # HDF5 calls back for every byte: an exception of Ctrl-C there can end the interpreter.
+        with ExitStack() as opened:
+            with undisturbed(), self._written("nothing is recorded"):
+                self.folder.mkdir(parents=True, exist_ok=True)
+                opened.enter_context(Lock(self.folder))
+                known = self._known()
+                self._begin(opened) if known is None else self._go_on(opened, known)
             self._opened = opened.pop_all()
         return self
 
@@ -115,7 +118,7 @@ class Recorder:
                 f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
             )
         line = table.line([column.value(self.system, accepted) for column in self.columns])
-        with self._written(f"{last.number} increments are recorded; make room and resume"):
+        with undisturbed(), self._written(f"{last.number} increments are recorded; make room and resume"):
             self._file.append(Step.after(accepted), line)
             _add(self._curves, line)
         self._course = accepted.course
@@ -123,7 +126,8 @@ class Recorder:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._opened.close()
+        with undisturbed():
+            self._opened.close()
         if isinstance(error, IncrementFailed):
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
