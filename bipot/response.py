@@ -8,6 +8,7 @@ with de, R, B, w of the scene's configuration (:mod:`bipot.fem.kinematics`).
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,6 +17,7 @@ from bipot.certificate import MaterialFields
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.orientation import refuse_folded
+from bipot.fem.projection import Projection
 from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
 from bipot.laws.von_mises import Returned, TangentKind
@@ -127,6 +129,12 @@ class Body:
     scene: Scene
     space: Space
 
+    @cached_property
+    def projection(self) -> Projection | None:
+        """What the volume change of the elements is projected on."""
+        mesh = self.scene.mesh
+        return Projection.of(self.scene.volume_change, mesh.nodes, mesh.elements, self.space.reference)
+
     def carried_on(self, state: State, flow: Flow) -> State:
         """The state from which BDF2 takes an increment: ``flow`` has gone on from ``state`` at fixed strain.
 
@@ -144,8 +152,8 @@ class Body:
         """
         mesh, space_ = self.scene.mesh, self.space
         measure, geometry = self.scene.configuration.measure, self.scene.geometry
-        du = space_.spread(x) + driven
-        kin = measure.increment(self.scene.origin(state.nodes), du, mesh.elements, space_.reference, geometry)
+        du, origin = space_.spread(x) + driven, self.scene.origin(state.nodes)
+        kin = measure.increment(origin, du, mesh.elements, space_.reference, geometry, self.projection)
         rotated = kin.turned(state.stress)
         returned = self.scene.material.update(rotated, kin.strain, state.peeq)
         forces = element_force(kin, returned.stress)
@@ -159,7 +167,7 @@ class Body:
         """
         start, du = response.state.nodes, response.du
         placements = self.scene.configuration.measure.placements(start, du)
-        refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry)
+        refuse_folded(placements, self.scene.mesh.elements, self.scene.geometry, straight=True)
 
     def stiffness(self, response: Response, kind: TangentKind) -> sp.csc_matrix:
         """K of (25) at the response, without geometric part: symmetric and positive semidefinite."""
@@ -186,6 +194,7 @@ class Body:
             returned=response.returned.stress,
             moduli=self._moduli(response, TangentKind.CONSISTENT),
             shear=scene.material.elasticity.shear,
+            bulk=scene.material.elasticity.bulk,
         )
         return scene.configuration.measure.tangent(response.kinematics, stresses, scratch or self.scratch())
 

@@ -25,6 +25,7 @@ from bipot.errors import (
 )
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
+from bipot.fem.projection import STABLE, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Perfect
@@ -46,7 +47,8 @@ INSIDE = 1e-9
 class Scene:
     """One body, its supports and tools, if any. Supports that are a ``Symmetry`` say of which whole body it is a part.
 
-    Without a ``quadrature`` it is the element's own (:attr:`rule`).
+    Without a ``quadrature`` or a representation of the ``volume`` change they are the element's own (:attr:`rule`,
+    :attr:`volume_change`).
 
     Raises:
         SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
@@ -62,6 +64,7 @@ class Scene:
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
+    volume: VolumeChange | None = None
     held: Ints = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -92,6 +95,10 @@ class Scene:
         rules = RULES[self.mesh.element]
         allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
         require(self.rule in rules, "scene.quadrature", self.rule, allowed)
+        require_type(self.volume, VolumeChange, "scene.volume", optional=True)
+        stable = STABLE[self.mesh.element]
+        allowed = f"one for {self.mesh.element.name}, of {[volume.name for volume in stable]}"
+        require(self.volume_change in stable, "scene.volume", self.volume, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
@@ -101,6 +108,11 @@ class Scene:
     def rule(self) -> Quadrature:
         """The quadrature asked for, or the element's own."""
         return self.quadrature or RULES[self.mesh.element][0]
+
+    @property
+    def volume_change(self) -> VolumeChange:
+        """The representation of the volume change asked for, or the element's own."""
+        return self.volume or STABLE[self.mesh.element][0]
 
     @cached_property
     def planes(self) -> tuple[Plane, ...]:

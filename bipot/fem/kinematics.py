@@ -14,7 +14,9 @@ import numpy as np
 from bipot.errors import InvertedElement
 from bipot.fem import plane, solid
 from bipot.fem.elements import Reference
+from bipot.fem.projection import Projection, Projector
 from bipot.fem.reduction import Geometry, Reduction
+from bipot.tensors import identity, trace
 from bipot.typing import Floats, Ints
 
 CLOSED_FORMS = {2: plane, 3: solid}
@@ -23,19 +25,36 @@ CLOSED_FORMS = {2: plane, 3: solid}
 
 @dataclass(frozen=True)
 class Gradients:
-    """Rows N,1 to N,d and with a ring N/r (e, q, p, k), and physical volume of each point (e, q)."""
+    """Rows N,1 to N,d and with a ring N/r (e, q, p, k), and physical volume of each point (e, q).
+
+    ``projector`` is what the volume change is projected by, None where it stays as it is.
+    """
 
     reduction: Reduction
     shape: Floats
     volume: Floats
+    projector: Projector | None
 
     @cached_property
     def B(self) -> Floats:
-        """B (e, q, s, dk) of (23), Mandel strain from displacements (u_1, u_2 of node 1, ...), made when asked for."""
+        """B (e, q, s, dk) of (23), Mandel strain from displacements (u_1, u_2 of node 1, ...), made when asked for.
+
+        Its trace is projected (:mod:`bipot.fem.projection`).
+        """
         e, q, _, k = self.shape.shape
         D = np.zeros((e, q, len(self.reduction.entries), self.reduction.dimension * k))
         self.gradient_operator(D)
-        return self.reduction.symmetric @ D
+        B = self.reduction.symmetric @ D
+        if self.projector is not None:
+            B[:, :, :3] += self.projector.left(trace_rows(D, self.reduction))[:, :, None] / 3
+        return B
+
+    def strained(self, strain: Floats) -> Floats:
+        """The Mandel strain (e, q, s) with its trace projected."""
+        if self.projector is None:
+            return strain
+        own = trace(strain)
+        return strain + (self.projector.of(own) - own)[..., None] / 3 * identity(self.reduction.mandel)
 
     def gradient_operator(self, D: Floats) -> None:
         """Write D (e, q, m, dk), which maps displacements to g; what is not written stays zero."""
@@ -63,6 +82,12 @@ class Kinematics(Gradients):
     half: Floats | None = None
 
     @property
+    def divergence(self) -> Floats:
+        """Volume change (e, q) of the points as it is, that of the strain before it is projected."""
+        diagonal = [a for a, (i, j) in enumerate(self.reduction.entries) if i == j]
+        return self.middle[..., diagonal].sum(axis=-1)
+
+    @property
     def moves(self) -> bool:
         """Whether the configuration where equilibrium is asked moves with the increment."""
         return self.half is not None
@@ -78,10 +103,17 @@ class Kinematics(Gradients):
         """Volume (e, q) at the increment's start."""
         if self.half is None:
             return self.volume
-        return self.volume * np.exp(-self.strain[..., :3].sum(axis=-1))
+        return self.volume * np.exp(-self.divergence)
 
 
-def gradients(nodes: Floats, elements: Ints, reference: Reference, geometry: Geometry) -> Gradients:
+def trace_rows(D: Floats, reduction: Reduction) -> Floats:
+    """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
+    return D[:, :, [a for a, (i, j) in enumerate(reduction.entries) if i == j]].sum(axis=2)
+
+
+def gradients(
+    nodes: Floats, elements: Ints, reference: Reference, geometry: Geometry, projection: Projection | None = None
+) -> Gradients:
     """Shape gradients and volumes on the configuration ``nodes``; for axisymmetry volumes are those of the full ring.
 
     Raises:
@@ -95,12 +127,12 @@ def gradients(nodes: Floats, elements: Ints, reference: Reference, geometry: Geo
     shape = np.empty((e, q, reduction.rows, k))
     np.matmul(inverse, reference.gradients.transpose(0, 2, 1), out=shape[:, :, :d])
     volume = determinant * reference.weights
-    if not reduction.ring:
-        return Gradients(reduction, shape, volume)
-    radius = x[..., 0] @ reference.values.T
-    refuse_inverted(radius, "radius", x)
-    np.divide(reference.values, radius[..., None], out=shape[:, :, d])
-    return Gradients(reduction, shape, 2 * np.pi * radius * volume)
+    if reduction.ring:
+        radius = x[..., 0] @ reference.values.T
+        refuse_inverted(radius, "radius", x)
+        np.divide(reference.values, radius[..., None], out=shape[:, :, d])
+        volume = 2 * np.pi * radius * volume
+    return Gradients(reduction, shape, volume, None if projection is None else projection.at(volume))
 
 
 def refuse_inverted(positive: Floats, name: str, x: Floats) -> None:

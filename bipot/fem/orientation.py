@@ -9,6 +9,10 @@ det J has, from as many values, its Bernstein coefficients D_m over the whole el
 with D at the corners equal to det J there. Where the least D is not positive while the corners are, the element is
 halved along its sides into four (de Casteljau), which takes D to det J with the square of its size.
 
+Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that corner
+alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up to
+:data:`STRAIGHT` of its mean. At rest none may.
+
 Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
 negative on the edges, where it is a parabola or linear. End nodes and whole edges may lie on the axis, r = 0; the rest
 may not.
@@ -34,6 +38,9 @@ LEVELS = 12
 
 ROUND_OFF = 1e-12
 """Of extent times derivative: above 5000 units in the last place, what products of sums of eight terms can gather."""
+
+STRAIGHT = 1e-9
+"""det J at a corner over its mean, below which the angle there is straight: the gaps of three nodes on a tool make it."""
 
 CHEBYSHEV = {1: [0.0, 1.0], 3: [0.0, 0.25, 0.75, 1.0]}
 """Chebyshev's points with ends, by degree."""
@@ -191,10 +198,13 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
     return out
 
 
-def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Geometry) -> None:
+def refuse_folded(
+    placements: Mapping[str, Floats], elements: Ints, geometry: Geometry, *, straight: bool = False
+) -> None:
     """Refuse nodes (a, 2) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
 
-    The ``placements`` are told apart in words. What no halving decides is refused too.
+    The ``placements`` are told apart in words. What no halving decides is refused too. With ``straight`` a corner
+    between straight edges may have a straight angle.
 
     Raises:
         InvertedElement: naming an element, the placement, the place and the value.
@@ -203,7 +213,7 @@ def refuse_folded(placements: Mapping[str, Floats], elements: Ints, geometry: Ge
     D, local, both = _coefficients(x)
     # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
     clear = D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max()
-    fault = None if clear else _folded(x)
+    fault = None if clear else _folded(x, straight)
     if fault is None and geometry is Geometry.AXISYMMETRIC:
         fault = _off_axis(x)
     if fault is not None:
@@ -222,10 +232,15 @@ class Fault:
     what: str
 
 
-def _folded(x: Floats) -> Fault | None:
+def _folded(x: Floats, straight: bool) -> Fault | None:
     """The worst of the elements whose least det J is not above round-off, or not known to be."""
     D, noise = determinant_coefficients(x)
-    suspect = np.flatnonzero(~(D.min(axis=1) > noise))
+    positive = D > noise[:, None]
+    if straight and _element(x) is Element.Q4:
+        # its coefficients are the values at its corners
+        flat = np.abs(D) <= STRAIGHT * D.mean(axis=1, keepdims=True)
+        positive |= flat & (positive.sum(axis=1, keepdims=True) == D.shape[1] - 1)
+    suspect = np.flatnonzero(~positive.all(axis=1))
     D, noise = D[suspect], noise[suspect]
     form = basis(_element(x))
     found = least(D, form, lambda low, upper, element: (low > noise[element]) | ~(upper > noise[element]))

@@ -26,9 +26,10 @@ import numpy as np
 
 from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Reference
-from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted
+from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted, trace_rows
+from bipot.fem.projection import Projection, Projector
 from bipot.fem.reduction import Geometry, Reduction
-from bipot.tensors import contract
+from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
 
@@ -55,12 +56,13 @@ class Scratch:
 
 @dataclass(frozen=True)
 class Stresses:
-    """R sigma_n R', the returned stress (e, q, s), its moduli C_alg (e, q, s, s) or (s, s), the shear modulus."""
+    """R sigma_n R', the returned stress (e, q, s), its moduli C_alg (e, q, s, s) or (s, s), shear and bulk modulus."""
 
     rotated: Floats
     returned: Floats
     moduli: Floats
     shear: float
+    bulk: float
 
 
 class Measure(Protocol):
@@ -71,9 +73,15 @@ class Measure(Protocol):
         ...
 
     def increment(
-        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+        self,
+        nodes: Floats,
+        du: Floats,
+        elements: Ints,
+        reference: Reference,
+        geometry: Geometry,
+        projection: Projection | None = None,
     ) -> Kinematics:
-        """Kinematics of one increment ``du`` (a, d) from the configuration ``nodes`` (a, d).
+        """Kinematics of one increment ``du`` (a, d) from the configuration ``nodes`` (a, d), tr e by ``projection``.
 
         Raises:
             InvertedElement: where the measure looks.
@@ -104,12 +112,18 @@ class Fixed:
         return rest if self.at_rest else nodes
 
     def increment(
-        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+        self,
+        nodes: Floats,
+        du: Floats,
+        elements: Ints,
+        reference: Reference,
+        geometry: Geometry,
+        projection: Projection | None = None,
     ) -> Kinematics:
         """See :class:`Measure`."""
-        start = gradients(nodes, elements, reference, geometry)
+        start = gradients(nodes, elements, reference, geometry, projection)
         g = start.of(du.take(elements, axis=0))
-        return Kinematics(start.reduction, start.shape, start.volume, contract(g, start.reduction.symmetric.T), g)
+        return Kinematics(**vars(start), strain=start.strained(contract(g, start.reduction.symmetric.T)), middle=g)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """That of (25)."""
@@ -133,17 +147,23 @@ class Midpoint:
         return nodes
 
     def increment(
-        self, nodes: Floats, du: Floats, elements: Ints, reference: Reference, geometry: Geometry
+        self,
+        nodes: Floats,
+        du: Floats,
+        elements: Ints,
+        reference: Reference,
+        geometry: Geometry,
+        projection: Projection | None = None,
     ) -> Kinematics:
         """See :class:`Measure`."""
-        end = gradients(nodes + du, elements, reference, geometry)
+        end = gradients(nodes + du, elements, reference, geometry, projection)
         reduction, forms = end.reduction, CLOSED_FORMS[end.reduction.dimension]
         middle, positive = forms.middle(end.of(du.take(elements, axis=0)), reduction)
         for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
             refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes[elements])
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn_half(contract(middle, reduction.symmetric.T), half)
-        return Kinematics(reduction, end.shape, end.volume, strain, middle, half)
+        return Kinematics(**vars(end), strain=end.strained(strain), middle=middle, half=half)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """In ``scratch.K``."""
@@ -160,7 +180,10 @@ class Midpoint:
         Z *= kin.volume[..., None, None]
         np.matmul(Z, scratch.D, out=scratch.ZD)
         e, n, _ = scratch.K.shape
-        return np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
+        K = np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
+        if kin.projector is not None:
+            K += s.bulk * _projected(kin, kin.projector, by_g[:, :, :3].sum(axis=2), scratch.D)
+        return K
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
         """Middle and end."""
@@ -169,6 +192,18 @@ class Midpoint:
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
         """The end."""
         return nodes + du
+
+
+def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats) -> Floats:
+    """What projecting the volume change adds to K_e (e, dk, dk), over the bulk modulus; ``by_g`` (e, q, m) is d tr e/dg.
+
+    K_e gains sum_q w V' K (d(Pi theta) - d theta), V the trace of D. Weights that move by w V move Pi theta by
+    phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
+    """
+    V = trace_rows(D, kin.reduction)
+    left = (kin.divergence - trace(kin.strain))[..., None] * V
+    moved = projector.of(left) + projector.left((by_g[:, :, None] @ D)[:, :, 0])
+    return (kin.volume[..., None] * V).transpose(0, 2, 1) @ moved
 
 
 def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:

@@ -1,0 +1,85 @@
+r"""The volume change of an element, projected on what its pressure can be held against: a cure for volumetric locking.
+
+With theta = tr e of the strain as it is at the points of an element, weights w where equilibrium is asked, and phi_k
+what spans the volume change,
+
+    e' = e + (Pi theta - theta) 1/3,    Pi = phi (phi' w phi)^-1 phi' w,    sum_q w q (Pi theta - theta) = 0 for q in phi.
+
+phi is 1 (``p0``, the mean dilatation) or 1 and the coordinates at rest (``p1``). Points keep theirs for good, so that the
+pressure, which follows from tr e' alone where plastic flow keeps the volume, stays in span phi from a start in it. Then
+Pi p = p, and the force that e' asks for, sum_q w B'(s + Pi p 1), is that of the stress at the points: nothing of it
+needs to be projected. As an element is refined its map becomes affine, and linear at rest is linear where it has come to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from bipot.elements import Element
+from bipot.fem.elements import Reference
+from bipot.typing import Floats, Ints, read_only
+
+
+class VolumeChange(Enum):
+    """How an element's change of volume is represented: as it is, or projected on constants or linear functions."""
+
+    AS_IS = "as_is"
+    P0 = "p0"
+    P1 = "p1"
+
+
+STABLE = {
+    Element.T3: (VolumeChange.AS_IS,),
+    Element.T6: (VolumeChange.AS_IS, VolumeChange.P0),
+    Element.Q4: (VolumeChange.AS_IS, VolumeChange.P0),
+    Element.Q8: (VolumeChange.AS_IS, VolumeChange.P1, VolumeChange.P0),
+    Element.Q9: (VolumeChange.AS_IS, VolumeChange.P1, VolumeChange.P0),
+}
+"""What an element may be asked for: no more constraints than its displacements can meet (studies.elements)."""
+
+
+@dataclass(frozen=True)
+class Projector:
+    """Pi at given weights w (e, q): ``spread`` phi (phi' w phi)^-1 phi' (e, q, q)."""
+
+    spread: Floats
+    weight: Floats
+
+    def of(self, values: Floats) -> Floats:
+        """Pi of values (e, q) or (e, q, n)."""
+        if values.ndim == 2:
+            return (self.spread @ (self.weight * values)[..., None])[..., 0]
+        return self.spread @ (self.weight[..., None] * values)
+
+    def left(self, rows: Floats) -> Floats:
+        """(Pi - 1) of rows (e, q, n)."""
+        return self.of(rows) - rows
+
+
+@dataclass(frozen=True)
+class Projection:
+    """The functions phi (e, q, k) that span the volume change of every element."""
+
+    functions: Floats
+
+    @staticmethod
+    def of(volume: VolumeChange, nodes: Floats, elements: Ints, reference: Reference) -> Projection | None:
+        """That of a mesh at rest, None where the volume change stays as it is."""
+        if volume is VolumeChange.AS_IS:
+            return None
+        x = nodes[elements]
+        ones = np.ones((len(elements), len(reference.weights), 1))
+        if volume is VolumeChange.P0:
+            return Projection(read_only(ones, np.float64))
+        # from the middle of the element and over its size: the same in every unit, and phi' w phi as well conditioned
+        x = (x - x.mean(axis=1, keepdims=True)) / np.ptp(x, axis=(1, 2))[:, None, None]
+        return Projection(read_only(np.concatenate([ones, reference.values @ x], axis=2), np.float64))
+
+    def at(self, weight: Floats) -> Projector:
+        """Pi at the weights (e, q)."""
+        phi = self.functions
+        across = phi.transpose(0, 2, 1)
+        return Projector(phi @ np.linalg.solve(across @ (weight[..., None] * phi), across), weight)
