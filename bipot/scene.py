@@ -25,7 +25,7 @@ from bipot.errors import (
 )
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.orientation import AXIS, refuse_folded
-from bipot.fem.projection import STABLE, VolumeChange
+from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Perfect
@@ -96,9 +96,9 @@ class Scene:
         allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
         require(self.rule in rules, "scene.quadrature", self.rule, allowed)
         require_type(self.volume, VolumeChange, "scene.volume", optional=True)
-        stable = STABLE[self.mesh.element]
-        allowed = f"one for {self.mesh.element.name}, of {[volume.name for volume in stable]}"
-        require(self.volume_change in stable, "scene.volume", self.volume, allowed)
+        volumes = VOLUMES[self.mesh.element]
+        allowed = f"one of {self.mesh.element.name}, of {[volume.name for volume in volumes]}"
+        require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
         for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
@@ -112,7 +112,7 @@ class Scene:
     @property
     def volume_change(self) -> VolumeChange:
         """The representation of the volume change asked for, or the element's own."""
-        return self.volume or STABLE[self.mesh.element][0]
+        return self.volume or VOLUMES[self.mesh.element][0]
 
     @cached_property
     def planes(self) -> tuple[Plane, ...]:
@@ -241,7 +241,9 @@ def upsetting(
     poisson: float = 0.3,
     hardening: Hardening | None = None,
     elements: int = 10,
-    quadrature: Quadrature = Quadrature.RADON7,
+    element: Element = Element.Q8,
+    quadrature: Quadrature | None = None,
+    volume: VolumeChange | None = VolumeChange.AS_IS,
     configuration: Configuration = Configuration.MIDPOINT,
 ) -> Scene:
     """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
@@ -259,7 +261,8 @@ def upsetting(
     require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
     require_positive(height=height, diameter=diameter)
     require_count(elements, "elements")
-    require_room((elements, elements), Element.Q8, ("elements", "elements"))
+    require_type(element, Element, "element")
+    require_room((elements, elements), element, ("elements", "elements"))
     punch = FlatTool(
         point=(0.0, height / 2),
         normal=(0.0, -1.0),
@@ -268,11 +271,12 @@ def upsetting(
         mu=mu,
     )
     return Scene(
-        mesh=cylinder(diameter / 2, height / 2, elements, elements),
+        mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
         supports=(Support("axis", 0), Symmetry("base", 1)),
         tools=(punch,),
         quadrature=quadrature,
+        volume=volume,
         configuration=configuration,
     )

@@ -25,7 +25,7 @@ SHORTEST = 1e-20
 """Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
 
 YIELDED = 1e-8
-"""How far a stress may be outside the yield surface, relative to it: round-off."""
+"""How far a stress may be outside the yield surface, or its pressure off what elements hold, relative to it."""
 
 BALANCED = 1e-3
 """How far a start's contact forces may be from its stress, relative to the largest nodal sum of |element forces|.
@@ -84,6 +84,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
         _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")
     require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
     _require_yielded(start, system)
+    _require_pressure(start, system)
     placed = scene.mesh.nodes + scene.driven(start.tau)
     moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
@@ -106,6 +107,16 @@ def _require_yielded(start: State, system: System) -> None:
         ratio = float((equivalent_stress(start.stress) / sigma_y).max())
         allowed = f"within the scene's yield stress, not at {ratio:.9g} of it: is it another material's?"
         require(ratio <= 1 + YIELDED, "start.stress", "one", allowed)
+
+
+def _require_pressure(start: State, system: System) -> None:
+    """A pressure that the volume change of the elements can hold against: forces rely on it (bipot.fem.projection)."""
+    projection, pressure = system.body.projection, start.pressure
+    if projection is not None:
+        off = float(np.abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure).max())
+        volume = system.body.scene.volume_change.name
+        allowed = f"of a pressure of {volume} in each element, not {off:.3g} off: is it another scene's?"
+        require(off <= YIELDED * float(np.abs(start.stress).max()), "start.stress", "one", allowed)
 
 
 def _require_balanced(start: State, system: System, tolerance: float) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature
+from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.typing import Ints
 from studies.independent_element import orientation
@@ -82,3 +83,9 @@ def rule(rng: Rng, mesh: Mesh, drawn: str) -> Quadrature:
         return Quadrature(drawn)
     rules = RULES[mesh.element]
     return rules[rng.integers(len(rules))]
+
+
+def volume(rng: Rng, mesh: Mesh) -> VolumeChange:
+    """As it is in half of the scenes, or any representation that the element may have."""
+    stable = VOLUMES[mesh.element]
+    return VolumeChange.AS_IS if rng.random() < 0.5 else stable[rng.integers(len(stable))]

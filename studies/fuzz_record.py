@@ -46,6 +46,7 @@ def setting_of(scene: Scene) -> Setting:
         size=float(np.ptp(scene.mesh.nodes, axis=0).max()),
         rest=scene.mesh.nodes,
         small=scene.configuration is Configuration.SMALL,
+        volume=scene.volume_change.value,
     )
 
 

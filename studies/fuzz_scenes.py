@@ -28,7 +28,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from studies.fuzz_driven import forced, prescribed
-from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule
+from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule, volume
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
@@ -71,6 +71,7 @@ def draw(seed: int) -> Drawn:
         quadrature=rule(np.random.default_rng([seed, 5]), mesh, rng.choice([q.value for q in RULES[Element.Q8]])),
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
     )
+    scene = replace(scene, volume=volume(np.random.default_rng([seed, 8]), mesh))
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
     scene = _cut(np.random.default_rng([seed, 4]), scene)
     scene = prescribed(np.random.default_rng([seed, 7]), forced(np.random.default_rng([seed, 6]), scene))

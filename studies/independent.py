@@ -39,6 +39,7 @@ from studies.independent_element import (
     rotation,
     turned,
 )
+from studies.independent_volume import with_fitted_trace
 
 
 @dataclass(frozen=True)
@@ -83,12 +84,12 @@ def measure(setting: Setting, step: Step) -> Measures:
     G = displacement_gradient(strained, u)
     spin = (G[..., 1, 0] - G[..., 0, 1]) / 2 if s.midpoint else np.zeros(G.shape[:2])
     angle = 2 * np.arctan(spin / 2)
-    strain = turned((G + G.swapaxes(-1, -2)) / 2, rotation(angle / 2))
+    strain = turned(with_fitted_trace(s, (G + G.swapaxes(-1, -2)) / 2, ended.volume), rotation(angle / 2))
     Q = rotation(angle)
     blur = _blur(s, step, strained, u)
     contact = contact_measures(s, step, ended)
     elastic, flow, yielding = _material(s, step, strain, Q, blur)
-    stored, spent, plastic = _energies(s, step, strain, Q, ended)
+    stored, spent, plastic = _energies(s, step, G, Q, ended)
     unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
     begun, ended_by, _ = step.loads
     applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
@@ -105,7 +106,7 @@ def measure(setting: Setting, step: Step) -> Measures:
         driven=driven(step),
         placed=placed(s, step),
         law=contact.law,
-        orientation=min(orientation(x, s.elements, s.axisymmetric) for x in [step.end.nodes, *middles]),
+        orientation=min(orientation(x, s.elements, s.axisymmetric, straight=True) for x in [step.end.nodes, *middles]),
         plastic=_share(plastic, unsure, (*energies, step.energy)),
         friction=_share(contact.lost, contact.unsure, (*energies, step.energy)),
         energies=energies,
@@ -126,7 +127,7 @@ def _blur(s: Setting, step: Step, placed: Placed, u: Floats) -> Floats:
 
 def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     c, count = step.contacts, len(step.end.nodes)
-    element = element_forces(placed, step.end.stress)
+    element = element_forces(placed, with_fitted_trace(s, step.end.stress, placed.volume))
     forces = step.end.forces[:, :1] * c.normal + step.end.forces[:, 1:] * c.tangent
     residual = nodal(s.elements, element, count) - step.loads[1]
     np.subtract.at(residual, c.node, forces)
@@ -167,12 +168,12 @@ def _material(s: Setting, step: Step, strain: Floats, Q: Floats, blur: Floats) -
     return elastic, flow, beyond(equivalent / sigma_y - 1, EPS * (1 + _size(end.stress) / sigma_y), 1.0)
 
 
-def _energies(s: Setting, step: Step, strain: Floats, Q: Floats, placed: Placed) -> tuple[float, float, float]:
+def _energies(s: Setting, step: Step, G: Floats, Q: Floats, placed: Placed) -> tuple[float, float, float]:
     """Energy stored and plastic dissipation by the mean of start and end, and the dissipation by the end's stress."""
     before, end = turned(step.start.stress, Q), step.end.stress
     flowed = step.end.plastic_strain - turned(step.start.plastic_strain, Q)
-    # The volume at the start, as the strain has it.
-    begun = np.exp(-np.trace(strain, axis1=-2, axis2=-1)) if s.midpoint else np.ones(placed.volume.shape)
+    # The volume at the start, as the displacement gradient G has it.
+    begun = np.exp(-np.trace(G, axis1=-2, axis2=-1)) if s.midpoint else np.ones(placed.volume.shape)
     S = (begun[..., None, None] * before + end) / 2
 
     def over_volume(a: Floats, b: Floats) -> float:

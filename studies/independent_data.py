@@ -20,7 +20,8 @@ EPS = 64 * float(np.finfo(np.float64).eps)
 class Setting:
     """What does not change in a run. ``held`` (a, 2) says which components a support fixes.
 
-    ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked.
+    ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked. ``volume`` is what the
+    volume change of an element is fitted by: as_is, p0, p1.
     """
 
     elements: Ints
@@ -34,6 +35,7 @@ class Setting:
     size: float
     rest: Floats
     small: bool = False
+    volume: str = "as_is"
 
     @property
     def shear(self) -> float:

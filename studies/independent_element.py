@@ -92,16 +92,23 @@ def nodal_stiffness(placed: Placed, elements: Ints, bulk: float, shear: float, c
     return nodal(elements, np.einsum("eqaij,eq->eaij", blocks, placed.volume), count)
 
 
-def orientation(nodes: Floats, elements: Ints, axisymmetric: bool) -> float:
+STRAIGHT = 1e-8
+"""Of a Jacobian determinant over its mean: a corner between straight edges that lie on one line."""
+
+
+def orientation(nodes: Floats, elements: Ints, axisymmetric: bool, straight: bool = False) -> float:
     """Smallest Jacobian determinant at :data:`DENSE` squared points over its element's mean, or a negative radius.
 
-    Sampling can miss a fold, it cannot invent one. A point may lie on the axis, never beyond it.
+    Sampling can miss a fold, it cannot invent one. A point may lie on the axis, never beyond it. With ``straight``
+    one point of each element of four nodes, where the determinant vanishes, is passed over.
     """
     values, slopes = shape_functions(dense(elements.shape[1], DENSE), elements.shape[1])
     x = nodes[elements]
     J = np.einsum("ead,qar->eqdr", x, slopes)
     determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
-    least = float((determinant / np.abs(determinant).mean(axis=1, keepdims=True)).min())
+    scaled = np.sort(determinant / np.abs(determinant).mean(axis=1, keepdims=True), axis=1)
+    vanishes = (straight and elements.shape[1] == 4) & (np.abs(scaled[:, 0]) <= STRAIGHT)
+    least = float(np.where(vanishes, scaled[:, 1], scaled[:, 0]).min())
     if axisymmetric:
         radius = x[..., 0] @ values.T
         beyond = float(radius.min() / np.abs(nodes[:, 0]).max())

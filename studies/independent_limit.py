@@ -15,6 +15,7 @@ import numpy as np
 
 from studies.independent_data import Bools, Contacts, Floats, Led, Setting
 from studies.independent_element import displacement_gradient, place
+from studies.independent_volume import fitted
 
 HARDENED = 1e9
 """A plastic strain after which a yield stress that has an end has come to it."""
@@ -92,6 +93,7 @@ def _spent(s: Setting, c: Collapse) -> tuple[float, float]:
     strain = (G + G.swapaxes(-1, -2)) / 2
     change = np.trace(strain, axis1=-2, axis2=-1)
     deviator = strain - change[..., None, None] / 3 * np.eye(3)
+    change = fitted(s, change, at.volume)
     blur = FEW * np.abs(c.motion).max() * (np.abs(at.slopes).sum(axis=(-2, -1)) + at.hoop.sum(axis=-1))
     size = np.sqrt(np.einsum("eqij,eqij->eq", deviator, deviator))
     change, size = (np.maximum(value - blur, 0.0) for value in (np.abs(change), size))

@@ -31,14 +31,17 @@ class VolumeChange(Enum):
     P1 = "p1"
 
 
-STABLE = {
+VOLUMES = {
     Element.T3: (VolumeChange.AS_IS,),
-    Element.T6: (VolumeChange.AS_IS, VolumeChange.P0),
-    Element.Q4: (VolumeChange.AS_IS, VolumeChange.P0),
-    Element.Q8: (VolumeChange.AS_IS, VolumeChange.P1, VolumeChange.P0),
-    Element.Q9: (VolumeChange.AS_IS, VolumeChange.P1, VolumeChange.P0),
+    Element.T6: (VolumeChange.P0, VolumeChange.AS_IS),
+    Element.Q4: (VolumeChange.P0, VolumeChange.AS_IS),
+    Element.Q8: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
+    Element.Q9: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
 }
-"""What an element may be asked for: no more constraints than its displacements can meet (studies.elements)."""
+"""What an element may be asked for, its own first: the most constraints that its displacements can meet.
+
+P1 of T6 would be as many as it has unknowns for, and T3 meets none.
+"""
 
 
 @dataclass(frozen=True)

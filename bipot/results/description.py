@@ -30,6 +30,7 @@ def describe(scene: Scene) -> dict[str, Any]:
         "geometry": scene.geometry.value,
         "element": scene.mesh.element.value,
         "quadrature": scene.rule.value,
+        "volume": scene.volume_change.value,
         "configuration": scene.configuration.value,
         "young": material.elasticity.young,
         "poisson": material.elasticity.poisson,
