@@ -113,16 +113,20 @@ def run_file(path: str | Path) -> Path:
     """The run file of a folder, or itself.
 
     Raises:
-        ResultsError: it is one of an older version, which is not read.
+        ResultsError: it is one of an older version, which is not read; or the system refuses the name.
         SceneError: no path.
     """
     require(isinstance(path, str | Path), "path", path, "a path")
     path = Path(path)
     old = path if path.name == OLD else path / OLD
     new = old.with_name(FIELDS)
-    if old.is_file() and not new.is_file():
-        raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
-    return new if path == old or not path.is_file() else path
+    try:
+        if old.is_file() and not new.is_file():
+            raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
+        return new if path == old or not path.is_file() else path
+    except OSError as error:
+        # A name too long, or a folder that may not be looked into.
+        raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 
 
 def _history(file: Path, run: Run) -> History:

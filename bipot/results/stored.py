@@ -84,7 +84,7 @@ class Run:
             raise self._refused("bipot: format", version, f"{FORMAT}: another version wrote it")
         try:
             about = json.loads(own.text("about"))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise self._refused("bipot/about", error, "JSON") from error
         kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
         for name, kind in kinds.items():
