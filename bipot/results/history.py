@@ -137,6 +137,6 @@ def _history(file: Path, run: Run) -> History:
         raise ResultsError(f"{file}: bipot/history: rows = {rows}: must be {count - 1}, a row a step but step 0")
     complete, note = count > 1 and times[-1] == 1, ""
     if journal_of(file).exists():
-        ended = "completed from its journal" if pages_in(journal_of(file)) else "not begun"
+        ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
     return History(file, text, found, about["parameters"], about["units"], about["scene"], complete, note)

@@ -42,7 +42,7 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
             with reading(file) as bytes_, opened(bytes_, ResultsError) as root:
                 found = what(Run(root))
         except OSError as error:
-            raise ResultsError(f"{file}: cannot be read ({error})") from error
+            failure = ResultsError(f"{file}: cannot be read ({error})")
         except ResultsError as error:
             failure = error
         if _seen(file) == before:
