@@ -2,7 +2,7 @@
 
 import json
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -123,6 +123,46 @@ def test_parameters_compare_in_any_order(accepted, tmp_path):
         out.record(accepted[0])
     with recorder(tmp_path, Existing.RESUME, parameters={"a": {"y": 2, "x": 1}}) as out:
         assert out.start.number == 1
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A curve of one's own that holds an array: flat."""
+
+    values: np.ndarray
+
+    def yield_stress(self, peeq):
+        return self.values[0] + 0 * np.asarray(peeq, float)
+
+    def slope(self, peeq):
+        return 0 * np.asarray(peeq, float)
+
+
+@pytest.mark.parametrize(("size", "change"), [(3, 1e-13), (2000, 1.0)], ids=["last digits", "long"])
+def test_materials_that_differ_in_one_number_of_an_array_are_two(size, change, tmp_path):
+    values = np.full(size, 300.0)
+    changed = values.copy()
+    changed[size // 2] += change
+    one, other = (upsetting(mu=0.3, hardening=Sampled(given), elements=2) for given in (values, changed))
+    with Recorder(tmp_path, one, [INCREMENT], {}, {}):
+        pass
+    with pytest.raises(ResultsError, match="scene: material"):
+        Recorder(tmp_path, other, [INCREMENT], {}, {}, existing=Existing.RESUME)
+    same = upsetting(mu=0.3, hardening=Sampled(values.copy()), elements=2)
+    Recorder(tmp_path, same, [INCREMENT], {}, {}, existing=Existing.RESUME)
+
+
+def test_a_history_does_not_tell_states_of_the_run_that_replaced_its_own(accepted, tmp_path):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        early = open_results(tmp_path)
+        out.record(accepted[1])
+        assert early.state().tau == accepted[0].state.tau
+    with Recorder(tmp_path, SCENE, [], {}, {}, existing=Existing.OVERWRITE) as out:
+        out.record(accepted[0])
+        for ask in (early.state, lambda: early.nodal("gap"), lambda: early.cell("mises"), lambda: early.mesh):
+            with pytest.raises(ResultsError, match="holds another run than when it was opened"):
+                ask()
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
