@@ -149,7 +149,7 @@ def opened(
 def _stat(path: Path) -> Stat:
     try:
         status = path.stat()
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return None
     return status.st_ino, status.st_size, status.st_mtime_ns
 
