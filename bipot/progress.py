@@ -45,4 +45,4 @@ class Bar(Progress):
 
 def terminal() -> Progress:
     """A bar when stderr is a terminal and tqdm is installed, else silence."""
-    return Bar() if sys.stderr.isatty() and find_spec("tqdm") else Progress()
+    return Bar() if sys.stderr is not None and sys.stderr.isatty() and find_spec("tqdm") else Progress()

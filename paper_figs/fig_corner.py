@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,6 +24,7 @@ from bipot.errors import ResultsError
 from bipot.fem.elements import Quadrature
 from paper_figs.common import BLUE, GREEN, STYLE, VERMILLION, WIDTH, save
 from studies.corner import COMMAND, NAME, curve_name
+from studies.outputs import read_curves
 from studies.tables import Value, read_csv
 
 Rows = list[dict[str, Value]]
@@ -84,10 +84,9 @@ def nodal(ax: Axes, profiles: Path, mu: float, elements: int) -> None:
 
 def _profiles(profiles: Path, mu: float, elements: int) -> Iterator[tuple[Quadrature, dict[str, Any]]]:
     """The arrays of each rule's profile."""
-    with h5py.File(profiles, "r") as file:
-        for rule in LOOKS:
-            group: Any = file[f"curves/{curve_name(mu, rule.value, elements)}"]
-            yield rule, {name: group[name][...] for name in group}
+    curves = read_curves(profiles)
+    for rule in LOOKS:
+        yield rule, curves[curve_name(mu, rule.value, elements)]
 
 
 def oscillations(ax: Axes, rows: Rows) -> None:

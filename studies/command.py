@@ -58,10 +58,14 @@ def _sentence(error: Exception) -> str | None:
 
 
 def say(text: str, to: TextIO | None = None) -> None:
-    """Print a line, at once; where nobody reads it any more, the study goes on without."""
+    """Print a line, at once; where nobody reads it any more, the study goes on without.
+
+    Letters that the stream does not know, as in the name of a folder, are written as their codes.
+    """
     stream = sys.stdout if to is None else to
+    encoding = getattr(stream, "encoding", None) or "utf-8"
     try:
-        print(text, file=stream, flush=True)
+        print(text.encode(encoding, "backslashreplace").decode(encoding), file=stream, flush=True)
     except BrokenPipeError:
         _mute(stream)
 

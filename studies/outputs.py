@@ -10,6 +10,7 @@ import argparse
 import csv
 import json
 import math
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
@@ -17,16 +18,18 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-import h5py
-
 from bipot.errors import ResultsError
+from bipot.hdf5.checked import Checked
+from bipot.hdf5.checked import opened as checked
 from bipot.results import Existing
 from studies.files import replacing, require_writable, sentence
 from studies.stopping import checkpoint
-from studies.tables import read_rows, write_csv, write_hdf5
+from studies.tables import LARGEST, read_rows, write_csv, write_hdf5
 
 Row = TypeVar("Row")
 Curves = dict[str, dict[str, Any]]
+Stat = tuple[int, int, int] | None
+"""By which one sees that a file was written: None where there is none."""
 
 
 CHOICES = "--resume goes on with them, --overwrite starts afresh"
@@ -60,6 +63,7 @@ class Table(Generic[Row]):
     curves: Curves = field(default_factory=dict)
     _rows: dict[Hashable, Row] = field(default_factory=dict)
     _begun: bool = False
+    _seen: Stat = None
 
     @property
     def rows(self) -> list[Row]:
@@ -76,17 +80,21 @@ class Table(Generic[Row]):
         """Put rows into the table, or in the place of those with the same key, and the table on disk.
 
         Raises:
-            ResultsError: it cannot be written.
+            ResultsError: it cannot be written, or another process has written it.
             KeyboardInterrupt: the study has been stopped, and what was computed meanwhile may be its work.
         """
         checkpoint()
+        path = self.folder / f"{self.name}.csv"
+        if _stat(path) != self._seen:
+            raise ResultsError(f"{path}: is written by another process, too; wait for its end and --resume")
         self._rows |= {self.key(row): row for row in rows}
         self.curves |= curves or {}
         self._begin()
         # A row on disk has its curve there: the curves go first.
         if self.with_curves:
             write_hdf5(self.folder / f"{self.name}.h5", self.rows, self.curves)
-        write_csv(self.folder / f"{self.name}.csv", self.rows)
+        write_csv(path, self.rows)
+        self._seen = _stat(path)
 
     def _begin(self) -> None:
         """With the first row what was there goes, and the parameters are said before there is a table of them."""
@@ -127,6 +135,7 @@ def opened(
     files = [folder / file for file in (f"{name}.csv", f"{name}.h5", *derived)]
     table = Table(folder, name, key, asked, rank, files, curve is not None)
     with sentence(folder, "read"):
+        table._seen = _stat(files[0])
         there = [path for path in files if path.exists()]
     if there and policy is Existing.REFUSE:
         raise ResultsError(f"{folder}: holds results of this study ({there[0].name}); {CHOICES}")
@@ -135,6 +144,14 @@ def opened(
         table._rows, table.curves, table._begun = *_kept(folder, name, kind, key, curve), True
     require_writable(folder)
     return table
+
+
+def _stat(path: Path) -> Stat:
+    try:
+        status = path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
 
 def _sidecar(folder: Path, name: str) -> Path:
@@ -178,7 +195,10 @@ def _kept(
     """Rows that are finished, by their keys, and their curves."""
     path = folder / f"{name}.csv"
     with readable(path):
-        rows = [_with_bools(row) for row in read_rows(path, kind)]
+        rows = [_with_bools(row, path) for row in read_rows(path, kind)]
+    keys = Counter(key(row) for row in rows)
+    if twice := [row for row, times in keys.items() if times > 1]:
+        raise ResultsError(f"{path}: has two rows of {twice[0]}; --overwrite starts afresh")
     if curve is None:
         return {key(row): row for row in rows}, {}
     curves = read_curves(folder / f"{name}.h5")
@@ -187,10 +207,16 @@ def _kept(
     return kept, {names[row]: curves[names[row]] for row in kept}
 
 
-def _with_bools(row: Row) -> Row:
+def _with_bools(row: Row, path: Path) -> Row:
     """A row whose truth values were read as words."""
     words: Any = {f.name: getattr(row, f.name) for f in fields(row) if f.type in (bool, "bool")}  # type: ignore[arg-type]
-    return replace(row, **{name: word in (True, "True") for name, word in words.items()})  # type: ignore[type-var]
+    for name, word in words.items():
+        if word not in _TRUTH:
+            raise ResultsError(f"{path}: {name} = {word:.40}: must be one of {', '.join(_TRUTH)}")
+    return replace(row, **{name: _TRUTH[word] for name, word in words.items()})  # type: ignore[type-var]
+
+
+_TRUTH = {str(truth): truth for truth in (True, False)}
 
 
 def read_curves(path: Path) -> Curves:
@@ -201,9 +227,13 @@ def read_curves(path: Path) -> Curves:
     """
     if not path.exists():
         return {}
-    with readable(path), h5py.File(path, "r") as file:
-        groups: Any = file.get("curves", {})
-        return {name: {key: data[...] for key, data in group.items()} for name, group in groups.items()}
+    with readable(path), checked(path, ResultsError, LARGEST) as file:
+        groups = file.group("curves") if "curves" in file else None
+        return {name: _arrays(groups.group(name)) for name in groups.names()} if groups else {}
+
+
+def _arrays(group: Checked) -> dict[str, Any]:
+    return {name: group.array(name, "f", group.shape(name), finite=False) for name in group.names()}
 
 
 @contextmanager

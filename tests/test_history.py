@@ -284,6 +284,9 @@ class Terminal(io.StringIO):
 def test_progress_is_silent_unless_stderr_is_a_terminal(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     assert type(terminal()) is Progress
+    # Closed, as where a study is started by a desktop.
+    monkeypatch.setattr(sys, "stderr", None)
+    assert type(terminal()) is Progress
     monkeypatch.setattr(sys, "stderr", Terminal())
     bar = terminal()
     assert isinstance(bar, Bar)

@@ -3,11 +3,13 @@
 import os
 import random
 import shutil
+import zlib
 
 import pytest
 
 from bipot.hdf5 import journal
-from bipot.hdf5.journal import PAGE, creating, journal_of, pages_in, reading, recover, writing
+from bipot.hdf5.journal import creating, reading, recover, writing
+from bipot.hdf5.pages import COUNT, MAGIC, PAGE, PLACE, SUM, ForeignJournal, journal_of, pages_in
 
 
 class Killed(BaseException):
@@ -140,9 +142,9 @@ def test_a_journal_that_is_damaged_is_none(tmp_path):
     for _ in written(path, 1, 2):
         pass
     old = content(path)
-    for text in (b"", b"something", journal.MAGIC, journal.MAGIC + b"\xff" * 20, journal.MAGIC + bytes(12)):
+    for text in (b"", b"something", MAGIC, MAGIC + b"\xff" * 20, MAGIC + bytes(12)):
         journal_of(path).write_bytes(text)
-        assert not pages_in(journal_of(path))
+        assert not pages_in(path)
         assert content(path) == old
         assert recover(path)
         assert not recover(path)
@@ -155,13 +157,86 @@ def test_a_new_file_is_not_what_the_journal_of_the_one_it_replaces_makes_of_it(t
         with pytest.raises(OSError, match="No space"):
             for _ in written(path, 5, 3):
                 pass
-    assert pages_in(journal_of(path))
+    assert pages_in(path)
     file = creating(path)
     file.write(b"new")
     file.commit()
     file.close()
     assert content(path)[:3] == b"new"
     assert not any(content(path)[3:])
+
+
+def interrupted(path, seed, commits):
+    """A file whose last commit got into its journal and no further; the contents before it, and after."""
+    before = [list(contents) for contents in written(path, seed, commits - 1)][-1][-1]
+    with pytest.MonkeyPatch.context() as patched, writing(path) as file:
+        patched.setattr(journal, "_put", lambda *_: None)
+        patched.setattr(journal.Path, "unlink", full)
+        file.write(random.Random(seed + 1).randbytes(3 * PAGE))
+        with pytest.raises(OSError, match="No space"):
+            file.commit()
+    return before, content(path)
+
+
+@pytest.mark.parametrize("copied", ["another file", "an older state"])
+def test_a_journal_of_another_file_or_state_is_refused(copied, tmp_path):
+    path, other = tmp_path / "file", tmp_path / "other"
+    interrupted(path, 1, 3)
+    whole = path.read_bytes()
+    if copied == "another file":
+        for _ in written(other, 7, 2):
+            pass
+        other.write_bytes(other.read_bytes().ljust(len(whole), b"\0"))
+    else:
+        other.write_bytes(bytes(reversed(whole)))
+    shutil.copy(other, path)
+    for touch in (reading, writing, recover):
+        with pytest.raises(ForeignJournal, match="journal belongs to another file or another state of it; delete it"):
+            touch(path)
+    assert path.read_bytes() == other.read_bytes()
+    # What replaces the file needs neither.
+    with creating(path) as new:
+        new.write(b"new")
+        new.commit()
+    assert content(path)[:3] == b"new"
+    assert not journal_of(path).exists()
+
+
+@pytest.mark.parametrize("applied", range(4))
+def test_a_journal_that_is_partly_applied_is_its_own_files(applied, tmp_path):
+    path = tmp_path / "file"
+    before, after = interrupted(path, 1, 3)
+    assert before != after
+    pages = sorted(pages_in(path).items())
+    assert len(pages) == 3
+    with path.open("r+b") as file:
+        for number, (place, page) in enumerate(pages):
+            file.seek(place * PAGE)
+            file.write(page if number < applied else page[: PAGE // 2] if number == applied else b"")
+    assert content(path) == after
+    assert recover(path)
+    assert content(path) == after
+
+
+@pytest.mark.parametrize("place", [-1, 2**20, 2**62])
+def test_a_journal_of_pages_that_are_not_there_is_refused(place, tmp_path):
+    path = tmp_path / "file"
+    for _ in written(path, 1, 1):
+        pass
+    body = MAGIC + COUNT.pack(1) + PLACE.pack(place, 0) + bytes(PAGE)
+    journal_of(path).write_bytes(body + SUM.pack(zlib.crc32(body)))
+    with pytest.raises(ForeignJournal):
+        recover(path)
+
+
+def test_a_journal_longer_than_its_file_could_need_is_refused_unread(tmp_path):
+    path = tmp_path / "file"
+    for _ in written(path, 1, 1):
+        pass
+    with journal_of(path).open("wb") as file:
+        file.truncate(2**40)
+    with pytest.raises(ForeignJournal):
+        content(path)
 
 
 def test_a_file_that_was_replaced_meanwhile_is_not_written(tmp_path):

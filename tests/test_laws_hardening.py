@@ -1,5 +1,6 @@
 """Hardening curves: closed forms and finite differences, and what they refuse."""
 
+import os
 import re
 from pathlib import Path
 
@@ -208,3 +209,13 @@ def test_a_curve_as_contributing_prints_it_is_known_to_the_command_line(tmp_path
     assert "ghosh:strength,offset,exponent,lost" in upsetting_case.parser().format_help().replace("\n", "")
     arguments = ["--mu", "0.1", "--elements", "1", "--increments", "2", "--reduction", "0.02"]
     assert upsetting.main([*arguments, "--hardening", "ghosh:500,0.01,0.2,20", "--out", str(tmp_path)]) == 0
+
+
+def test_a_curve_is_read_from_no_pipe_device_or_file_of_any_size(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(2**40)
+    no_file = "it is no regular file"
+    for path, words in ((tmp_path / "pipe", no_file), ("/dev/zero", no_file), (tmp_path / "large", "bytes = ")):
+        with pytest.raises(SceneError, match=words):
+            Tabulated.from_csv(path)

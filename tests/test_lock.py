@@ -80,6 +80,22 @@ def test_a_lock_that_says_nothing_was_never_finished(tmp_path, text):
     held(tmp_path)
 
 
+@pytest.mark.parametrize("text", ["[" * 1000, '{"host": ' * 100])
+def test_a_lock_that_is_nested_too_deep_says_nothing(tmp_path, text):
+    (tmp_path / NAME).write_text(text)
+    assert held(tmp_path)["process"] == os.getpid()
+
+
+@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="the system tells no links from files")
+def test_what_a_lock_links_to_is_left_alone(tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_text("mine")
+    (tmp_path / NAME).symlink_to(precious)
+    with pytest.raises(OSError, match="symbolic link"):
+        held(tmp_path)
+    assert precious.read_text() == "mine"
+
+
 def test_of_four_at_once_one_gets_it(tmp_path):
     code = HOLD.replace("time.sleep(60)", "sys.stdin.read()")
     command = [sys.executable, "-c", code, str(tmp_path)]

@@ -141,10 +141,54 @@ def test_a_line_is_kept_only_with_its_curve(tmp_path):
     write_hdf5(tmp_path / "lines.h5", LINES[:2], {"curve 0": {"x": np.zeros(0)}})
     assert table(tmp_path, Existing.RESUME, curve=curve).rows == [LINES[0]]
     (tmp_path / "lines.h5").write_bytes(b"no such file")
-    with pytest.raises(ResultsError, match=r"lines\.h5: cannot be read"):
+    with pytest.raises(ResultsError, match=r"lines\.h5: end of what it tells"):
         table(tmp_path, Existing.RESUME, curve=curve)
     (tmp_path / "lines.h5").unlink()
     assert table(tmp_path, Existing.RESUME, curve=curve).rows == []
+
+
+CURVES = {
+    "a declared size": lambda file: file.create_dataset("curves/a/x", (2**27,), "f8", chunks=(2**10,)),
+    "an external link": lambda file: file.__setitem__("curves/a", h5py.ExternalLink("other.h5", "/")),
+    "a soft link": lambda file: file.__setitem__("curves/a/x", h5py.SoftLink("/curves")),
+    "external storage": lambda file: file.create_dataset("curves/a/x", (9,), "f8", external=[("/etc/passwd", 0, 72)]),
+    "a text": lambda file: file.__setitem__("curves/a/x", "text"),
+    "a loop": lambda file: file.__setitem__("curves/a/x", file.create_group("curves/b")),
+    "no group": lambda file: file.__setitem__("curves/a", 3.0),
+}
+
+
+@pytest.mark.parametrize("make", CURVES.values(), ids=CURVES)
+def test_curves_of_a_stranger_are_checked_before_they_are_read(make, tmp_path):
+    with h5py.File(tmp_path / "lines.h5", "w") as file:
+        make(file)
+    with pytest.raises(ResultsError, match=r"lines\.h5: /curves"):
+        read_curves(tmp_path / "lines.h5")
+
+
+@pytest.mark.parametrize("policy", Existing)
+@pytest.mark.parametrize("parameters", [PARAMETERS, {"elements": 3}], ids=["same", "other"])
+def test_of_two_studies_in_one_folder_the_second_is_refused_and_no_row_is_lost(policy, parameters, tmp_path):
+    if policy is Existing.RESUME:
+        table(tmp_path).add(LINES[0])
+        parameters = PARAMETERS
+    one, other = table(tmp_path, policy), table(tmp_path, policy, parameters)
+    one.add(LINES[1])
+    there = content(tmp_path)
+    with pytest.raises(ResultsError, match=r"lines\.csv: is written by another process"):
+        other.add(LINES[2])
+    assert content(tmp_path) == there
+    one.add(LINES[2])
+    assert table(tmp_path, Existing.RESUME).rows == one.rows
+
+
+@pytest.mark.parametrize(("old", "new"), [("True", "yes"), (",1,", ",0,")])
+def test_words_that_are_no_truth_and_rows_of_one_key_are_refused(old, new, tmp_path):
+    table(tmp_path).add(*(replace(line, mu=0.1) for line in LINES))
+    path = tmp_path / "lines.csv"
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(ResultsError, match=r"good = yes: must be one of True, False|two rows of \(0\.1, 0\)"):
+        table(tmp_path, Existing.RESUME)
 
 
 def test_nan_in_a_key_is_itself():

@@ -12,8 +12,11 @@ from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot.elements import Element
+from bipot.errors import ResultsError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.forms import Tangent
+from bipot.hdf5 import growing, storage
+from bipot.hdf5.checked import opened
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.results import Recorder
@@ -196,3 +199,19 @@ def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
                 assert file["VTKHDF/Steps"].attrs["NSteps"] == 1 + count
                 last = file["bipot/steps/stress"][count]
             np.testing.assert_array_equal(last, increment.state.stress)
+
+
+@pytest.mark.parametrize("shape", [(1, 1000, 7, 4), (5000, 3), (3, 2, 2, 2), (1, 1, 1, 5000)])
+def test_what_is_written_of_a_large_body_is_in_chunks_that_are_read(shape, tmp_path, monkeypatch):
+    most = 2**12
+    for module in (growing, storage):
+        monkeypatch.setattr(module, "LARGEST_CHUNK", most)
+    rows, path = np.random.default_rng(1).random(shape), tmp_path / "file"
+    with h5py.File(path, "w") as file:
+        made = growing.Growing.create(file, "rows", rows)
+        made.append(rows + 1)
+        assert np.prod(file["rows"].chunks) * 8 <= most
+    with opened(path, ResultsError) as root:
+        np.testing.assert_array_equal(
+            root.array("rows", "f", (2 * len(rows), *shape[1:])), np.append(rows, rows + 1, 0)
+        )

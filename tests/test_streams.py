@@ -1,5 +1,6 @@
 """Standard output and error that nobody reads, or that are closed, end no study and spoil no table."""
 
+import io
 import os
 import shutil
 import signal
@@ -10,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from studies.command import say
 from studies.tables import read_csv
 
 ROOT = Path(__file__).parents[1]
@@ -84,3 +86,17 @@ def test_sigterm_ends_a_study_like_ctrl_c(tmp_path):
         _, said = process.communicate(timeout=120)
     assert (process.returncode, said) == (130, "stopped; what was computed is on disk\n")
     assert len(read_csv(tmp_path / "hard_cases.csv", "")) >= 1
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "utf-8"])
+def test_letters_that_a_stream_does_not_know_end_nothing(encoding):
+    stream = io.TextIOWrapper(io.BytesIO(), encoding)
+    say("results in \u20ac/\udcff", to=stream)
+    written = stream.buffer.getvalue().decode(encoding)
+    assert written.startswith("results in ")
+    assert written.endswith("/\\udcff\n")
+
+
+def test_where_there_is_no_stream_nothing_is_said(monkeypatch):
+    monkeypatch.setattr("sys.stdout", None)
+    say("to nobody")

@@ -129,9 +129,13 @@ class Checked:
             raise self._refusal(name, "is no group")
         return Checked(self.source, self._full(name), found)
 
+    def shape(self, name: str) -> tuple[int, ...]:
+        """What a dataset declares."""
+        return self._dataset(name).shape
+
     def length(self, name: str) -> int:
         """Rows that a dataset declares."""
-        shape = self._dataset(name).shape
+        shape = self.shape(name)
         self.require(len(shape) > 0, f"{name}: its shape", shape, "of one dimension at least")
         return shape[0]
 

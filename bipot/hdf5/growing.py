@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from math import prod
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from bipot.hdf5.storage import LARGEST_CHUNK
 
 CHUNK = 4096
 """Bytes of the chunks of small rows."""
@@ -20,12 +23,15 @@ class Growing:
 
     @staticmethod
     def create(group: Any, name: str, first: ArrayLike) -> Growing:
-        """A new dataset of the rows ``first`` (n, ...); a chunk holds as many, or more where they are small."""
+        """A new dataset of the rows ``first`` (n, ...); a chunk holds as many, or more where they are small.
+
+        No chunk is larger than is read.
+        """
         rows = np.asarray(first)
         many = max(len(rows), CHUNK // max(rows[:1].nbytes, 1), 1)
         # Of a scene without tools some have no columns, which no chunk may lack.
         sizes = tuple(size or None for size in rows.shape[1:])
-        chunks = (many, *(max(size, 1) for size in rows.shape[1:]))
+        chunks = _cut((many, *(max(size, 1) for size in rows.shape[1:])), rows.itemsize)
         made = group.create_dataset(name, data=rows, maxshape=(None, *sizes), chunks=chunks, fletcher32=True)
         return Growing(made)
 
@@ -45,3 +51,12 @@ class Growing:
         """Leave out the rows from number ``rows`` on."""
         self._id.set_extent((rows, *self._shape))
         self.rows = rows
+
+
+def _cut(chunk: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
+    """A chunk divided along its first directions until it has no more bytes than is read."""
+    sizes = list(chunk)
+    for k, size in enumerate(sizes):
+        pieces = -(-prod(sizes) * itemsize // LARGEST_CHUNK)
+        sizes[k] = -(-size // pieces)
+    return tuple(sizes)

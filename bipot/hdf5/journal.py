@@ -10,6 +10,7 @@ writes cannot fail, for they are kept as pages in memory. :meth:`Journaled.commi
 
 Killed before the journal is complete, the file is that of the last commit; afterwards it is the new one, once the
 journal's pages are applied: by whoever writes next (:func:`recover`), in memory by whoever reads (:func:`reading`).
+A journal tells what the pages were that it replaces: it is applied to no other file, and to no other state of it.
 The order holds for a process that ends, not for a machine that loses power, which would cost a wait for the disk.
 """
 
@@ -17,21 +18,11 @@ from __future__ import annotations
 
 import io
 import os
-import struct
-import zlib
-from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Protocol
 
-PAGE = 4096
-"""Bytes that are read, kept and written together."""
-
-MAGIC = b"bipot journal 1\n"
-COUNT, PLACE, SUM = struct.Struct("<q"), struct.Struct("<q"), struct.Struct("<I")
-
-Pages = Mapping[int, bytes | bytearray]
-"""Content by number of the page."""
+from bipot.hdf5.pages import PAGE, ForeignJournal, Pages, journal_of, journal_text, pages_in, read_page
 
 
 class Buffer(Protocol):
@@ -40,39 +31,18 @@ class Buffer(Protocol):
     def __len__(self) -> int: ...
 
 
-def journal_of(path: Path) -> Path:
-    """Where the journal of a file is."""
-    return path.with_name(f"{path.name}.journal")
-
-
-def pages_in(journal: Path) -> dict[int, bytes]:
-    """The pages of a complete journal; none where there is no journal, or one that was not finished."""
-    try:
-        text = journal.read_bytes()
-    except FileNotFoundError:
-        return {}
-    head, record = len(MAGIC) + COUNT.size, PLACE.size + PAGE
-    if len(text) < head + SUM.size or not text.startswith(MAGIC):
-        return {}
-    (count,) = COUNT.unpack_from(text, len(MAGIC))
-    body, end = text[: -SUM.size], text[-SUM.size :]
-    if count < 0 or len(body) != head + count * record or SUM.pack(zlib.crc32(body)) != end:
-        return {}
-    starts = range(head, len(body), record)
-    return {PLACE.unpack_from(body, at)[0]: body[at + PLACE.size : at + record] for at in starts}
-
-
 def recover(path: Path) -> bool:
     """Finish or forget a commit that was interrupted, before the file is written again; whether there was one.
 
     Raises:
+        ForeignJournal: it was one of another file.
         OSError: the file or its folder cannot be written.
     """
     journal = journal_of(path)
     if not journal.exists():
         return False
-    pages = pages_in(journal)
-    if pages and path.exists():
+    pages = pages_in(path) if path.exists() else {}
+    if pages:
         descriptor = os.open(path, os.O_WRONLY | _BINARY)
         try:
             _put(descriptor, pages)
@@ -188,7 +158,10 @@ class Journaled(io.RawIOBase):
         try:
             _put(descriptor, self._dirty)
             # The journal of what is replaced would be taken for one of the new file.
-            recover(self.path)
+            try:
+                recover(self.path)
+            except ForeignJournal:
+                journal_of(self.path).unlink()
             os.replace(temporary, self.path)
         except OSError:
             os.close(descriptor)
@@ -205,8 +178,7 @@ class Journaled(io.RawIOBase):
         old = {number: page for number, page in self._dirty.items() if number < known}
         try:
             _put(descriptor, {number: page for number, page in self._dirty.items() if number >= known})
-            body = MAGIC + COUNT.pack(len(old)) + b"".join(PLACE.pack(number) + page for number, page in old.items())
-            _write_whole(journal, body + SUM.pack(zlib.crc32(body)))
+            _write_whole(journal, journal_text(descriptor, old))
         except OSError:
             with suppress(OSError):
                 journal.unlink(missing_ok=True)
@@ -222,7 +194,7 @@ class Journaled(io.RawIOBase):
         held = self._dirty.get(number)
         if held is not None:
             return held
-        on_disk = b"" if self._descriptor is None else _read(self._descriptor, number * PAGE)
+        on_disk = b"" if self._descriptor is None else read_page(self._descriptor, number)
         return on_disk.ljust(PAGE, b"\0")
 
 
@@ -239,15 +211,10 @@ def writing(path: Path) -> Journaled:
 
 def reading(path: Path) -> Journaled:
     """An existing file to be read, a commit that was interrupted finished in memory; raises OSError."""
-    return Journaled(path, os.open(path, os.O_RDONLY | _BINARY), pages_in(journal_of(path)), writable=False)
+    return Journaled(path, os.open(path, os.O_RDONLY | _BINARY), pages_in(path), writable=False)
 
 
 _BINARY = getattr(os, "O_BINARY", 0)
-
-
-def _read(descriptor: int, offset: int) -> bytes:
-    os.lseek(descriptor, offset, os.SEEK_SET)
-    return os.read(descriptor, PAGE)
 
 
 def _put(descriptor: int, pages: Pages) -> None:

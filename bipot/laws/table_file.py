@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 from bipot.errors import SceneError, require
 
+LARGEST = 2**22
+"""Bytes of a file that is read."""
+
 
 class TwoColumns(NamedTuple):
     """What a file holds: the numbers of the lines, from 1, and the numbers on them."""
@@ -23,8 +26,8 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
     parted by ``delimiter``, by white space where that is None; decimals have a point.
 
     Raises:
-        SceneError: a file that cannot be read as text, a line without two columns, a value that is no number (named
-            with file and line), fewer than two rows of numbers.
+        SceneError: a file that cannot be read as text or is larger than LARGEST, a line without two columns, a value
+            that is no number (named with file and line), fewer than two rows of numbers.
     """
     require(isinstance(path, str | Path), "path", path, "a path")
     given = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in "#.+-\r\n")
@@ -49,8 +52,15 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
 
 def _text(path: str | Path) -> str:
     try:
+        # A pipe or a device would be waited for, or read without end.
+        if Path(path).exists() and not Path(path).is_file():
+            raise SceneError(f"{path}: cannot be read as text (it is no regular file)")
+        size = Path(path).stat().st_size
+        require(size <= LARGEST, f"{path}: bytes", size, f"at most {LARGEST}")
         # Spreadsheets begin a file with a byte order mark.
         return Path(path).read_text(encoding="utf-8-sig")
+    except SceneError:
+        raise
     except (OSError, ValueError) as error:
         raise SceneError(f"{path}: cannot be read as text ({error})") from error
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import platform
+import sys
 from collections.abc import Mapping
 from importlib.metadata import version
 from typing import Any
+
+import numpy as np
 
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
@@ -24,7 +27,12 @@ def versions() -> dict[str, str]:
 
 
 def describe(scene: Scene) -> dict[str, Any]:
-    """The scene in plain numbers and words, for readers of the file."""
+    """The scene in plain numbers and words, for readers of the file; arrays of materials and loads whole and exact."""
+    with np.printoptions(threshold=sys.maxsize, floatmode="unique"):
+        return _described(scene)
+
+
+def _described(scene: Scene) -> dict[str, Any]:
     material = scene.material
     return {
         "geometry": scene.geometry.value,

@@ -6,10 +6,10 @@ it is believed (:mod:`bipot.hdf5.checked`), and read again where a writer was fa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from numpy.typing import NDArray
 
@@ -22,6 +22,8 @@ from bipot.results.description import Parameters
 from bipot.results.stored import Run, read
 from bipot.results.table import columns
 
+T = TypeVar("T")
+
 FIELDS, OLD = "run.vtkhdf", "run.h5"
 
 
@@ -30,6 +32,7 @@ class History:
     """A run read back: its columns as arrays (n,), what was asked, in which units, and its states.
 
     ``text`` is that of ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was.
+    States and fields are read from the file as they are asked for, and refused once it holds another run.
     """
 
     file: Path
@@ -56,7 +59,7 @@ class History:
     @property
     def mesh(self) -> Mesh:
         """The mesh at rest."""
-        return read(self.file, Run.mesh)
+        return self._read(Run.mesh)
 
     @property
     def start(self) -> Course:
@@ -79,12 +82,12 @@ class History:
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:
         """Nodal field ``name`` after the increment of ``row``: (a,) or (a, 3)."""
         step = 1 + self._row(row)
-        return read(self.file, lambda run: run.field("PointData", name, step))
+        return self._read(lambda run: run.field("PointData", name, step))
 
     def cell(self, name: str, row: int = -1) -> NDArray[Any]:
         """Field ``name`` of the elements, an average over each, after the increment of ``row``: (e,) or (e, 6)."""
         step = 1 + self._row(row)
-        return read(self.file, lambda run: run.field("CellData", name, step))
+        return self._read(lambda run: run.field("CellData", name, step))
 
     def _row(self, row: int) -> int:
         count = len(self)
@@ -92,7 +95,17 @@ class History:
         return row % count
 
     def _course(self, step: int) -> Course:
-        return read(self.file, lambda run: run.course(step))
+        return self._read(lambda run: run.course(step))
+
+    def _read(self, what: Callable[[Run], T]) -> T:
+        """What the file tells, as long as it is the one whose columns these are, maybe with further rows."""
+
+        def own(run: Run) -> T:
+            if not run.history().startswith(self.text):
+                raise ResultsError(f"{self.file}: holds another run than when it was opened: open it again")
+            return what(run)
+
+        return read(self.file, own)
 
 
 def open(path: str | Path, command: str = "") -> History:
@@ -113,16 +126,20 @@ def run_file(path: str | Path) -> Path:
     """The run file of a folder, or itself.
 
     Raises:
-        ResultsError: it is one of an older version, which is not read.
+        ResultsError: it is one of an older version, which is not read; or the system refuses the name.
         SceneError: no path.
     """
     require(isinstance(path, str | Path), "path", path, "a path")
     path = Path(path)
     old = path if path.name == OLD else path / OLD
     new = old.with_name(FIELDS)
-    if old.is_file() and not new.is_file():
-        raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
-    return new if path == old or not path.is_file() else path
+    try:
+        if old.is_file() and not new.is_file():
+            raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
+        return new if path == old or not path.is_file() else path
+    except OSError as error:
+        # A name too long, or a folder that may not be looked into.
+        raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 
 
 def _history(file: Path, run: Run) -> History:
@@ -133,6 +150,6 @@ def _history(file: Path, run: Run) -> History:
         raise ResultsError(f"{file}: bipot/history: rows = {rows}: must be {count - 1}, a row a step but step 0")
     complete, note = count > 1 and times[-1] == 1, ""
     if journal_of(file).exists():
-        ended = "completed from its journal" if pages_in(journal_of(file)) else "not begun"
+        ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
     return History(file, text, found, about["parameters"], about["units"], about["scene"], complete, note)

@@ -21,6 +21,9 @@ NAME = "run.lock"
 LONGEST = 1000
 """Bytes of a lock that are read."""
 
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+"""What a link leads to would be overwritten, and a pipe waited for."""
+
 
 @dataclass
 class Lock:
@@ -36,6 +39,7 @@ class Lock:
 
     folder: Path
     _descriptor: int = -1
+    _process: int = -1
 
     @property
     def path(self) -> Path:
@@ -44,10 +48,10 @@ class Lock:
 
     def __enter__(self) -> Self:
         while True:
-            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o666)
+            descriptor = os.open(self.path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666)
             try:
                 if self._taken(descriptor):
-                    self._descriptor = descriptor
+                    self._descriptor, self._process = descriptor, os.getpid()
                     return self
             except BaseException:
                 os.close(descriptor)
@@ -58,9 +62,10 @@ class Lock:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        # Deleted while it is held: whoever waits for it then finds another file under its name.
+        # Deleted while it is held: whoever waits for it then finds another file under its name. Not by a copy of the
+        # process that holds it.
         with suppress(OSError):
-            if os.path.samestat(os.stat(self.path), os.fstat(self._descriptor)):
+            if self._process == os.getpid() and os.path.samestat(os.stat(self.path), os.fstat(self._descriptor)):
                 self.path.unlink()
         os.close(self._descriptor)
 
@@ -81,7 +86,7 @@ class Lock:
 
 def _owner(text: bytes) -> dict[str, Any]:
     """Host and process in a lock; empty where it says none."""
-    with suppress(ValueError):
+    with suppress(ValueError, RecursionError):
         found = json.loads(text)
         if isinstance(found, dict):
             return found

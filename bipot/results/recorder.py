@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from enum import Enum
@@ -18,7 +17,6 @@ from bipot.columns import ENERGY_ERROR, Column
 from bipot.course import Course
 from bipot.errors import IncrementFailed, ResultsError, require, require_type
 from bipot.hdf5.journal import creating, writing
-from bipot.mesh import Mesh
 from bipot.replacing import replace
 from bipot.response import State
 from bipot.results import table
@@ -27,6 +25,7 @@ from bipot.results.fields import Step
 from bipot.results.history import FIELDS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
+from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
 from bipot.results.vtkhdf import RunFile
 from bipot.scene import Scene
 from bipot.starting import course_of
@@ -61,7 +60,7 @@ class Recorder:
     Raises:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, columns or scene
             (names the field), or another process writes there, or it cannot be written.
-        SceneError: two columns of one name, a wrong type, a start of another scene.
+        SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another scene.
     """
 
     def __init__(
@@ -79,14 +78,16 @@ class Recorder:
         require(len(set(names)) == len(names), "columns", names, "of different names")
         require_type(existing, Existing, "existing")
         missing = () if ENERGY_ERROR.name in names else (ENERGY_ERROR,)
-        require(isinstance(folder, str | Path), "folder", folder, "a path")
+        require(isinstance(folder, str | Path) and "\0" not in str(folder), "folder", folder, "a path")
+        for name, given in (("parameters", parameters), ("units", units)):
+            require_json(name, given)
         self.folder, self.columns = Path(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
         self.note = ""
         self._course = course_of(start, self.system, Bounds().equilibrium)
         self._file: RunFile
-        self._opened: ExitStack
+        self._opened: ExitStack | None = None
         self._known()
 
     @property
@@ -102,6 +103,8 @@ class Recorder:
                 opened.enter_context(Lock(self.folder))
                 known = self._known()
                 self._begin(opened) if known is None else self._go_on(opened, known)
+                # Entered again, the recorder goes on with what is its own run now.
+                self.existing = Existing.RESUME
             self._opened = opened.pop_all()
         return self
 
@@ -109,25 +112,29 @@ class Recorder:
         """Append one accepted increment to both files.
 
         Raises:
-            ResultsError: it does not go on from the last one, or it cannot be written; what was recorded is readable.
+            ResultsError: it is of another scene, does not go on from the last one, or cannot be written; what was
+                recorded is readable.
         """
-        last = self._course
-        if accepted.number != last.number + 1 or accepted.start.tau != last.state.tau:
-            raise ResultsError(
-                f"{self.folder}: increment {accepted.number} from tau = {accepted.start.tau!r} does not go on from "
-                f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
-            )
+        if self._opened is None:
+            raise ResultsError(f"{self.folder}: is not open for writing: record inside the block of the recorder")
+        self._require_next(accepted)
         line = table.line([column.value(self.system, accepted) for column in self.columns])
-        with undisturbed(), self._written(f"{last.number} increments are recorded; make room and resume"):
-            self._file.append(Step.after(accepted), line)
-            _add(self._curves, line)
-        self._course = accepted.course
+        said = "{} increments are recorded; make room and resume"
+        with undisturbed():
+            with self._written(said.format(self._course.number)):
+                self._file.append(Step.after(accepted), line)
+            # It is recorded from here on, whatever comes: a second time it would be one increment too many.
+            self._course = accepted.course
+            with self._written(said.format(accepted.number)):
+                self._copy(line)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        opened, self._opened = self._opened, None
         with undisturbed():
-            self._opened.close()
+            if opened is not None:
+                opened.close()
         if isinstance(error, IncrementFailed):
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
@@ -138,6 +145,26 @@ class Recorder:
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(Step.at_start(self.system, self._course), self._header)
         replace(self._curves, self._header.encode(), ResultsError)
+
+    def _require_next(self, accepted: Accepted) -> None:
+        """Refuse an increment that is not the next of this run."""
+        last, scene = self._course, accepted.solved.iterate.increment.system.body.scene
+        if not same_scene(scene, self.system.body.scene):
+            raise ResultsError(f"{self.folder}: increment {accepted.number} is of another scene: march the recorder's")
+        if accepted.number != last.number + 1 or not same_state(accepted.start, last.state):
+            raise ResultsError(
+                f"{self.folder}: increment {accepted.number} from tau = {accepted.start.tau!r} does not go on from "
+                f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
+            )
+
+    def _copy(self, line: str) -> None:
+        """Append a line to the table of people."""
+        try:
+            _add(self._curves, line)
+        except OSError:
+            # The next line would follow on a gap, which resuming fills.
+            self._file.end()
+            raise
 
     def _go_on(self, opened: ExitStack, known: History) -> None:
         """Open the run for more steps, and its table as that of the file."""
@@ -187,10 +214,9 @@ class Recorder:
         ):
             for name in sorted(stored.keys() | asked.keys()):
                 old, new = (given.get(name, _ABSENT) for given in (stored, asked))
-                # As JSON, so that what reads back as another type, or is no number, compares.
-                if json.dumps(old) != json.dumps(new):
+                if as_json(old) != as_json(new):
                     raise ResultsError(f"{self.folder}: holds a run with {what}{name} = {old}, not {new}; {_CHOICE}")
-        if not _same_mesh(known.mesh, scene.mesh):
+        if not same_mesh(known.mesh, scene.mesh):
             raise ResultsError(f"{self.folder}: holds a run on another mesh; {_CHOICE}")
 
     @contextmanager
@@ -202,13 +228,6 @@ class Recorder:
 
 
 _ABSENT, _CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
-
-
-def _same_mesh(one: Mesh, other: Mesh) -> bool:
-    """Bit by bit, boundaries included."""
-    same = np.array_equal(one.nodes, other.nodes) and np.array_equal(one.elements, other.elements)
-    names = list(one.boundaries) == list(other.boundaries)
-    return same and names and all(np.array_equal(one.boundary(name), other.boundary(name)) for name in one.boundaries)
 
 
 def _add(path: Path, line: str) -> None:

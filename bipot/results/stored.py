@@ -42,7 +42,7 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
             with reading(file) as bytes_, opened(bytes_, ResultsError) as root:
                 found = what(Run(root))
         except OSError as error:
-            raise ResultsError(f"{file}: cannot be read ({error})") from error
+            failure = ResultsError(f"{file}: cannot be read ({error})")
         except ResultsError as error:
             failure = error
         if _seen(file) == before:
@@ -84,7 +84,7 @@ class Run:
             raise self._refused("bipot: format", version, f"{FORMAT}: another version wrote it")
         try:
             about = json.loads(own.text("about"))
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             raise self._refused("bipot/about", error, "JSON") from error
         kinds = {"parameters": dict, "units": dict, "scene": dict, "boundaries": list}
         for name, kind in kinds.items():

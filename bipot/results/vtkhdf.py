@@ -126,8 +126,12 @@ class RunFile:
             self._file.commit()
         except BaseException:
             # What is half appended would be taken for a step by the next.
-            self._file.failed = True
+            self.end()
             raise
+
+    def end(self) -> None:
+        """Let no more steps be appended."""
+        self._file.failed = True
 
     def _append(self, step: Step, line: str) -> None:
         number, system = self.count, self._system

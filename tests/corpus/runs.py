@@ -95,6 +95,7 @@ KINDS = {
     "nothing of ours": (lambda file: file.__delitem__("bipot"), "bipot"),
     "no JSON": (replaced("bipot/about", lambda old: old[:-1]), "about"),
     "JSON of a list": (replaced("bipot/about", lambda _: np.frombuffer(b"[]", dtype=np.uint8)), "parameters"),
+    "JSON nested too deep": (replaced("bipot/about", lambda _: np.full(10**5, ord("["), dtype=np.uint8)), "about"),
     "no text": (replaced("bipot/about", lambda old: np.full(9, 0xFF, dtype=np.uint8)), "about"),
     "parameters of text": (about(parameters="none"), "parameters"),
     "boundaries that are not there": (about(boundaries=["a", "b", "c", "d", "e", "f"]), "boundaries"),

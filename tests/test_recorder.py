@@ -1,0 +1,185 @@
+"""A recorder takes the next increment of its own run, once, in its own block and process; it refuses all else."""
+
+import json
+import os
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from bipot.columns import INCREMENT
+from bipot.errors import ResultsError, SceneError
+from bipot.forms import Newton
+from bipot.marching import Control, Schedule, march
+from bipot.results import Existing, Recorder
+from bipot.results import open as open_results
+from bipot.results.lock import NAME
+from bipot.scene import upsetting
+
+SCENE = upsetting(mu=0.3, reduction=0.1, elements=2)
+NEWTON = Control(Newton(), ())
+
+
+@pytest.fixture(scope="module")
+def accepted():
+    return list(march(SCENE, Schedule(3), NEWTON))
+
+
+def recorder(folder, existing=Existing.REFUSE, parameters=None, units=None):
+    return Recorder(folder, SCENE, [INCREMENT], parameters or {}, units or {}, existing=existing)
+
+
+def numbers(folder):
+    return open_results(folder)["increment"].tolist()
+
+
+@pytest.mark.parametrize("changed", [{"mu": 0.1}, {"elements": 3}, {"height": 11.0}])
+def test_an_increment_of_another_scene_is_refused(changed, tmp_path):
+    asked = {"mu": 0.3, "reduction": 0.1, "elements": 2}
+    other, same = (next(march(upsetting(**asked | made), Schedule(3), NEWTON)) for made in (changed, {}))
+    with recorder(tmp_path) as out:
+        with pytest.raises(ResultsError, match="increment 1 is of another scene"):
+            out.record(other)
+        out.record(same)
+    assert numbers(tmp_path) == [1]
+
+
+def test_an_increment_of_another_march_to_the_same_time_is_refused(accepted, tmp_path):
+    state = accepted[1].start
+    elsewhere = replace(accepted[1], start=replace(state, nodes=state.nodes * (1 + 1e-15)))
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        with pytest.raises(ResultsError, match="does not go on from increment 1"):
+            out.record(elsewhere)
+        out.record(accepted[1])
+    assert numbers(tmp_path) == [1, 2]
+
+
+def test_what_is_recorded_though_its_copy_failed_is_not_recorded_again(accepted, tmp_path):
+    copy = tmp_path / "history.csv"
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        whole = copy.read_text()
+        copy.unlink()
+        copy.mkdir()
+        with pytest.raises(ResultsError, match="2 increments are recorded; make room and resume"):
+            out.record(accepted[1])
+        copy.rmdir()
+        copy.write_text(whole)
+        with pytest.raises(ResultsError, match="does not go on"):
+            out.record(accepted[1])
+        # The copy would have a gap.
+        with pytest.raises(ResultsError, match="nothing more is written"):
+            out.record(accepted[2])
+    with recorder(tmp_path, Existing.RESUME) as out:
+        out.record(accepted[2])
+    assert numbers(tmp_path) == [1, 2, 3]
+    assert copy.read_bytes().decode() == open_results(tmp_path).text
+
+
+def test_what_was_recorded_when_the_interrupt_came_is_not_recorded_again(accepted, tmp_path, monkeypatch):
+    with recorder(tmp_path) as out:
+        monkeypatch.setattr(out, "_copy", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            out.record(accepted[0])
+        with pytest.raises(ResultsError, match="does not go on"):
+            out.record(accepted[0])
+    assert numbers(tmp_path) == [1]
+
+
+def interrupted(_):
+    raise KeyboardInterrupt
+
+
+def test_outside_its_block_a_recorder_refuses(accepted, tmp_path):
+    out = recorder(tmp_path)
+    for _ in range(2):
+        with pytest.raises(ResultsError, match="is not open for writing"):
+            out.record(accepted[0])
+        with out:
+            pass
+    assert numbers(tmp_path) == []
+
+
+@pytest.mark.parametrize("existing", Existing)
+def test_entered_again_it_goes_on(existing, accepted, tmp_path):
+    out = recorder(tmp_path, existing)
+    for one in accepted:
+        with out:
+            out.record(one)
+    assert numbers(tmp_path) == [1, 2, 3]
+
+
+@pytest.mark.parametrize("given", [{"a": np.int64(3)}, {"a": {1, 2}}, {1: 2}, "text", {"a": {1: 2, "b": 3}}])
+@pytest.mark.parametrize("name", ["parameters", "units"])
+def test_what_is_no_json_is_refused_before_anything_is_written(name, given, tmp_path):
+    with pytest.raises(SceneError, match=name):
+        recorder(tmp_path / "run", **{name: given})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_parameters_compare_in_any_order(accepted, tmp_path):
+    with recorder(tmp_path, parameters={"a": {"x": 1, "y": 2}}) as out:
+        out.record(accepted[0])
+    with recorder(tmp_path, Existing.RESUME, parameters={"a": {"y": 2, "x": 1}}) as out:
+        assert out.start.number == 1
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A curve of one's own that holds an array: flat."""
+
+    values: np.ndarray
+
+    def yield_stress(self, peeq):
+        return self.values[0] + 0 * np.asarray(peeq, float)
+
+    def slope(self, peeq):
+        return 0 * np.asarray(peeq, float)
+
+
+@pytest.mark.parametrize(("size", "change"), [(3, 1e-13), (2000, 1.0)], ids=["last digits", "long"])
+def test_materials_that_differ_in_one_number_of_an_array_are_two(size, change, tmp_path):
+    values = np.full(size, 300.0)
+    changed = values.copy()
+    changed[size // 2] += change
+    one, other = (upsetting(mu=0.3, hardening=Sampled(given), elements=2) for given in (values, changed))
+    with Recorder(tmp_path, one, [INCREMENT], {}, {}):
+        pass
+    with pytest.raises(ResultsError, match="scene: material"):
+        Recorder(tmp_path, other, [INCREMENT], {}, {}, existing=Existing.RESUME)
+    same = upsetting(mu=0.3, hardening=Sampled(values.copy()), elements=2)
+    Recorder(tmp_path, same, [INCREMENT], {}, {}, existing=Existing.RESUME)
+
+
+def test_a_history_does_not_tell_states_of_the_run_that_replaced_its_own(accepted, tmp_path):
+    with recorder(tmp_path) as out:
+        out.record(accepted[0])
+        early = open_results(tmp_path)
+        out.record(accepted[1])
+        assert early.state().tau == accepted[0].state.tau
+    with Recorder(tmp_path, SCENE, [], {}, {}, existing=Existing.OVERWRITE) as out:
+        out.record(accepted[0])
+        for ask in (early.state, lambda: early.nodal("gap"), lambda: early.cell("mises"), lambda: early.mesh):
+            with pytest.raises(ResultsError, match="holds another run than when it was opened"):
+                ask()
+
+
+@pytest.mark.parametrize("name", ["x" * 300, "a\0b"])
+def test_a_name_that_no_system_takes_is_refused(name, tmp_path):
+    with pytest.raises((ResultsError, SceneError), match=r"a.*b|File name too long"):
+        recorder(tmp_path / name)
+    with pytest.raises(ResultsError):
+        open_results(tmp_path / name)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system makes no copies of processes")
+def test_a_copy_of_the_process_does_not_give_up_its_lock(tmp_path):
+    with recorder(tmp_path) as out:
+        if (child := os.fork()) == 0:
+            out.__exit__(None, None, None)
+            os._exit(0)
+        os.waitpid(child, 0)
+        assert json.loads((tmp_path / NAME).read_text())["process"] == os.getpid()
+        with pytest.raises(ResultsError, match="is writing a run there"), recorder(tmp_path, Existing.RESUME):
+            pass
