@@ -1,0 +1,155 @@
+"""Projected volume changes: the fit they are, the strain, force and tangent that follow, what they cost and refuse."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bipot.elements import Element
+from bipot.errors import SceneError
+from bipot.fem.assembly import element_force
+from bipot.fem.elements import RULES
+from bipot.fem.projection import VOLUMES, Projection, VolumeChange
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
+from bipot.forms import Delassus, Dissipation, Newton, Tangent
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.marching import Control, Schedule, march
+from bipot.mesh import Mesh, block, ring
+from bipot.response import Body, body_space, rest
+from bipot.scene import Scene, upsetting
+from bipot.supports import Support
+from studies.fuzz_record import setting_of
+from studies.independent_volume import fitted
+from tests.scenes import PLANES
+
+MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
+PROJECTED = [(element, volume) for element in Element for volume in VOLUMES[element] if volume.value != "as_is"]
+
+
+def body_of(element, volume, geometry=Geometry.AXISYMMETRIC, configuration=Configuration.MIDPOINT):
+    """Two by two cells with moved nodes."""
+    made = ring(1.0, 3.0, 2.0, 2, 2, element=element)
+    mesh = made if geometry is Geometry.AXISYMMETRIC else block(2.0, 2.0, 2, 2, element=element)
+    moved = mesh.nodes + 0.08 * np.random.default_rng(3).uniform(-1, 1, mesh.nodes.shape)
+    mesh = Mesh(moved, mesh.elements, mesh.boundaries)
+    scene = Scene(mesh, geometry, MATERIAL, (Support("base", 1),), configuration=configuration, volume=volume)
+    return Body(scene, body_space(scene))
+
+
+def stressed(body):
+    """Any stress, its pressure one that the elements hold."""
+    state, rng = rest(body.scene, np.zeros(0)), np.random.default_rng(1)
+    stress = 150 * rng.normal(size=state.stress.shape)
+    weight = np.ones(stress.shape[:2])
+    stress[..., :3] += (body.projection.at(weight).left(stress[..., :3].sum(axis=-1)[..., None])) / 3
+    return replace(state, stress=stress, peeq=0.01 * rng.uniform(size=state.peeq.shape))
+
+
+@pytest.mark.parametrize(("element", "volume"), PROJECTED)
+def test_the_projection_is_the_weighted_fit_of_another_routine(element, volume):
+    body, rng = body_of(element, volume), np.random.default_rng(7)
+    values, weight = rng.normal(size=(2, *rest(body.scene, np.zeros(0)).peeq.shape))
+    weight = np.exp(weight)
+    found = body.projection.at(weight).of(values)
+    np.testing.assert_allclose(found, fitted(setting_of(body.scene), values, weight), atol=1e-12)
+    np.testing.assert_allclose(body.projection.at(weight).of(found), found, atol=1e-12)
+    assert np.abs(found - values).max() > 0.1
+
+
+@pytest.mark.parametrize(("element", "volume"), PROJECTED)
+@pytest.mark.parametrize("geometry", PLANES)
+@pytest.mark.parametrize("configuration", Configuration)
+def test_the_tangent_is_the_derivative_of_the_force(element, volume, geometry, configuration):
+    body = body_of(element, volume, geometry, configuration)
+    state, rng = stressed(body), np.random.default_rng(5)
+    x = 0.02 * rng.uniform(-1, 1, body.space.size)
+    response = body.respond(state, x)
+    assert response.returned.plastic.any()
+    v, h = rng.uniform(-1, 1, len(x)), 1e-6
+    once, twice = (
+        (body.respond(state, x + k * h * v).internal - body.respond(state, x - k * h * v).internal) / (2 * k * h)
+        for k in (1, 2)
+    )
+    expected = (4 * once - twice) / 3
+    K = body.space.matrix(body.tangent(response))
+    np.testing.assert_allclose(K @ v, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
+
+
+@pytest.mark.parametrize(("element", "volume"), PROJECTED)
+@pytest.mark.parametrize("geometry", PLANES)
+def test_the_force_of_a_pressure_that_is_held_is_the_transposed_of_the_strain(element, volume, geometry):
+    body = body_of(element, volume, geometry, Configuration.PAPER)
+    state, x = stressed(body), 1e-3 * np.random.default_rng(2).uniform(-1, 1, body.space.size)
+    kin = body.respond(state, x).kinematics
+    moved = body.space.spread(x)[body.scene.mesh.elements].reshape(len(kin.B), 1, -1, 1)
+    np.testing.assert_allclose((kin.B @ moved)[..., 0], kin.strain, atol=1e-17)
+    for stress, same in ((state.stress, True), (state.stress * np.arange(1.0, 5.0), False)):
+        transposed = np.einsum("eq,eqsi,eqs->ei", kin.volume, kin.B, stress)
+        assert np.allclose(element_force(kin, stress), transposed, atol=1e-10) == same
+
+
+@pytest.mark.parametrize(("element", "volume"), PROJECTED)
+def test_a_rigid_turn_strains_nothing_and_a_linear_field_evenly(element, volume):
+    body = body_of(element, volume, Geometry.PLANE_STRAIN)
+    mesh, table, (c, s) = body.scene.mesh, body.space.reference, (np.cos(0.7), np.sin(0.7))
+    for matrix, even in ((np.array([[c - 1, -s], [s, c - 1]]), 0.0), (np.array([[2e-3, 1e-3], [0.0, -5e-3]]), None)):
+        du = mesh.nodes @ matrix.T
+        measure = Configuration.MIDPOINT.measure
+        kin = measure.increment(mesh.nodes, du, mesh.elements, table, Geometry.PLANE_STRAIN, body.projection)
+        expected = kin.strain[0, 0] if even is None else even
+        np.testing.assert_allclose(kin.strain, np.broadcast_to(expected, kin.strain.shape), atol=1e-14)
+
+
+@pytest.mark.parametrize(("element", "volume"), PROJECTED)
+@pytest.mark.parametrize("form", [Tangent(), Newton(), Dissipation(), Delassus()])
+def test_every_form_finds_the_same_certified_increment(element, volume, form):
+    scene = upsetting(mu=0.2, reduction=0.01, elements=2, element=element, volume=volume)
+    control = Control(form, (Dissipation(),))
+    forces = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), control)]
+    exact = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), Control(Newton(), (Tangent(),)))]
+    np.testing.assert_allclose(forces, exact, rtol=1e-7)
+
+
+def test_pressures_stay_where_elements_hold_them_and_locking_goes():
+    ends = {}
+    for volume in VOLUMES[Element.Q8]:
+        scene = upsetting(mu=0.1, reduction=0.2, elements=4, volume=volume)
+        *_, end = march(scene, Schedule(10, 0.005), Control(Newton(), (Tangent(),)))
+        ends[volume] = -float(end.tool_forces[0, 1])
+        projection = Projection.of(volume, scene.mesh.nodes, scene.mesh.elements, body_space(scene).reference)
+        if projection is not None:
+            p = end.state.pressure
+            np.testing.assert_allclose(projection.at(np.ones(p.shape)).of(p), p, atol=1e-10 * np.abs(p).max())
+    assert ends[VolumeChange.P1] < 0.998 * ends[VolumeChange.AS_IS]
+    assert ends[VolumeChange.P0] <= ends[VolumeChange.P1]
+
+
+def test_a_start_whose_pressure_is_not_held_is_refused():
+    bare = upsetting(mu=0.1, reduction=0.02, elements=2)
+    *_, end = march(bare, Schedule(2, 0.1))
+    scene = replace(bare, volume=VolumeChange.P0)
+    with pytest.raises(SceneError, match=r"start\.stress = 'one': must be of a pressure of P0 in each element, not"):
+        next(march(scene, Schedule(2), start=end.state))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"volume": "p1"}, r"scene\.volume = 'p1'"),
+        ({"element": Element.Q4, "volume": VolumeChange.P1}, r"scene\.volume = .*one of Q4, of \['P0', 'AS_IS'\]"),
+        ({"element": Element.T3, "volume": VolumeChange.P0}, r"scene\.volume = .*one of T3, of \['AS_IS'\]"),
+        ({"element": "q4"}, "element = 'q4'"),
+    ],
+)
+def test_what_an_element_may_not_be_asked_is_refused(change, said):
+    with pytest.raises(SceneError, match=said):
+        upsetting(mu=0.1, **change)
+
+
+def test_every_element_has_a_volume_change_of_its_own():
+    assert set(VOLUMES) == set(Element) == set(RULES)
+    scene = Scene(block(1.0, 1.0, 1, 1, element=Element.Q4), Geometry.PLANE_STRAIN, MATERIAL, (Support("base", 1),))
+    assert scene.volume_change is VolumeChange.P0
+    assert upsetting(mu=0.1).volume_change is VolumeChange.AS_IS
