@@ -17,9 +17,8 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import ConicSolver
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.elements import Element
 from bipot.errors import SceneError, require
-from bipot.fem.elements import RULES, Quadrature
+from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
 from bipot.forms import (
     Delassus,
@@ -35,6 +34,7 @@ from bipot.forms import (
 from bipot.laws.hardening import Hardening
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
+from studies.element_types import ElementType
 from studies.hardening_words import hardening_from_text, hardening_usage
 from studies.outputs import add_options
 
@@ -82,6 +82,7 @@ class Case:
 
     mu: float
     elements: int
+    element: ElementType
     quadrature: Quadrature
     increments: int
     form: FormName
@@ -105,6 +106,8 @@ class Case:
             reduction=self.reduction,
             hardening=self.curve(),
             elements=self.elements,
+            element=self.element.element,
+            volume=self.element.volume,
             quadrature=self.quadrature,
             configuration=self.configuration,
         )
@@ -170,7 +173,10 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
     p.add_argument("--elements", type=int, help="elements a side (default 10, --fast 4)")
-    p.add_argument("--quadrature", choices=[q.value for q in RULES[Element.Q8]], default=Quadrature.RADON7.value)
+    kinds = [kind.value for kind in ElementType]
+    p.add_argument("--element-type", choices=kinds, default=ElementType.Q8.value, help="q8 (default) is the paper's")
+    rules = [rule.value for rule in Quadrature]
+    p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
     p.add_argument(
@@ -195,11 +201,13 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
     chosen = FAST if arguments.fast else DEFAULT
     elements = chosen["elements"] if arguments.elements is None else arguments.elements
     increments = chosen["increments"] if arguments.increments is None else arguments.increments
+    kind = ElementType(arguments.element_type)
     return [
         Case(
             mu,
             elements,
-            Quadrature(arguments.quadrature),
+            kind,
+            kind.quadrature if arguments.quadrature is None else Quadrature(arguments.quadrature),
             increments,
             FormName(arguments.form),
             arguments.solver or DEFAULT_SOLVER,

@@ -88,7 +88,9 @@ def test_rigid_rotation_turns_the_internal_force() -> None:
     spin = np.stack([-nodes[:, 1], nodes[:, 0]], axis=-1)[elements].reshape(len(elements), -1)
     s = response.returned
     C = np.broadcast_to(MATERIAL.elasticity.stiffness(4), (*s.stress.shape, 4))
-    stresses = Stresses(rotated=s.stress, returned=s.stress, moduli=C, shear=MATERIAL.elasticity.shear, bulk=MATERIAL.elasticity.bulk)
+    stresses = Stresses(
+        rotated=s.stress, returned=s.stress, moduli=C, shear=MATERIAL.elasticity.shear, bulk=MATERIAL.elasticity.bulk
+    )
     K = Configuration.MIDPOINT.measure.tangent(response.kinematics, stresses, body.scratch())
     f = response.element_forces.reshape(len(elements), -1, 2)
     turned = np.stack([-f[..., 1], f[..., 0]], axis=-1).reshape(len(elements), -1)

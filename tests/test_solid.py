@@ -141,7 +141,13 @@ def test_the_tangent_is_the_derivative_of_the_force(element, configuration, size
     kin, rotated, returned = respond(du)
     assert 0 < returned.plastic.mean() <= 1
     moduli = MATERIAL.tangent(rotated, returned, peeq, TangentKind.CONSISTENT)
-    stresses = Stresses(rotated=rotated, returned=returned.stress, moduli=moduli, shear=MATERIAL.elasticity.shear, bulk=MATERIAL.elasticity.bulk)
+    stresses = Stresses(
+        rotated=rotated,
+        returned=returned.stress,
+        moduli=moduli,
+        shear=MATERIAL.elasticity.shear,
+        bulk=MATERIAL.elasticity.bulk,
+    )
     K = measure.tangent(kin, stresses, Scratch.of(1, len(reference.weights), x.size, kin.reduction))[0]
 
     def force(step):

@@ -1,0 +1,1 @@
+"""Errors against the truth: of the mesh and of the increments."""

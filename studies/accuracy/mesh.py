@@ -1,0 +1,244 @@
+r"""The paper's upsetting as the mesh is refined, with every element, and what it tends to.
+
+    python -m studies.accuracy.mesh [--fast] [--resume | --overwrite] [--jobs N] [--out DIR]
+
+The seed's cylinder at mu = 0, 0.1 and 0.3, in equal increments after the start-up, 5 to 80 elements a side for a
+quadratic element and twice as many for a linear one. ``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and 45 % of each run
+that comes so far (one that does not stops where a corner would fold), ``DIR/mesh.h5`` the recovered tractions along the
+punch at each, and ``DIR/limits.csv`` what the runs tend to (:mod:`studies.accuracy.limits`).
+
+``line`` and ``corner`` are the alternating part of the nodal pressure of the consistent mass over its mean, as in
+:mod:`studies.corner`; ``p_min_MPa`` and ``p_max_MPa`` are of the recovered pressure that results hold and figures show,
+over nodes that carry. ``passes``, ``cuts``, ``fallbacks`` and ``seconds`` are of the run up to the row.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bipot.accepted import Accepted
+from bipot.contact import carries
+from bipot.errors import IncrementFailed
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.marching import Control, Schedule, march, system_of
+from bipot.overlap import overlap
+from bipot.progress import terminal
+from bipot.scene import Scene, upsetting
+from bipot.system import System
+from bipot.traction import consistent_tractions
+from bipot.typing import Floats
+from studies.accuracy.limits import extrapolated
+from studies.command import command, say
+from studies.corner import alternation
+from studies.element_types import ElementType
+from studies.outputs import add_options, opened
+from studies.pool import completed
+from studies.tables import text, write_csv
+from studies.upsetting_case import FIRST
+
+NAME, REDUCTION = "mesh", 0.45
+NODAL = "nodal"
+MARKS = (0.10, 0.20, 0.30, 0.40, 0.45)
+SHOWN = ("mu", "element", "elements", "reduction", "force_N", "contact_radius_mm", "line", "p_min_MPa", "seconds")
+Key = tuple[float, str, int, float]
+
+
+@dataclass(frozen=True)
+class Job:
+    """One run: ``elements`` are those of a side, ``increments`` those after the start-up."""
+
+    mu: float
+    kind: ElementType
+    elements: int
+    increments: int
+
+    def scene(self) -> Scene:
+        """The cylinder."""
+        kind = self.kind
+        return upsetting(mu=self.mu, elements=self.elements, element=kind.element, volume=kind.volume)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Row of mesh.csv."""
+
+    mu: float
+    element: str
+    sampling: str
+    elements: int
+    unknowns: int
+    increments: int
+    reduction: float
+    force_N: float
+    max_radius_mm: float
+    contact_radius_mm: float
+    line: float
+    corner: float
+    p_min_MPa: float
+    p_max_MPa: float
+    overlap_mm: float
+    passes: int
+    cuts: int
+    fallbacks: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is run: coefficients, element types with the sides of their quadratic mesh, increments."""
+
+    mus: tuple[float, ...] = (0.0, 0.1, 0.3)
+    kinds: tuple[ElementType, ...] = (
+        ElementType.Q8,
+        ElementType.Q8P1,
+        ElementType.Q4P0,
+        ElementType.Q9P1,
+        ElementType.T6,
+    )
+    sides: tuple[int, ...] = (5, 10, 20, 40)
+    increments: int = 90
+
+    def jobs(self) -> list[Job]:
+        """All runs, the short ones first; without friction the field is homogeneous, and a small mesh tells."""
+        return [
+            Job(mu, kind, side * (1 if kind.element.quadratic else 2), self.increments)
+            for side in self.sides
+            for mu in self.mus
+            for kind in self.kinds
+            if mu > 0 or side == self.sides[0]
+        ]
+
+
+FAST = Plan(mus=(0.1,), kinds=(ElementType.Q8, ElementType.Q4P0), sides=(2, 4), increments=9)
+
+
+def key(row: Row) -> Key:
+    """What tells one row from another."""
+    return row.mu, row.element, row.elements, row.reduction
+
+
+def name(row: Row) -> str:
+    """Of the tractions of a row in mesh.h5."""
+    return f"mu{row.mu:g} {row.element} {row.elements} {row.reduction:g}"
+
+
+def profile(system: System, accepted: Accepted) -> dict[str, Floats]:
+    """Radius, recovered pressure and shear of what carries, from the axis outwards."""
+    node = system.candidates.node
+    pressure, shear = accepted.traction.recovered_pressure, accepted.traction.recovered_shear
+    carrying = np.flatnonzero(carries(accepted.solved.r) & np.isfinite(pressure))
+    order = carrying[np.argsort(accepted.state.nodes[node[carrying], 0])]
+    return {"radius": accepted.state.nodes[node[order], 0], "pressure": pressure[order], "shear": shear[order]}
+
+
+def alternating(system: System, accepted: Accepted, force: float) -> tuple[float, float]:
+    """``line`` and ``corner`` along what was the top at rest; no number of fewer than five nodes."""
+    r, points, nodes = accepted.solved.r, system.candidates, accepted.state.nodes
+    pressure, _ = consistent_tractions(points, nodes, r, carries(r))
+    top = np.isin(points.node, system.body.scene.mesh.boundary_nodes("top"))
+    line = np.flatnonzero(top & np.isfinite(pressure))
+    line = line[np.argsort(nodes[points.node[line], 0])]
+    if len(line) < 5:
+        return float("nan"), float("nan")
+    mean = force / (np.pi * nodes[points.node[line], 0].max() ** 2)
+    amplitude = alternation(pressure[line])
+    return float(np.sqrt(np.mean(amplitude**2))) / mean, float(amplitude[-1]) / mean
+
+
+def overlapping(scene: Scene, accepted: Accepted) -> float:
+    """How deep (mm) an edge goes into the punch, between its nodes too."""
+    state = accepted.state
+    return overlap(scene, state.nodes, scene.placed(state.tau, state.translation)) * scene.mesh.size
+
+
+def run(job: Job) -> list[tuple[Row, dict[str, Floats]]]:
+    """Rows and tractions of a run, as far as it comes."""
+    scene, begin = job.scene(), (FIRST / REDUCTION if job.mu else 0.0)
+    schedule = Schedule(job.increments, begin, landings=tuple(mark / REDUCTION for mark in MARKS[:-1]))
+    system, out = system_of(scene), list[tuple[Row, dict[str, Floats]]]()
+    passes = cuts = fallbacks = 0
+    seconds = 0.0
+    try:
+        for accepted in march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()))):
+            passes, cuts, seconds = passes + accepted.passes, cuts + accepted.cuts, seconds + accepted.seconds
+            fallbacks += accepted.form is not Newton.name
+            reduction = round(accepted.state.tau * REDUCTION, 9)
+            if reduction not in MARKS:
+                continue
+            along, force = profile(system, accepted), float(-accepted.tool_force(0)[1])
+            row = Row(
+                job.mu,
+                job.kind.value,
+                NODAL,
+                job.elements,
+                system.body.space.size,
+                accepted.number,
+                reduction,
+                force,
+                float(accepted.state.nodes[:, 0].max()),
+                float(along["radius"].max()),
+                *alternating(system, accepted, force),
+                float(along["pressure"].min()),
+                float(along["pressure"].max()),
+                overlapping(scene, accepted),
+                passes,
+                cuts,
+                fallbacks,
+                seconds,
+            )
+            out.append((row, along))
+    except IncrementFailed:
+        # Where it ends is what the study tells: a corner of a quadratic element would fold there.
+        pass
+    return out
+
+
+def runs(jobs: Sequence[Job], workers: int) -> Iterator[list[tuple[Row, dict[str, Floats]]]]:
+    """These runs, with progress."""
+    progress = terminal()
+    progress.start(f"accuracy.{NAME}")
+    try:
+        for done, rows in enumerate(completed(run, jobs, workers)):
+            yield rows
+            last = rows[-1][0] if rows else None
+            told = last and f"mu = {last.mu:g}, {last.element}, {last.elements} elements"
+            progress.advance((done + 1) / len(jobs), told or "")
+    finally:
+        progress.close()
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run, write, print."""
+    parser = argparse.ArgumentParser(
+        prog="studies.accuracy.mesh", description="Errors of the mesh, element by element.", allow_abbrev=False
+    )
+    parser.add_argument("--out", type=Path, default=Path("results/accuracy"))
+    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
+    parser.add_argument("--fast", action="store_true", help="two small meshes, two elements, few increments")
+    add_options(parser)
+    asked = parser.parse_args(argv)
+    plan = FAST if asked.fast else Plan()
+    order = [(j.mu, j.kind.value, j.elements, mark) for j in plan.jobs() for mark in MARKS]
+    fixed = {"increments": plan.increments}
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, curve=name)
+    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.elements, MARKS[0]) not in table]
+    for found in runs(left, asked.jobs):
+        table.add(*(row for row, _ in found), curves={name(row): along for row, along in found})
+    limits = extrapolated(table.rows)
+    write_csv(asked.out / "limits.csv", limits)
+    say(text(table.rows, SHOWN))
+    if limits:
+        say(text(limits, ("mu", "reduction", "quantity", "value", "band")))
+    say(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
