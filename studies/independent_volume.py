@@ -1,7 +1,7 @@
 """Projected volume changes written a second time, for the fuzz study's recomputation: nothing of the library.
 
-The weighted least-squares fit of a constant (``p0``), or of a linear function of the places at rest (``p1``), to values at
-the points of each element, by Householder reflections.
+The weighted least-squares fit of a constant (``p0``), or of a linear function of the places at rest (``p1``), to values
+at the points of each element, by Householder reflections.
 """
 
 from __future__ import annotations

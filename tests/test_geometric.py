@@ -20,6 +20,7 @@ from bipot.tools import FlatTool
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
+MODULI = {"shear": MATERIAL.elasticity.shear, "bulk": MATERIAL.elasticity.bulk}
 
 
 def body_of(geometry: Geometry, configuration: Configuration) -> Body:
@@ -88,9 +89,7 @@ def test_rigid_rotation_turns_the_internal_force() -> None:
     spin = np.stack([-nodes[:, 1], nodes[:, 0]], axis=-1)[elements].reshape(len(elements), -1)
     s = response.returned
     C = np.broadcast_to(MATERIAL.elasticity.stiffness(4), (*s.stress.shape, 4))
-    stresses = Stresses(
-        rotated=s.stress, returned=s.stress, moduli=C, shear=MATERIAL.elasticity.shear, bulk=MATERIAL.elasticity.bulk
-    )
+    stresses = Stresses(rotated=s.stress, returned=s.stress, moduli=C, **MODULI)
     K = Configuration.MIDPOINT.measure.tangent(response.kinematics, stresses, body.scratch())
     f = response.element_forces.reshape(len(elements), -1, 2)
     turned = np.stack([-f[..., 1], f[..., 0]], axis=-1).reshape(len(elements), -1)

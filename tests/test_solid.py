@@ -20,6 +20,7 @@ from bipot.scene import Scene, upsetting
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210.0, 0.3), Linear(0.3, 0.5))
+MODULI = {"shear": MATERIAL.elasticity.shear, "bulk": MATERIAL.elasticity.bulk}
 ELEMENTS = [skfem.ElementHex1(), skfem.ElementHexS2(), skfem.ElementHex2(), skfem.ElementTetP2()]
 
 
@@ -145,8 +146,7 @@ def test_the_tangent_is_the_derivative_of_the_force(element, configuration, size
         rotated=rotated,
         returned=returned.stress,
         moduli=moduli,
-        shear=MATERIAL.elasticity.shear,
-        bulk=MATERIAL.elasticity.bulk,
+        **MODULI,
     )
     K = measure.tangent(kin, stresses, Scratch.of(1, len(reference.weights), x.size, kin.reduction))[0]
 

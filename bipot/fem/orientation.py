@@ -9,9 +9,9 @@ det J has, from as many values, its Bernstein coefficients D_m over the whole el
 with D at the corners equal to det J there. Where the least D is not positive while the corners are, the element is
 halved along its sides into four (de Casteljau), which takes D to det J with the square of its size.
 
-Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that corner
-alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up to
-:data:`STRAIGHT` of its mean. At rest none may.
+Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that
+corner alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up
+to :data:`STRAIGHT` of its mean. At rest none may.
 
 Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
 negative on the edges, where it is a parabola or linear. End nodes and whole edges may lie on the axis, r = 0; the rest
@@ -40,7 +40,7 @@ ROUND_OFF = 1e-12
 """Of extent times derivative: above 5000 units in the last place, what products of sums of eight terms can gather."""
 
 STRAIGHT = 1e-9
-"""det J at a corner over its mean, below which the angle there is straight: the gaps of three nodes on a tool make it."""
+"""det J at a corner over its mean, below which the angle there is straight: what is left of the gaps of three nodes."""
 
 CHEBYSHEV = {1: [0.0, 1.0], 3: [0.0, 0.25, 0.75, 1.0]}
 """Chebyshev's points with ends, by degree."""

@@ -195,7 +195,7 @@ class Midpoint:
 
 
 def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats) -> Floats:
-    """What projecting the volume change adds to K_e (e, dk, dk), over the bulk modulus; ``by_g`` (e, q, m) is d tr e/dg.
+    """What projecting the volume change adds to K_e (e, dk, dk), over the bulk modulus; ``by_g`` (e, q, m): d tr e/dg.
 
     K_e gains sum_q w V' K (d(Pi theta) - d theta), V the trace of D. Weights that move by w V move Pi theta by
     phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
+from studies.accuracy.row import Row
 from studies.element_types import ElementType
 
 QUANTITIES = ("force_N", "max_radius_mm", "contact_radius_mm")
@@ -23,15 +23,6 @@ TRUSTED = tuple(kind.value for kind in (ElementType.Q4P0, ElementType.Q8P1, Elem
 """Elements that do not lock, of two families: linear and quadratic."""
 
 ORDERS = 2.0, 16.0
-
-
-class Measured(Protocol):
-    """What is asked of a row of mesh.csv."""
-
-    mu: float
-    element: str
-    elements: int
-    reduction: float
 
 
 @dataclass(frozen=True)
@@ -65,7 +56,7 @@ def richardson(values: Sequence[float]) -> tuple[float, float]:
     return limit, abs(limit - third)
 
 
-def extrapolated(rows: Sequence[Measured]) -> list[Limit]:
+def extrapolated(rows: Sequence[Row]) -> list[Limit]:
     """The limits of all quantities that two elements of different families tell."""
     out = list[Limit]()
     for mu, reduction in sorted({(row.mu, row.reduction) for row in rows}):
@@ -74,9 +65,8 @@ def extrapolated(rows: Sequence[Measured]) -> list[Limit]:
             for element in TRUSTED:
                 mine = [r for r in rows if (r.mu, r.reduction, r.element) == (mu, reduction, element)]
                 finest = sorted(mine, key=lambda row: row.elements)[-3:]
-                if [row.elements * 2 for row in finest[:-1]] == [row.elements for row in finest[1:]] and len(
-                    finest
-                ) == 3:
+                sides = [row.elements for row in finest]
+                if len(sides) == 3 and sides == [sides[0], 2 * sides[0], 4 * sides[0]]:
                     told[element] = richardson([getattr(row, quantity) for row in finest])
             best = sorted(told, key=lambda element: told[element][1])[:2]
             if len(best) == 2:

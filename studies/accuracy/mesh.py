@@ -34,6 +34,7 @@ from bipot.system import System
 from bipot.traction import consistent_tractions
 from bipot.typing import Floats
 from studies.accuracy.limits import extrapolated
+from studies.accuracy.row import Row
 from studies.command import command, say
 from studies.corner import alternation
 from studies.element_types import ElementType
@@ -62,31 +63,6 @@ class Job:
         """The cylinder."""
         kind = self.kind
         return upsetting(mu=self.mu, elements=self.elements, element=kind.element, volume=kind.volume)
-
-
-@dataclass(frozen=True)
-class Row:
-    """Row of mesh.csv."""
-
-    mu: float
-    element: str
-    sampling: str
-    elements: int
-    unknowns: int
-    increments: int
-    reduction: float
-    force_N: float
-    max_radius_mm: float
-    contact_radius_mm: float
-    line: float
-    corner: float
-    p_min_MPa: float
-    p_max_MPa: float
-    overlap_mm: float
-    passes: int
-    cuts: int
-    fallbacks: int
-    seconds: float
 
 
 @dataclass(frozen=True)
