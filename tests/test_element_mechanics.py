@@ -225,13 +225,14 @@ def test_a_march_is_certified_with_every_element(element, geometry):
 
 @pytest.mark.parametrize("geometry", PLANES)
 def test_elements_agree_on_a_fine_mesh(geometry):
-    """Quadratic ones to a ten-thousandth, where measured to 4e-5; straight ones, which lock, to 2 %."""
+    """Q8 to 3e-4, where measured to 2e-4; with a mean volume change to 2e-3, 1e-3; T3, which locks, to 2 %."""
     forces = {
         element: list(march(pressed(element, geometry, 8), Schedule(3), Control(Newton())))[-1].tool_forces[0, 1]
         for element in Element
     }
     for element, force in forces.items():
-        assert force == pytest.approx(forces[Element.Q9], rel=1e-4 if element.quadratic else 0.02)
+        near = {Element.Q8: 3e-4, Element.T3: 0.02}.get(element, 2e-3)
+        assert force == pytest.approx(forces[Element.Q9], rel=near)
 
 
 def test_a_rule_that_is_none_of_the_element_is_refused_by_name():

@@ -11,6 +11,7 @@ from bipot.elements import Element
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.kinematics import gradients
+from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName, Newton
 from bipot.landing import Locate
@@ -32,7 +33,7 @@ def flattened(elements):
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.6), ("top", "right"), 0.2)
     supports = (Support("left", 0), Support("base", 1))
     mesh, material = block(1.0, 1.0, elements, elements), upsetting(mu=0.2).material
-    return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, (tool,), Quadrature.GAUSS2)
+    return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, (tool,), Quadrature.GAUSS2, volume=VolumeChange.AS_IS)
 
 
 def marched(scene, schedule, control):
@@ -141,7 +142,9 @@ def test_a_scene_with_an_element_folded_between_its_points_is_refused():
 
     def scene(by):
         material = upsetting(mu=0.2).material
-        return Scene(distorted(by), Geometry.PLANE_STRAIN, material, (), (tool,), Quadrature.GAUSS2)
+        return Scene(
+            distorted(by), Geometry.PLANE_STRAIN, material, (), (tool,), Quadrature.GAUSS2, volume=VolumeChange.AS_IS
+        )
 
     scene(-0.24)
     with pytest.raises(SceneError, match=r"mesh: element 1 at \(1\.0, 0\.0\), at rest: Jacobian determinant -0\.04"):

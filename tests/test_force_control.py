@@ -34,6 +34,7 @@ from bipot import (
     upsetting,
 )
 from bipot.determinacy import branches
+from bipot.fem.projection import VolumeChange
 from bipot.laws.von_mises import Elasticity, VonMises
 from studies import hard_cases
 from studies.hard_forms import FORMS
@@ -129,6 +130,7 @@ def strip(factor, quadrature=Quadrature.GAUSS2):
         ),
         quadrature=quadrature,
         configuration=Configuration.SMALL,
+        volume=VolumeChange.AS_IS,
     )
 
 

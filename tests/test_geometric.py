@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bipot.fem.plane import turn, turn_half
+from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration, Stresses
 from bipot.laws.hardening import Linear
@@ -28,7 +29,9 @@ def body_of(geometry: Geometry, configuration: Configuration) -> Body:
     distorted = mesh.nodes + 0.08 * np.random.default_rng(3).uniform(-1, 1, mesh.nodes.shape)
     mesh = Mesh(distorted, mesh.elements, mesh.boundaries)
     tool = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -1.0), ("top",), 0.1)
-    scene = Scene(mesh, geometry, MATERIAL, (Support("base", 1),), (tool,), configuration=configuration)
+    scene = Scene(
+        mesh, geometry, MATERIAL, (Support("base", 1),), (tool,), configuration=configuration, volume=VolumeChange.AS_IS
+    )
     return Body(scene, body_space(scene))
 
 
