@@ -8,6 +8,7 @@ proximal centre takes that multiple away again at the fixed point.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -42,7 +43,7 @@ class ConicSettings:
     """
 
     tol: float = 1e-9
-    seconds: float = 30.0
+    seconds: float = math.inf
     regularisation: float = 1e-8
     polish: int = 100
 

@@ -9,6 +9,7 @@ and say nothing in between. The second needs W symmetric and positive semidefini
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -91,7 +92,7 @@ def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.cs
     return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0), unit
 
 
-def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = 10.0) -> ExistenceReport:
+def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = math.inf) -> ExistenceReport:
     """Test whether the problem has a solution; at most ``seconds`` for each of the two programs.
 
     >>> opposed = [[1, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 1]]

@@ -7,6 +7,7 @@ number of steps, or when the state says it cannot go on. No solver decides for i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
@@ -61,12 +62,13 @@ class Solver(Protocol[S]):
 class Limits:
     """When to stop: residual ``tol`` (:func:`bipot.coulomb.solution.residual`), steps, wall-clock seconds.
 
-    A run also stops where ``patience`` steps have not brought the smallest residual down by a hundredth.
+    A run also stops where ``patience`` steps have not brought the smallest residual down by a hundredth. No clock
+    decides unless ``seconds`` are given: the same problem then has the same answer on a machine of any speed.
     """
 
     tol: float = 1e-10
     iterations: int = 100_000
-    seconds: float = 30.0
+    seconds: float = math.inf
     patience: int = 1000
 
     def __post_init__(self) -> None:
