@@ -271,7 +271,7 @@ def test_reused_factors_save_factorisations_not_accuracy(monkeypatch: pytest.Mon
 
 def test_line_search_shortens_a_step_that_inverts_elements() -> None:
     """From rest in increments of 5 % the first full steps fold the mesh; without halving they may not recover."""
-    control = Control(Newton(search=Search(halvings=8)), (Dissipation(),), cuts=4)
+    control = Control(Newton(search=Search(trials=8)), (Dissipation(),), cuts=4)
     steps = list(march(upsetting(mu=0.1, reduction=0.1, elements=4), Schedule(2), control))
     assert steps[-1].state.tau == 1.0
     assert all(a.solved.certificate.equilibrium <= 5e-7 for a in steps)
