@@ -7,6 +7,7 @@ else of an increment is shared, so comparisons are fair by construction.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Protocol, TypeVar, runtime_checkable
@@ -47,6 +48,8 @@ class Step:
     ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is how far the answer is from the contact
     law the form *poses*, over the largest force, where that is not Coulomb's: acceptance then asks for it, equilibrium
     and yield, and the certificate only reports. None: Coulomb's law, of which the whole certificate is asked.
+    ``error`` is how far iterate and forces are from equilibrium and that law together, over the contact forces; inf
+    where the form does not say.
     """
 
     iterate: Iterate
@@ -56,6 +59,7 @@ class Step:
     timing: Timing
     coupled: Coupled = Coupled(Route.EXACT)
     posed: float | None = None
+    error: float = math.inf
 
 
 @dataclass

@@ -32,7 +32,7 @@ class Reuse:
     In an attempt's first pass it must fall by the square of that.
     """
 
-    fall: float = 0.05
+    fall: float = 0.01
 
     def __post_init__(self) -> None:
         require_number(self.fall, "newton.reuse.fall")
@@ -83,6 +83,12 @@ class Point(NamedTuple):
     pieces: Pieces
     merit: float
     miss: float
+
+    @property
+    def error(self) -> float:
+        """The merit over the norm of the forces; inf where there are none."""
+        present = float(np.linalg.norm(self.r))
+        return self.merit / present if present else np.inf
 
     def work(self, along: Floats) -> float:
         """Work of the unbalanced forces along a step (n,)."""
@@ -162,7 +168,7 @@ class Newton:
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
         # Where there is no force, what is left of it is the round-off of its row.
         forces = np.where(there.pieces.none, 0.0, there.r)
-        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing)
+        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _linearised(
