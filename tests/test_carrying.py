@@ -274,3 +274,14 @@ def test_a_march_whose_dissipation_is_negative_ends_in_words(monkeypatch):
     monkeypatch.setattr(carrying.Dissipated, "of", staticmethod(lambda *_: Dissipated(-1.0, 0.0, 1.0)))
     with pytest.raises(IncrementFailed, match="plastic dissipation is negative"):
         next(march(SCENE, Schedule(2), Control(Newton(), (), cuts=0)))
+
+
+def test_a_flow_that_does_not_go_on_is_dropped_before_its_increment_is_solved(monkeypatch):
+    """A length misremembered threefold: the same answer in fewer passes than from one solution to the next."""
+    system, state, tau, solve = flowing()
+    increment = Increment(system, replace(state, length=3 * state.length), tau)
+    early = carry_on(increment, solve, accepted, second=True)
+    monkeypatch.setattr(carrying, "ROUGH", 0.0)
+    late = carry_on(increment, solve, accepted, second=True)
+    assert early.passes < late.passes
+    np.testing.assert_allclose(early.solved.r, late.solved.r, atol=1e-6 * np.abs(late.solved.r).max())

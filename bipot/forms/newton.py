@@ -191,47 +191,49 @@ class Newton:
         best: Point | None = None
         t, failure = 1.0, BipotError()
         for _ in range(self.search.trials + 1):
-            trial: Point | None = None
             try:
                 with clock:
                     iterate = increment.at(here.iterate.x + t * along)
             except (InvertedElement, NotConverged) as inadmissible:
-                failure = inadmissible
-            else:
-                trial = law.point(iterate, here.r + t * (r - here.r), pieces)
-                best = trial if best is None or trial.merit < best.merit else best
-            further = aim.after(t, trial)
-            if further is None:
-                return trial or here
-            t = further
+                failure, t = inadmissible, aim.shorter(t, FOLDED)
+                continue
+            trial = law.point(iterate, here.r + t * (r - here.r), pieces)
+            rest = aim.rest(trial)
+            if aim.meets(t, trial, rest):
+                return trial
+            best = trial if best is None or trial.merit < best.merit else best
+            t = aim.shorter(t, rest)
         if best is None:
             raise failure
         return best
 
 
 class _Aim:
-    """Where the search along a step goes on: what has been tried of it."""
+    """How far to go along a step: what has been tried of it."""
 
     def __init__(self, search: Search, here: Point, along: Floats) -> None:
         self.search, self.here, self.along = search, here, along
-        self.start = here.work(along)
-        self.halves = here.miss > search.law * here.merit or not self.start
+        self.work = here.work(along)
+        self.halves = here.miss > search.law * here.merit or not self.work
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
-    def after(self, t: float, trial: Point | None) -> float | None:
-        """The length to try after t, whose trial is None where an element folds; None where that is good enough."""
+    def rest(self, trial: Point) -> float:
+        """g(t)/g(0) of a trial, zero where it says nothing."""
+        return 0.0 if self.halves else trial.work(self.along) / self.work
+
+    def meets(self, t: float, trial: Point, rest: float) -> bool:
+        """Whether the trial of length t is good enough."""
         if self.halves:
-            return t / 2 if trial is None or trial.merit > self.here.merit else None
-        rest = FOLDED
-        if trial is not None:
-            rest = trial.work(self.along) / self.start
-            whole = t == 1.0
-            # A whole step that is too short is not lengthened.
-            if whole and (rest > 0 or trial.merit <= self.search.fall * self.here.merit):
-                return None
-            if abs(rest) <= self.search.work:
-                return None
+            return trial.merit <= self.here.merit
+        # A whole step that is too short is not lengthened.
+        whole = t == 1.0 and (rest > 0 or trial.merit <= self.search.fall * self.here.merit)
+        return whole or abs(rest) <= self.search.work
+
+    def shorter(self, t: float, rest: float) -> float:
+        """The length to try after t."""
+        if self.halves:
+            return t / 2
         if rest > 0:
             self.short = t, rest
         else:
