@@ -8,7 +8,8 @@ increments, passes, left_out, worst, rms): the histories' force against that of 
 whole march of the seed paper's cylinder; ``pass`` and ``increment``, their means once yield has spread; ``split
 PART``, the parts of an increment over its passes; ``passes an increment``, ``growth over factorisation`` (a pass
 against one ``splu``, each over its own at the least size), ``fine`` (a whole march on a fine mesh, where side nodes
-land) and memory in GB (:mod:`benchmarks.memory`), in the column ``ratio``; the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
+land) and memory in GB (:mod:`benchmarks.memory`), in the column ``ratio``;
+the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
 :mod:`benchmarks.targets` allows, and with exit code 1 where that is exceeded.
 kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run. All times
 are processor seconds of one thread, which other work on the machine disturbs least.
