@@ -7,8 +7,9 @@ increments, passes, left_out, worst, rms): the histories' force against that of 
 ``left_out`` increments in which the reference has a landing. Names: ``history``, the
 whole march of the seed paper's cylinder; ``pass`` and ``increment``, their means once yield has spread; ``split
 PART``, the parts of an increment over its passes; ``passes an increment``, ``growth over factorisation`` (a pass
-against one ``splu``, each over its own at the least size) and memory in GB (:mod:`benchmarks.memory`), in the column
-``ratio``; the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
+against one ``splu``, each over its own at the least size), ``fine`` (a whole march on a fine mesh, where side nodes
+land) and memory in GB (:mod:`benchmarks.memory`), in the column ``ratio``;
+the stages of the dissipation form (:mod:`benchmarks.dissipation`). Ends with what
 :mod:`benchmarks.targets` allows, and with exit code 1 where that is exceeded.
 kappa is the median of at least 20 assemblies, factorisations and solves interleaved with each measured run. All times
 are processor seconds of one thread, which other work on the machine disturbs least.
@@ -44,6 +45,7 @@ FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tang
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
 LARGE, MEMORY_INCREMENTS, HIGH_FRICTION = 80, 6, 0.3
+FINE, FINE_INCREMENTS, WHOLE = 40, 90, 0.45
 
 
 @dataclass(frozen=True)
@@ -159,6 +161,15 @@ def passes(form: Form, mu: float, elements: int, measured: int) -> tuple[list[Ro
     return rows, pace["pass"] / kappa.factorisation
 
 
+def fine(elements: int, increments: int) -> list[Row]:
+    """Passes an increment and conic fallbacks of the whole upsetting at HIGH_FRICTION, where side nodes land."""
+    scene = upsetting(mu=HIGH_FRICTION, elements=elements)
+    steps = list(march(scene, Schedule(increments, first=SMALL / WHOLE), control(Newton())))
+    fallbacks = sum(step.form is not FormName.NEWTON for step in steps)
+    measures = {"fine passes an increment": sum(a.passes for a in steps) / len(steps), "fine fallbacks": fallbacks}
+    return [Row(name, FormName.NEWTON.value, HIGH_FRICTION, elements, 0.0, 0.0, v) for name, v in measures.items()]
+
+
 def memory(elements: int) -> list[Row]:
     """Peak and growth of the memory of a Newton run, in a process of its own."""
     whole_run, grown = memory_of(elements, MEMORY_INCREMENTS)
@@ -218,6 +229,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     keep(dissipation(HIGH_FRICTION, 3 if arguments.fast else 10))
     for size in sizes[1:]:
         measure(size)
+    if FINE in sizes:
+        keep(fine(FINE, FINE_INCREMENTS))
     if LARGE in sizes:
         keep(memory(LARGE))
     return report(rows, whole=not arguments.fast)

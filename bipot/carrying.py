@@ -16,6 +16,9 @@ RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 Where no solution is found, backward Euler is asked what the material does. It stands if less than TOO_LITTLE goes
 on; else the increment is solved from there with the flow, or has failed. A solver's luck does not choose.
 
+Not every one of these solutions is needed to the last digit: an iterate within ROUGH of one tells as well where the
+flow did not go on, and the increment goes on from there. What is accepted has been solved, and asked again.
+
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
 stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
 and friction's with it, before an increment is accepted.
@@ -25,13 +28,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from bipot.certificate import EPS
 from bipot.forms import FormName
-from bipot.increment import Solved
+from bipot.increment import Leave, Near, Solved
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
 from bipot.reason import Reason, ReasonKind
@@ -43,11 +47,15 @@ TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6
 RATIOS, REPEATS = 2, 8
 
+ROUGH = 5e-3
+"""Unbalanced forces and miss of the law over the contact forces, up to which an iterate tells what the flow does."""
+
 
 class Attempt(NamedTuple):
     """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
 
     ``last`` is the failure of the last form that was tried; ``strayed`` says whether a form failed that was suited.
+    ``left`` is where the increment was left unsolved because the flow does not go on as it was carried.
     """
 
     solved: Solved | None
@@ -56,15 +64,16 @@ class Attempt(NamedTuple):
     failures: tuple[Reason, ...]
     last: Exception | None = None
     strayed: bool = False
+    left: Near | None = None
 
     def failed(self, why: Reason) -> Attempt:
         """The same with one more failure."""
         return self._replace(failures=(*self.failures, why))
 
 
-Solve = Callable[[State, Solved | None], Attempt]
-"""``solve(begun, near_to)`` attempts the increment from a state in which flow has gone on, starting the iteration at a
-solution with other flow carried on."""
+Solve = Callable[[State, Near | None, Leave | None], Attempt]
+"""``solve(begun, near_to, leave)`` attempts the increment from a state in which flow has gone on, starting the
+iteration near a solution with other flow carried on; :func:`bipot.increment.solve_increment` says when it is left."""
 
 
 @dataclass(frozen=True)
@@ -129,9 +138,9 @@ class Flowed:
     overall: float
 
     @staticmethod
-    def of(system: System, carried: Carried, solved: Solved) -> Flowed:
-        """Measured on the increment that was ``solved`` with the flow ``carried``."""
-        response, a = solved.response, carried.fraction
+    def of(system: System, carried: Carried, near: Near) -> Flowed:
+        """Measured at or ``near`` the solution of the increment with the flow ``carried``."""
+        response, a = near.response, carried.fraction
         own, weight = response.returned.plastic_strain, response.kinematics.volume
         last = response.kinematics.turned(carried.last.strain)
         flow = own + a[..., None] * last
@@ -159,22 +168,25 @@ def carry_on(increment: Increment, solve: Solve, refused: Refused, second: bool)
     """
     system, state, tried = increment.system, increment.start, list[Attempt]()
     why: Reason | None = None
+    near: Near | None = None
     carried = Carried.guess(increment) if second else None
     while carried is not None and carried.fraction.any() and why is None:
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
-        tried.append(solve(begun, tried[-1].solved if tried else None))
+        last = len(tried) >= REPEATS
+        tried.append(solve(begun, near, None if last else partial(_turned, system, carried)))
         solved = tried[-1].solved
-        if solved is None:
+        near = solved or tried[-1].left
+        if near is None:
             if carried.found:
                 return _joined(tried)
             tried.append(_without(state, solve, refused, None))
-            euler = tried[-1].solved
+            near = euler = tried[-1].solved
             carried = None if euler is None else carried.found_by(system, euler)
             if carried is None:
                 return _joined(tried)
             continue
-        after = carried.after(Flowed.of(system, carried, solved))
-        if after is carried:
+        after = carried.after(Flowed.of(system, carried, near))
+        if solved is not None and after is carried:
             why = refused(solved)
             if why is None:
                 return _joined(tried)
@@ -184,12 +196,23 @@ def carry_on(increment: Increment, solve: Solve, refused: Refused, second: bool)
     if why is not None:
         dropped = Reason(ReasonKind.FLOW, f"flow not carried on: {why.said}", measures=why.measures)
         tried[-1] = tried[-1].failed(dropped)
-    return _joined([*tried, _without(state, solve, refused, tried[-1].solved if tried else None)])
+    return _joined([*tried, _without(state, solve, refused, near)])
 
 
-def _without(state: State, solve: Solve, refused: Refused, near_to: Solved | None) -> Attempt:
+def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
+    """Whether it is clear ``near`` a solution that the flow ``carried`` does not go on as such.
+
+    What makes it carry none at all is asked of solutions.
+    """
+    if error > ROUGH:
+        return False
+    after = carried.after(Flowed.of(system, carried, near))
+    return after is not carried and after.wrong <= RATIOS
+
+
+def _without(state: State, solve: Solve, refused: Refused, near_to: Near | None) -> Attempt:
     """The attempt by backward Euler, without its solution if that is refused."""
-    attempt = solve(state, near_to)
+    attempt = solve(state, near_to, None)
     why = None if attempt.solved is None else refused(attempt.solved)
     return attempt if why is None else attempt.failed(replace(why, form=attempt.form))._replace(solved=None)
 

@@ -58,25 +58,11 @@ class Limits:
 
 
 @dataclass(frozen=True)
-class Solved:
-    """An increment that met its bounds: iterate, forces of all candidates, certificate, cost.
-
-    ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
-    ``coupled`` tells how friction was coupled to the normal forces, ``undetermined`` in words what the law leaves open
-    (:mod:`bipot.determinacy`): nothing where the answer is the only one nearby. ``posed`` is as in
-    :class:`bipot.forms.Step`.
-    """
+class Near:
+    """Where an iteration may go on: an iterate with the forces r (c, d) of all candidates."""
 
     iterate: Iterate
     r: Floats
-    certificate: Certificate
-    posed: float | None
-    passes: int
-    iterations: int
-    almost: int
-    timing: Timing
-    coupled: Coupled
-    undetermined: tuple[str, ...] = ()
 
     @property
     def response(self) -> Response:
@@ -87,6 +73,26 @@ class Solved:
     def rows(self) -> ContactRows:
         """The contact rows of all candidates."""
         return self.iterate.rows
+
+
+@dataclass(frozen=True)
+class Solved(Near):
+    """An increment that met its bounds: iterate, forces of all candidates, certificate, cost.
+
+    ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
+    ``coupled`` tells how friction was coupled to the normal forces, ``undetermined`` in words what the law leaves open
+    (:mod:`bipot.determinacy`): nothing where the answer is the only one nearby. ``posed`` is as in
+    :class:`bipot.forms.Step`.
+    """
+
+    certificate: Certificate
+    posed: float | None
+    passes: int
+    iterations: int
+    almost: int
+    timing: Timing
+    coupled: Coupled
+    undetermined: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -114,6 +120,17 @@ class Trial:
 
 Observer = Callable[[Trial], None]
 
+Leave = Callable[[Near, float], bool]
+"""Whether to leave an increment unsolved at an iterate whose error (as in :class:`bipot.forms.Step`) is known."""
+
+
+class LeftOff(Exception):
+    """An increment was left unsolved, ``near`` a solution: it is to be solved from another state."""
+
+    def __init__(self, near: Near) -> None:
+        super().__init__("left unsolved")
+        self.near = near
+
 
 def unobserved(trial: Trial) -> None:
     """See nothing."""
@@ -126,14 +143,17 @@ def solve_increment(
     cache: Cache,
     largest: float,
     observe: Observer = unobserved,
-    near_to: Solved | None = None,
+    near_to: Near | None = None,
+    leave: Leave | None = None,
 ) -> Solved:
     """Solve the increment.
 
-    ``largest`` is the largest contact force of the run so far, the scale of the cone measure. ``near_to`` solved the
-    same increment with a little other flow carried on: the iteration starts there.
+    ``largest`` is the largest contact force of the run so far, the scale of the cone measure. ``near_to`` solves the
+    same increment with a little other flow carried on: the iteration starts there. ``leave`` is asked after every pass
+    that is not accepted.
 
     Raises:
+        LeftOff: ``leave`` says so.
         NotConverged: after ``limits``, naming the measures above their bounds; at once, a tool in a node that is held.
         InvertedElement: from an iterate, or the answer is folded anywhere in an element.
         ProgramError: from an iterate.
@@ -177,6 +197,8 @@ def solve_increment(
                 coupled=step.coupled,
                 undetermined=undetermined,
             )
+        if leave is not None and leave(Near(iterate, r), step.error):
+            raise LeftOff(Near(iterate, r))
     raise watch.failure(f"{limits.passes} passes left")
 
 

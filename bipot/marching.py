@@ -29,7 +29,7 @@ from bipot.errors import (
 )
 from bipot.failing import given_up
 from bipot.forms import Cache, Dissipation, Form, Newton, Tangent
-from bipot.increment import Limits, Observer, Solved, Trial, solve_increment, unobserved
+from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
 from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
@@ -238,7 +238,7 @@ def attempt_increment(
     ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.carrying` says.
     """
 
-    def solve(begun: State, near_to: Solved | None) -> Attempt:
+    def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:
         passes, failures, last, strayed = 0, list[Reason](), None, False
         begins = replace(increment, start=begun)
 
@@ -249,7 +249,9 @@ def attempt_increment(
 
         for form in control.forms:
             try:
-                solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to)
+                solved = solve_increment(begins, form, control.limits, cache, largest, count, near_to, leave)
+            except LeftOff as left:
+                return Attempt(None, form.name, passes, tuple(failures), strayed=strayed, left=left.near)
             except FAILURES as failure:
                 failures.append(Reason.of(form.name, failure))
                 last, strayed = failure, strayed or not isinstance(failure, UnsuitedForm)

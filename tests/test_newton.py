@@ -271,10 +271,27 @@ def test_reused_factors_save_factorisations_not_accuracy(monkeypatch: pytest.Mon
 
 def test_line_search_shortens_a_step_that_inverts_elements() -> None:
     """From rest in increments of 5 % the first full steps fold the mesh; without halving they may not recover."""
-    control = Control(Newton(search=Search(halvings=8)), (Dissipation(),), cuts=4)
+    control = Control(Newton(search=Search(trials=8)), (Dissipation(),), cuts=4)
     steps = list(march(upsetting(mu=0.1, reduction=0.1, elements=4), Schedule(2), control))
     assert steps[-1].state.tau == 1.0
     assert all(a.solved.certificate.equilibrium <= 5e-7 for a in steps)
+
+
+def test_a_landing_takes_no_more_passes_than_other_increments_where_the_body_decides_how_far_to_go() -> None:
+    """A side node lands within increment 22 of the cylinder at mu = 0.3 and much of it unloads.
+
+    Where the merit decides alone (``law = 0``: contacts always do) its steps are too long and then much too short.
+    """
+    scene, schedule = upsetting(mu=0.3, elements=10), Schedule(12, first=0.001 / 0.45)
+    before = next(a for a in march(scene, schedule, Control(Newton(), ())) if a.number == 21)
+    after = [
+        next(march(scene, schedule, Control(Newton(search=Search(law=law)), ()), before.course))
+        for law in (Search.law, 0.0)
+    ]
+    assert not any(a.cuts for a in after)
+    assert after[0].passes <= 12
+    assert after[1].passes > 20
+    np.testing.assert_allclose(after[0].solved.r, after[1].solved.r, atol=1e-5 * np.abs(after[0].solved.r).max())
 
 
 def test_axis_node_without_share_of_the_pressure_settles() -> None:

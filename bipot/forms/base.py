@@ -7,6 +7,7 @@ else of an increment is shared, so comparisons are fair by construction.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import ClassVar, Protocol, TypeVar, runtime_checkable
@@ -47,6 +48,8 @@ class Step:
     ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is how far the answer is from the contact
     law the form *poses*, over the largest force, where that is not Coulomb's: acceptance then asks for it, equilibrium
     and yield, and the certificate only reports. None: Coulomb's law, of which the whole certificate is asked.
+    ``error`` is how far iterate and forces are from equilibrium and that law together, over the contact forces; inf
+    where the form does not say.
     """
 
     iterate: Iterate
@@ -56,6 +59,7 @@ class Step:
     timing: Timing
     coupled: Coupled = Coupled(Route.EXACT)
     posed: float | None = None
+    error: float = math.inf
 
 
 @dataclass
@@ -86,17 +90,22 @@ class Cache:
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
         """What Newton needs of the run, and the frames of the contacts."""
         if self._setup is None:
-            system = iterate.increment.system
-            space = system.body.space
-            self._pattern = self._pattern or Pattern.of(space.indices, space.indptr)
-            self._setup = Setup.of(system, self._pattern)
+            self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
         return self._setup, self._held(iterate.rows, self._setup.pattern)
 
-    def frames(self, program: TangentProgram) -> Frames:
-        """Where the program's contacts sit in the run's stiffness."""
-        K = sp.csc_matrix(program.K)
-        self._pattern = self._pattern or Pattern.of(K.indices, K.indptr)
-        return self._held(program.contact.rows, self._pattern)
+    def frames(self, program: TangentProgram, iterate: Iterate) -> Frames:
+        """Where the contacts of a program posed at an iterate sit in the run's stiffness."""
+        return self._held(program.contact.rows, self._ordered(iterate))
+
+    def _ordered(self, iterate: Iterate) -> Pattern:
+        """The run's stiffness pattern in its order of elimination, by where the nodes are at rest."""
+        if self._pattern is None:
+            body = iterate.increment.system.body
+            space, nodes = body.space, body.scene.mesh.nodes
+            places = np.full((space.size, nodes.shape[1]), np.nan)
+            places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
+            self._pattern = Pattern.of(space.indices, space.indptr, places)
+        return self._pattern
 
     def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
         parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]

@@ -73,7 +73,7 @@ class Tangent:
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
         built = clock.outside()
-        raw = self._gone_on(iterate, r, state, program) or self._posed(program, r[state.near], state.cache)
+        raw = self._gone_on(iterate, r, state, program) or self._posed(program, iterate, r[state.near], state.cache)
         x, forces = raw.u * units.length, state.spread(raw.r * units.force)
         if self.coupled:
             tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
@@ -85,9 +85,9 @@ class Tangent:
         timing = Timing(build, clock.outside() - began - build, clock.seconds)
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
-    def _posed(self, program: TangentProgram, r: Floats, cache: Cache) -> Raw:
+    def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
         """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
-        frames = cache.frames(program)
+        frames = cache.frames(program, iterate)
         small = condense(program, cache.split(program)) if pays(program) else None
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.
@@ -218,7 +218,7 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
 def _coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
     """Exact Coulomb on the quadratic model, from the iterate and forces r (c, d) of all; None where Newton fails."""
     units = state.units
-    return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program))
+    return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program, iterate))
 
 
 def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:

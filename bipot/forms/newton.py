@@ -32,7 +32,7 @@ class Reuse:
     In an attempt's first pass it must fall by the square of that.
     """
 
-    fall: float = 0.05
+    fall: float = 0.01
 
     def __post_init__(self) -> None:
         require_number(self.fall, "newton.reuse.fall")
@@ -41,30 +41,58 @@ class Reuse:
 
 @dataclass(frozen=True)
 class Search:
-    """Halve the step until the merit is at most ``slack`` times the largest of the last ``memory``.
+    """How far to go along Newton's step: all of it where the merit falls to ``fall`` of itself, else by trials.
 
-    If ``halvings`` do not get there the best trial is taken: active sets change past a bump.
+    Where the law's part of the merit is at most ``law`` of it, the body decides. The work of the unbalanced forces,
+    g(t) = dx . (rho - G' r) at x + t dx, r + t dr, falls linearly to zero at t = 1 where everything is linear; where a
+    landing unloads the body or brings much of it to yield, the whole step goes too far and g changes its sign. Then t
+    is found by false position such that |g(t)| is at most ``work`` times |g(0)|. Where contacts decide, g(0) says
+    nothing: the step is halved until the merit falls. If ``trials`` do not get there the one of least merit is taken:
+    active sets change past a bump.
     """
 
-    memory: int = 1
-    slack: float = 1.0
-    halvings: int = 4
+    fall: float = 0.5
+    law: float = 0.2
+    work: float = 0.4
+    trials: int = 5
 
     def __post_init__(self) -> None:
-        require_count(self.memory, "newton.search.memory")
-        require_number(self.slack, "newton.search.slack")
-        require(0 < self.slack < np.inf, "newton.search.slack", self.slack, "finite and > 0")
-        require_count(self.halvings, "newton.search.halvings", 0)
+        for name in ("fall", "law", "work"):
+            value = getattr(self, name)
+            require_number(value, f"newton.search.{name}")
+            require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
+        require_count(self.trials, "newton.search.trials", 0)
+
+
+NARROWED = 0.15, 0.75
+"""Part of its bracket that a false position leaves and takes, at least and at most."""
+
+FOLDED = -4.0
+"""Stands for g(t)/g(0) of a step that folds an element: it is much too long."""
 
 
 class Point(NamedTuple):
-    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, merit."""
+    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, merit, ``miss``.
+
+    The merit is |(rho - G' r, law)|, in units of force, and ``miss`` the law's part |law| of it.
+    """
 
     iterate: Iterate
     r: Floats
     motion: Floats
     pieces: Pieces
     merit: float
+    miss: float
+
+    @property
+    def error(self) -> float:
+        """The merit over the norm of the forces; inf where there are none."""
+        present = float(np.linalg.norm(self.r))
+        return self.merit / present if present else np.inf
+
+    def work(self, along: Floats) -> float:
+        """Work of the unbalanced forces along a step (n,)."""
+        return float(along @ (self.iterate.residual - self.iterate.rows.forces(self.r)))
 
 
 @dataclass(frozen=True)
@@ -79,14 +107,15 @@ class Law:
     present: float
 
     def point(self, iterate: Iterate, r: Floats, last: Pieces | None) -> Point:
-        """Evaluate iterate and forces (c, d): merit = |(rho - G' r, law)| in units of force."""
+        """Evaluate iterate and forces (c, d)."""
         rows, residual = iterate.rows, iterate.residual
         motion = iterate.motion
         largest = max(float(np.abs(r).max(initial=0.0)), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         balance, law = residual - rows.forces(r), pieces.value(motion, r)
-        return Point(iterate, r, motion, pieces, float(np.sqrt(balance @ balance + np.vdot(law, law))))
+        merit, miss = float(np.sqrt(balance @ balance + np.vdot(law, law))), float(np.linalg.norm(law))
+        return Point(iterate, r, motion, pieces, merit, miss)
 
 
 @dataclass(frozen=True)
@@ -135,11 +164,11 @@ class Newton:
         linearised = self._linearised(state, here, merits, clock)
         built = clock.outside()
         dx, new = linearised.step(iterate.residual, here.motion, here.r)
-        there = self._search(state.law, here, linearised.pieces, merits, dx, new, clock)
+        there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
         # Where there is no force, what is left of it is the round-off of its row.
         forces = np.where(there.pieces.none, 0.0, there.r)
-        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing)
+        step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _linearised(
@@ -156,33 +185,58 @@ class Newton:
             element = here.iterate.tangent(setup.scratch)
         return Linearised.of(setup.data(element), state.law.frames, here.pieces)
 
-    def _search(
-        self,
-        law: Law,
-        here: Point,
-        pieces: Pieces,
-        merits: tuple[float, ...],
-        dx: Floats,
-        r: Floats,
-        clock: Stopwatch,
-    ) -> Point:
-        """The point of the step length found; an inverted element halves it like a merit that does not fall."""
-        start = here.iterate
-        enough = self.search.slack * max(merits[-self.search.memory :])
+    def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
+        """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""
+        increment, aim = here.iterate.increment, _Aim(self.search, here, along)
         best: Point | None = None
         t, failure = 1.0, BipotError()
-        for _ in range(self.search.halvings + 1):
+        for _ in range(self.search.trials + 1):
             try:
                 with clock:
-                    iterate = start.increment.at(start.x + t * dx)
+                    iterate = increment.at(here.iterate.x + t * along)
             except (InvertedElement, NotConverged) as inadmissible:
-                failure = inadmissible
-            else:
-                trial = law.point(iterate, here.r + t * (r - here.r), pieces)
-                best = trial if best is None or trial.merit < best.merit else best
-                if trial.merit <= enough:
-                    break
-            t /= 2
+                failure, t = inadmissible, aim.shorter(t, FOLDED)
+                continue
+            trial = law.point(iterate, here.r + t * (r - here.r), pieces)
+            rest = aim.rest(trial)
+            if aim.meets(t, trial, rest):
+                return trial
+            best = trial if best is None or trial.merit < best.merit else best
+            t = aim.shorter(t, rest)
         if best is None:
             raise failure
         return best
+
+
+class _Aim:
+    """How far to go along a step: what has been tried of it."""
+
+    def __init__(self, search: Search, here: Point, along: Floats) -> None:
+        self.search, self.here, self.along = search, here, along
+        self.work = here.work(along)
+        self.halves = here.miss > search.law * here.merit or not self.work
+        # Step lengths with g(t)/g(0) above and below zero.
+        self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
+
+    def rest(self, trial: Point) -> float:
+        """g(t)/g(0) of a trial, zero where it says nothing."""
+        return 0.0 if self.halves else trial.work(self.along) / self.work
+
+    def meets(self, t: float, trial: Point, rest: float) -> bool:
+        """Whether the trial of length t is good enough."""
+        if self.halves:
+            return trial.merit <= self.here.merit
+        # A whole step that is too short is not lengthened.
+        whole = t == 1.0 and (rest > 0 or trial.merit <= self.search.fall * self.here.merit)
+        return whole or abs(rest) <= self.search.work
+
+    def shorter(self, t: float, rest: float) -> float:
+        """The length to try after t."""
+        if self.halves:
+            return t / 2
+        if rest > 0:
+            self.short = t, rest
+        else:
+            self.long = t, rest
+        (a, at_a), (b, at_b) = self.short, self.long
+        return a + (b - a) * min(max(at_a / (at_a - at_b), NARROWED[0]), NARROWED[1])

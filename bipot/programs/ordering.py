@@ -21,6 +21,11 @@ PIVOT = 1e-2
 """The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
 
 
+LARGE = 20_000
+"""Unknowns from which on nested dissection is the better order. Over minimum degree its fill is 1.05 on 10 x 10 Q8
+elements, 0.98 on 40 x 40 (9760 unknowns), where factorisations take the same time, and 0.86 on 80 x 80 (38 720)."""
+
+
 def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) -> Ints:
     """Place of each unknown (n,) in SuperLU's minimum-degree order of a symmetric CSC pattern with its diagonal."""
     n = len(indptr) - 1
@@ -29,6 +34,45 @@ def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) ->
     sample = sp.csc_matrix((np.where(indices == column, float(n), -0.5), indices, indptr), shape=(n, n))
     lu = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=SYMMETRIC)
     return np.asarray(lu.perm_c, dtype=np.intp)
+
+
+LEAF = 100
+"""Unknowns of a part that is not cut any further: it is ordered by minimum degree."""
+
+
+def dissection(indices: NDArray[np.integer], indptr: NDArray[np.integer], places: Floats) -> Ints:
+    """Place of each unknown (n,) in an order by nested dissection of a symmetric CSC pattern.
+
+    A part is cut in two across its longer extent at the median of its unknowns' ``places`` (n, d); what of the upper
+    half has a neighbour in the lower one separates them and is eliminated after both. What has no place (NaN), a tool's
+    translation, comes last.
+    """
+    n = len(indptr) - 1
+    graph = sp.csr_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), shape=(n, n))
+    placed = np.isfinite(places).all(axis=1)
+    parts, order = [(np.flatnonzero(placed), False)], [np.flatnonzero(~placed)]
+    # From the end of the order: a separator before the halves it separates.
+    while parts:
+        part, whole = parts.pop()
+        x = places[part]
+        along = x[:, np.argmax(np.ptp(x, axis=0))] if len(part) else np.empty(0)
+        lower = along < np.median(along) if len(part) > LEAF and not whole else np.zeros(len(part), dtype=bool)
+        if not lower.any():
+            order.append(part if whole else part[_least_filling(graph, part)])
+            continue
+        reached = np.zeros(n, dtype=bool)
+        reached[graph[part[lower]].indices] = True
+        between = ~lower & reached[part]
+        parts += [(part[lower], False), (part[~lower & ~between], False), (part[between], True)]
+    rank = np.empty(n, dtype=np.intp)
+    rank[np.concatenate(order[::-1])] = np.arange(n)
+    return rank
+
+
+def _least_filling(graph: sp.csr_matrix, part: Ints) -> Ints:
+    """The unknowns ``part`` of a graph, numbered among themselves, in the order of minimum degree."""
+    inner = sp.csc_matrix(graph[part][:, part])
+    return np.argsort(minimum_degree(inner.indices, inner.indptr)) if len(part) else part
 
 
 @dataclass(frozen=True)
@@ -45,10 +89,13 @@ class Pattern:
     indptr: NDArray[np.int32]
 
     @staticmethod
-    def of(indices: NDArray[np.integer], indptr: NDArray[np.integer]) -> Pattern:
-        """Order the CSC pattern by minimum degree."""
-        column = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
-        return Pattern.ranked(indices, column, minimum_degree(indices, indptr))
+    def of(indices: NDArray[np.integer], indptr: NDArray[np.integer], places: Floats | None = None) -> Pattern:
+        """Order the CSC pattern by minimum degree, a large one by nested dissection if ``places`` (n, d) are known."""
+        n = len(indptr) - 1
+        column = np.repeat(np.arange(n), np.diff(indptr))
+        dissects = places is not None and n >= LARGE
+        rank = dissection(indices, indptr, places) if dissects else minimum_degree(indices, indptr)
+        return Pattern.ranked(indices, column, rank)
 
     @staticmethod
     def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints) -> Pattern:
