@@ -4,7 +4,8 @@ Newton's method on the program's optimality conditions solves it where that ends
 scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, upsetting
+* scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange,
+  upsetting
 * meshes: Mesh, Element, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -50,6 +51,7 @@ from bipot.errors import (
 )
 from bipot.exchange import conic_program
 from bipot.fem.elements import Quadrature
+from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
@@ -143,6 +145,7 @@ __all__ = [
     "UnsuitedForm",
     "Uzawa",
     "Voce",
+    "VolumeChange",
     "VonMises",
     "block",
     "conic_program",

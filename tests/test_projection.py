@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from bipot.elements import Element
-from bipot.errors import SceneError
+from bipot.errors import InfeasibleProgram, SceneError
 from bipot.fem.assembly import element_force
 from bipot.fem.elements import RULES
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
-from bipot.laws.hardening import Linear
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.limit_analysis import limit_load
+from bipot.loads import Pressure
 from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block, ring
 from bipot.response import Body, body_space, rest
@@ -110,6 +112,23 @@ def test_every_form_finds_the_same_certified_increment(element, volume, form):
     forces = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), control)]
     exact = [-a.tool_forces[0, 1] for a in march(scene, Schedule(3, 0.1), Control(Newton(), (Tangent(),)))]
     np.testing.assert_allclose(forces, exact, rtol=1e-7)
+
+
+@pytest.mark.parametrize("element", [element for element in Element if element is not Element.T3])
+def test_a_tube_has_its_limit_load_where_elements_that_lock_have_none(element):
+    """2/sqrt(3) sigma_Y ln(b/a) (exact): without projection, motions that keep the volume at every point lack."""
+    tube = Scene(
+        mesh=ring(100.0, 200.0, 10.0, 10, 1, element=element),
+        geometry=Geometry.AXISYMMETRIC,
+        material=VonMises(MATERIAL.elasticity, Perfect(240.0)),
+        supports=(Support("base", 1), Support("top", 1)),
+        loads=(Pressure("bore", 1.0),),
+        configuration=Configuration.SMALL,
+    )
+    assert limit_load(tube).multiple == pytest.approx(240.0 * 2 / np.sqrt(3.0) * np.log(2.0), rel=1.2e-3)
+    if element.corners == 4:
+        with pytest.raises(InfeasibleProgram):
+            limit_load(replace(tube, volume=VolumeChange.AS_IS))
 
 
 def test_pressures_stay_where_elements_hold_them_and_locking_goes():
