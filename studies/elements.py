@@ -7,10 +7,10 @@ the table) by every element type, and on one refined mesh of at most 2000 elemen
 a kinematic program (:mod:`studies.element_limits`), exact for the mesh to 1e-9: no march, no elasticity.
 
 ``DIR/elements.csv`` has a row a mesh, with ``error`` relative to the exact answer. ``DIR/orders.csv`` has a row a
-series: with a, b, c on n, 2 n, 4 n the observed order log2((a - b)/(b - c)) and the value extrapolated with it, c - (b -
-c)^2/((a - b) - (b - c)), nan where the differences do not shrink; ``side`` says where all values of the series and of
-the refined mesh were, from the exact one. A value is inf where no motion of the mesh keeps the volume, and nan where
-the program found none to its accuracy.
+series: with a, b, c on n, 2 n, 4 n the observed order p = log2((a - b)/(b - c)) and the value extrapolated with it,
+c - (b - c)/(2^p - 1), nan where the differences do not shrink; ``side`` says on which side of the exact value all of
+the series and the refined mesh were. A value is inf where no motion of the mesh keeps the volume, and nan where the
+program found none to its accuracy.
 
 A kinematic program is a strict bound only where the volume is kept, and the dissipation not underrated, between the
 points of the rule as well: of the types here by ``t3`` alone, of constant strain. What others find from above they
