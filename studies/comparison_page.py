@@ -1,4 +1,4 @@
-r"""The tables of ``docs/comparison.md`` and ``docs/scenes.md``, from the results files alone.
+r"""The tables of the pages in ``docs``, from the results files alone.
 
     python -m studies.comparison_page [--results docs/results] [--write docs/comparison.md]
 
@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from studies import load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies import element_tables, load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
 from studies.command import command, say
 from studies.files import replacing
 from studies.speed_jobs import Knob
@@ -224,6 +224,11 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
     "scenes.md": {load_cases.NAME: of_load_cases},
     "robustness.md": {"faults": of_faults},
+    "elements.md": {
+        "series": lambda results: table(*element_tables.of_series(results)),
+        "refined": lambda results: table(*element_tables.of_refined(results)),
+        "membrane": lambda results: table(*element_tables.of_membrane(results)),
+    },
 }
 
 
