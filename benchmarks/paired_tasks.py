@@ -69,12 +69,12 @@ def _wide(size: int) -> Scene:
     """A quarter of a flat block, pressed by half a per cent of its height."""
     from dataclasses import replace
 
-    from bipot import FlatTool, Geometry, Support, upsetting
+    from bipot import Element, FlatTool, Geometry, Support, upsetting
     from bipot.mesh import block
 
     return replace(
         upsetting(mu=0.1, elements=1),
-        mesh=block(float(size), 2.0, size, 2),
+        mesh=block(float(size), 2.0, size, 2).to(Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 1), Support("left", 0)),
         tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),

@@ -188,19 +188,19 @@ class Mesh:
 
 
 def cylinder(
-    radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM, element: Element = Element.Q8
+    radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM, element: Element = Element.Q4
 ) -> Mesh:
     """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
 
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
-    (4, 8)
+    (4, 4)
     """
     require_positive(radius=radius, height=height)
     return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element)
 
 
 def block(
-    width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM, element: Element = Element.Q8
+    width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM, element: Element = Element.Q4
 ) -> Mesh:
     """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
 
@@ -222,7 +222,7 @@ def ring(
     n_r: int,
     n_z: int,
     grading: Grading = UNIFORM,
-    element: Element = Element.Q8,
+    element: Element = Element.Q4,
 ) -> Mesh:
     """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z."""
     require_positive(inner=inner, height=height)

@@ -27,11 +27,11 @@ def made(rng: Rng, body: str, size: float) -> Mesh:
     aspect = 2.0 ** rng.uniform(-1.5, 1.5)
     width, height = size * min(1.0, aspect), size * min(1.0, 1 / aspect)
     if body == "block":
-        return block(width, height, n, m)
+        return block(width, height, n, m, element=Element.Q8)
     if body == "cylinder":
-        return cylinder(width, height, n, m)
+        return cylinder(width, height, n, m, element=Element.Q8)
     inner = width * rng.uniform(0.2, 2.0)
-    return ring(inner, inner + width, height, n, m)
+    return ring(inner, inner + width, height, n, m, element=Element.Q8)
 
 
 def distorted(rng: Rng, mesh: Mesh) -> Mesh:

@@ -55,6 +55,7 @@ from bipot import (
     march,
     ring,
 )
+from bipot.elements import Element
 from bipot.typing import Floats
 from studies.command import command, say
 from studies.outputs import add_options, opened
@@ -86,7 +87,7 @@ class Row:
 def tube(elements: int) -> Scene:
     """The thick cylinder, small strain; 2 x 2 points, because seven are too many for flow without change of volume."""
     return Scene(
-        mesh=ring(INNER, OUTER, DEPTH, elements, 1),
+        mesh=ring(INNER, OUTER, DEPTH, elements, 1, element=Element.Q8),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(210_000.0, 0.3), Perfect(YIELD)),
         supports=(Support("base", 1), Support("top", 1)),
@@ -140,7 +141,7 @@ def huge(elements: int, increments: int) -> Iterator[Row]:
     """The pressure of the expanding tube."""
     a, area = 10.0, 300.0
     scene = Scene(
-        mesh=ring(a, 20.0, 1.0, elements, 1),
+        mesh=ring(a, 20.0, 1.0, elements, 1, element=Element.Q8),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(5000.0, 0.3), Perfect(0.5)),
         supports=(Support("base", 1), Support("top", 1), Prescribed("bore", 0, 2 * a)),
@@ -156,7 +157,7 @@ def huge(elements: int, increments: int) -> Iterator[Row]:
 def blocks(elements: int) -> Iterator[Row]:
     """Tangential displacements of the block's base."""
     scene = Scene(
-        mesh=block(40.0, 40.0, elements, elements),
+        mesh=block(40.0, 40.0, elements, elements, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         material=Elastic(Elasticity(130_000.0, 0.2)),
         supports=(Support("right", 0),),
@@ -179,7 +180,7 @@ def bars(elements: int) -> Iterator[Row]:
     press = Amplitude(((0.0, 0.0), (0.1, 1.0), (1.0, 1.0)))
     there_and_back = Amplitude(((0.0, 0.0), (0.1, 0.0), (0.5, 1.0), (1.0, 0.0)))
     scene = Scene(
-        mesh=block(1.0, thick, elements, 1),
+        mesh=block(1.0, thick, elements, 1, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         material=Elastic(Elasticity(stiffness / thick, 0.0)),
         supports=(),

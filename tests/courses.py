@@ -12,6 +12,7 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.columns import COURSE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.elements import Element
 from bipot.errors import NotConverged
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, FormName, Newton, Penalty, Tangent, Uzawa
@@ -147,7 +148,7 @@ def fallen_back(form: Form[Any]) -> March:
 def landing(form: Form[Any]) -> March:
     """A block between a punch and a wall, whose landings are located: of three nodes in one scheduled increment."""
     wall = tool(point=(1.01, 0.0), normal=(-1.0, 0.0), travel=(0.0, 0.0), candidates=("right",))
-    body = scene(mesh=block(1.0, 1.0, 1, 1), tools=(tool(point=(0.0, 1.004)), wall))
+    body = scene(mesh=block(1.0, 1.0, 1, 1, element=Element.Q8), tools=(tool(point=(0.0, 1.004)), wall))
     return March(body, Schedule(4), Control(form, (), locate=Locate(tolerance=1e-2)))
 
 
@@ -155,7 +156,7 @@ def loaded(form: Form[Any]) -> March:
     """A plastic block under traction, weight, a pressure that follows it, and a punch that comes later."""
     loads = (Traction("top", (0.0, -1.5)), BodyForce((0.1, -0.2)), Pressure("right", 0.3))
     punch = tool(point=(0.0, 1.02), travel=(0.0, -0.03))
-    body = Scene(block(2.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, SOFT, HELD, (punch,), loads=loads)
+    body = Scene(block(2.0, 1.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, SOFT, HELD, (punch,), loads=loads)
     return March(body, Schedule(4), Control(form, ()))
 
 
@@ -164,7 +165,7 @@ def forced(form: Form[Any]) -> March:
     pressing = Force((0.0, -2.0), Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 1.1))))
     dragging = ((0.0, 0.0), (0.5, 0.0), (1.0, 1.0))
     punch = FlatTool((0.0, 1.0), (0.0, -1.0), (0.03, 0.0), ("top",), 0.2, dragging, driven_by=pressing)
-    body = Scene(block(2.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, SOFT, HELD, (punch,))
+    body = Scene(block(2.0, 1.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, SOFT, HELD, (punch,))
     return March(body, Schedule(4), Control(form, ()))
 
 
@@ -173,7 +174,7 @@ def moving(form: Form[Any]) -> March:
     there = Amplitude(((0.0, 0.0), (0.6, 1.0), (1.0, 0.5)))
     supports = (Prescribed("top", 1, -0.02, there), Prescribed("top", 0, 0.03))
     floor = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3)
-    body = Scene(block(2.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, SOFT, supports, (floor,))
+    body = Scene(block(2.0, 1.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, SOFT, supports, (floor,))
     return March(body, Schedule(4), Control(form, ()))
 
 

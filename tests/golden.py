@@ -45,6 +45,7 @@ from bipot.certificate import Bounds
 from bipot.conic.solver import Accuracy
 from bipot.coulomb import Limits as Effort
 from bipot.coulomb import ProximalPoint
+from bipot.elements import Element
 from bipot.forms import Delassus, Form, Penalty, Uzawa
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
@@ -115,7 +116,7 @@ def inclined() -> Case:
     normal = (sine, -((1 - sine**2) ** 0.5))
     scene = replace(
         upsetting(mu=0.2, elements=1, hardening=Linear(300.0, 1000.0)),
-        mesh=block(6.0, 4.0, 4, 3),
+        mesh=block(6.0, 4.0, 4, 3, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 0), Support("base", 1)),
         tools=(FlatTool((0.0, 4.0), normal, (0.1, -0.06), ("top",), 0.2),),
@@ -127,7 +128,7 @@ def corner() -> Case:
     """A plane block pressed into a corner of two smooth tools, which share a node; one is met on the way."""
     scene = replace(
         upsetting(mu=0.0, elements=1),
-        mesh=block(6.0, 4.0, 3, 3),
+        mesh=block(6.0, 4.0, 3, 3, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 1), Support("left", 0)),
         tools=(
@@ -140,7 +141,7 @@ def corner() -> Case:
 
 def hollow() -> Case:
     """A ring of tabulated hardening, with coefficients of their own at its two edges."""
-    mesh = ring(3.0, 6.0, 4.0, 3, 3)
+    mesh = ring(3.0, 6.0, 4.0, 3, 3, element=Element.Q8)
     edge = mesh.boundary_nodes("top")[[0, -1]].tolist()
     punch = FlatTool(
         (0.0, 4.0), (0.0, -1.0), (0.0, -0.16), ("top", "side", "bore"), 0.15, mu_at={edge[0]: 0.3, edge[1]: 0.0}

@@ -8,6 +8,7 @@ import pytest
 
 from bipot.accepted import Accepted
 from bipot.contact import Candidates
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Form, Newton, Tangent
@@ -92,7 +93,7 @@ def tool(**changes):
 def scene(**changes):
     """A block of four elements under that punch."""
     given = {
-        "mesh": block(1.0, 1.0, 2, 2),
+        "mesh": block(1.0, 1.0, 2, 2, element=Element.Q8),
         "geometry": Geometry.PLANE_STRAIN,
         "material": STEEL,
         "supports": (Support("base", 1), Support("left", 0)),
@@ -116,7 +117,7 @@ def last(scene: Scene, schedule: Schedule, form: Form) -> Accepted:
 
 def bar(loads: tuple[Load, ...] = (), supports: tuple[Support, ...] = (), length: float = 4.0) -> Scene:
     """A bar along the second axis, its base on rollers, elastic with nu = 0."""
-    mesh = block(1.0, length, 2, 8)
+    mesh = block(1.0, length, 2, 8, element=Element.Q8)
     rollers = (Support("base", 1), Support("left", 0))
     return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e6, 0.0)), (*rollers, *supports), loads=loads)
 

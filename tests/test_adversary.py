@@ -10,6 +10,7 @@ from scipy import sparse
 from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
+from bipot.elements import Element
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty, Step, Tangent, Uzawa
@@ -29,7 +30,7 @@ PUNCH = FlatTool(point=(0.0, 10.0), normal=(0.0, -1.0), travel=(0.0, -1.0), cand
 
 
 def pressed(*supports: Support, punch: FlatTool = PUNCH) -> Scene:
-    return Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, STEEL, supports, (punch,))
+    return Scene(block(10.0, 10.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, supports, (punch,))
 
 
 @pytest.mark.parametrize(
@@ -70,7 +71,7 @@ def test_a_held_node_inside_a_tool_is_measured():
 @pytest.mark.parametrize("shift", [(20.0, 0.0), (10.0, 10.0)], ids=["apart", "by a corner"])
 def test_a_mesh_of_several_parts_is_refused(shift):
     """What holds the first part leaves the second where it likes, and no test of the whole body's motions sees it."""
-    one = block(10.0, 10.0, 2, 2)
+    one = block(10.0, 10.0, 2, 2, element=Element.Q8)
     nodes, elements = (
         np.vstack([one.nodes, one.nodes + shift]),
         np.vstack([one.elements, one.elements + len(one.nodes)]),
@@ -89,7 +90,7 @@ def test_an_axis_that_may_open_is_refused(geometry):
     scene = upsetting(mu=0.3, elements=2)
     with pytest.raises(SceneError, match=r"node \d+ on the axis"):
         replace(scene, supports=(Support("base", 1),))
-    block_ = block(10.0, 10.0, 1, 1)
+    block_ = block(10.0, 10.0, 1, 1, element=Element.Q8)
     punch = replace(PUNCH, travel=(0.0, -0.1))
     with pytest.raises(SceneError, match=r"node \d+ on the axis"):
         Scene(block_, geometry, STEEL, (Support("base", 1),), (punch,))
@@ -118,7 +119,7 @@ def test_a_path_that_does_not_begin_where_the_tool_is_is_refused():
 
 def test_a_body_far_from_the_origin_is_refused():
     """At 1e11 sizes from it positions keep four digits of the body: forces were off by 5e-5, and nothing said so."""
-    one = block(10.0, 10.0, 2, 2)
+    one = block(10.0, 10.0, 2, 2, element=Element.Q8)
     assert Mesh(one.nodes + 1e6, one.elements, one.boundaries).size == 10.0
     with pytest.raises(SceneError, match="of the origin"):
         Mesh(one.nodes + 1e12, one.elements, one.boundaries)

@@ -8,6 +8,7 @@ import pytest
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.contact import CARRIES, LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
+from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
@@ -125,7 +126,7 @@ def test_what_is_closed_and_what_is_near():
 
 def block_scene(tools, poisson=0.3):
     return Scene(
-        block(2.0, 1.0, 3, 2),
+        block(2.0, 1.0, 3, 2, element=Element.Q8),
         Geometry.PLANE_STRAIN,
         VonMises(Elasticity(1000.0, poisson), Perfect(1e6)),
         (Support("left", 0), Support("base", 1)),

@@ -29,6 +29,7 @@ from bipot import (
     march,
     ring,
 )
+from bipot.elements import Element
 
 ALLOY = VonMises(Elasticity(70_000.0, 0.33), Perfect(100.0))
 CLAMPED = (Support("base", 0), Support("base", 1))
@@ -42,7 +43,7 @@ def on_top(force=None, x=0.0, y=10.0, **changes):
 
 
 def body(supports=CLAMPED, tools=(), **more):
-    return Scene(block(20.0, 10.0, 4, 2), Geometry.PLANE_STRAIN, ALLOY, supports, tools, **more)
+    return Scene(block(20.0, 10.0, 4, 2, element=Element.Q8), Geometry.PLANE_STRAIN, ALLOY, supports, tools, **more)
 
 
 def last(scene, increments=3, control=None):
@@ -71,7 +72,7 @@ def test_forces_that_two_driven_tools_share_are_said_to_be_undetermined(form):
 
 
 def test_forces_at_nodes_that_supports_hold_under_a_driven_tool_are_undetermined_but_for_their_sum():
-    mesh = block(20.0, 10.0, 4, 2)
+    mesh = block(20.0, 10.0, 4, 2, element=Element.Q8)
     top = mesh.boundary("top")
     mesh = type(mesh)(mesh.nodes, mesh.elements, {**mesh.boundaries, "part": top[:2]})
     held = (*CLAMPED, Support("part", 1))
@@ -107,7 +108,7 @@ def test_a_tool_that_rests_on_a_held_corner_is_carried_by_it():
 def wall(force, amplitude):
     """A ring in a wall that presses it by its path and is pulled along it by a force."""
     return Scene(
-        mesh=ring(5.0, 10.0, 10.0, 3, 4),
+        mesh=ring(5.0, 10.0, 10.0, 3, 4, element=Element.Q8),
         geometry=Geometry.AXISYMMETRIC,
         material=ALLOY,
         supports=(Support("base", 1), Support("top", 1)),

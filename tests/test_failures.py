@@ -9,6 +9,7 @@ from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
 from bipot.diagnosis import free_motion
+from bipot.elements import Element
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.reduction import Geometry
 from bipot.forms import (
@@ -90,7 +91,7 @@ def test_a_solver_that_always_breaks_down_leaves_the_state_and_is_cut(monkeypatc
         ({"tools": (tool(normal=(-0.6, -0.8), point=(1.0, 1.0), candidates=("top", "right")),)}, 2.0, 0.5),
         # All edges hold a node that cannot move along the normal.
         (
-            {"mesh": block(1.0, 1.0, 1, 1), "supports": (Support("left", 1), Support("left", 0))},
+            {"mesh": block(1.0, 1.0, 1, 1, element=Element.Q8), "supports": (Support("left", 1), Support("left", 0))},
             1.0,
             1.0,
         ),
@@ -140,7 +141,7 @@ def test_a_free_body_may_turn_too():
 
 
 def test_about_an_axis_only_the_axial_shift_is_rigid():
-    geometry = {"geometry": Geometry.AXISYMMETRIC, "mesh": cylinder(1.0, 1.0, 2, 2)}
+    geometry = {"geometry": Geometry.AXISYMMETRIC, "mesh": cylinder(1.0, 1.0, 2, 2, element=Element.Q8)}
     loose = system_of(scene(**geometry, supports=(Support("axis", 0),)))
     moved = free_motion(loose, loose.rest())
     assert moved is not None

@@ -32,7 +32,7 @@ def flattened(elements):
     """A plane block, upset to 60 %, with 2 x 2 points: its side lands on the tool until a whole edge lies on it."""
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.6), ("top", "right"), 0.2)
     supports = (Support("left", 0), Support("base", 1))
-    mesh, material = block(1.0, 1.0, elements, elements), upsetting(mu=0.2).material
+    mesh, material = block(1.0, 1.0, elements, elements, element=Element.Q8), upsetting(mu=0.2).material
     return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, (tool,), Quadrature.GAUSS2, volume=VolumeChange.AS_IS)
 
 
@@ -131,7 +131,7 @@ def test_a_march_ends_at_a_wall_instead_of_creeping_up_to_it(locate):
 
 def distorted(by):
     """A plane block whose lower edge's middle node in the second element is moved along by ``by``: det J = 1 + 4 by."""
-    mesh = block(2.0, 1.0, 2, 1)
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
     nodes = mesh.nodes.copy()
     nodes[(np.abs(nodes - [1.5, 0.0]) < 1e-12).all(axis=1), 0] += by
     return Mesh(nodes, mesh.elements, mesh.boundaries)

@@ -34,6 +34,7 @@ from bipot import (
     upsetting,
 )
 from bipot.determinacy import branches
+from bipot.elements import Element
 from bipot.fem.projection import VolumeChange
 from bipot.laws.von_mises import Elasticity, VonMises
 from studies import hard_cases
@@ -109,7 +110,7 @@ def strip(factor, quadrature=Quadrature.GAUSS2):
     Prandtl's load (2 + pi) k on the half width 1; what the mesh carries is above that.
     """
     k = 100.0 / np.sqrt(3.0)
-    mesh = block(4.0, 2.0, 8, 4)
+    mesh = block(4.0, 2.0, 8, 4, element=Element.Q8)
     edges = mesh.boundary("top")
     under = edges[(mesh.nodes[edges, 0] <= 1.0 + 1e-9).all(axis=1)]
     mesh = type(mesh)(mesh.nodes, mesh.elements, dict(mesh.boundaries) | {"punch": under})
@@ -212,7 +213,7 @@ def test_units_do_not_matter(units):
 
 def test_two_tools_that_squeeze_a_body_nothing_else_holds_leave_it_a_place():
     scene = Scene(
-        mesh=block(2.0, 2.0, 2, 2),
+        mesh=block(2.0, 2.0, 2, 2, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         material=VonMises(Elasticity(1000.0, 0.3), Perfect(1e6)),
         supports=(Support("left", 0),),

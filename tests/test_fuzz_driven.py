@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.errors import IncrementFailed, LimitPassed
 from bipot.examined import Examined
 from bipot.fem.elements import Quadrature
@@ -38,7 +39,7 @@ def pressed_block(*supports, slide=0.0, based=True, force=(0.0, -2500.0)):
     material = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
     punch = FlatTool((0.0, 10.0), (0.0, -1.0), (slide, 0.0), ("top",), 0.2, driven_by=Force(force))
     base = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3)
-    mesh, tools = block(10.0, 10.0, 2, 2), (punch, base) if based else (punch,)
+    mesh, tools = block(10.0, 10.0, 2, 2, element=Element.Q8), (punch, base) if based else (punch,)
     return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, tools, Quadrature.GAUSS2)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.fem.plane import turn, turn_half
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
@@ -25,7 +26,11 @@ MODULI = {"shear": MATERIAL.elasticity.shear, "bulk": MATERIAL.elasticity.bulk}
 
 
 def body_of(geometry: Geometry, configuration: Configuration) -> Body:
-    mesh = ring(1.0, 3.0, 2.0, 2, 2) if geometry is Geometry.AXISYMMETRIC else block(2.0, 2.0, 2, 2)
+    mesh = (
+        ring(1.0, 3.0, 2.0, 2, 2, element=Element.Q8)
+        if geometry is Geometry.AXISYMMETRIC
+        else block(2.0, 2.0, 2, 2, element=Element.Q8)
+    )
     distorted = mesh.nodes + 0.08 * np.random.default_rng(3).uniform(-1, 1, mesh.nodes.shape)
     mesh = Mesh(distorted, mesh.elements, mesh.boundaries)
     tool = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -1.0), ("top",), 0.1)

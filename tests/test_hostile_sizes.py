@@ -58,7 +58,11 @@ def test_a_mesh_that_memory_has_no_room_for_is_refused_by_name(make, element):
 
 @pytest.mark.parametrize("count", [10**13, 10**18, np.int64(2**62), MANY, -MANY, 10**30], ids=len_of)
 def test_huge_counts_are_refused_in_few_words(count):
-    for make in (lambda n: upsetting(mu=0.1, elements=n), lambda n: block(1.0, 1.0, n, 1), Schedule):
+    for make in (
+        lambda n: upsetting(mu=0.1, elements=n),
+        lambda n: block(1.0, 1.0, n, 1, element=Element.Q8),
+        Schedule,
+    ):
         with pytest.raises(SceneError) as refused:
             make(count)
         assert len(str(refused.value)) < 250
@@ -205,4 +209,4 @@ def test_a_name_that_no_file_system_knows_is_a_sentence(name, tmp_path, capsys):
 
 
 def test_a_long_row_of_elements_is_not_taken_for_a_square():
-    assert len(block(1.0, 1e-3, 2000, 1).elements) == 2000
+    assert len(block(1.0, 1e-3, 2000, 1, element=Element.Q8).elements) == 2000

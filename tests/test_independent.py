@@ -75,7 +75,7 @@ def test_the_second_element_reproduces_linear_fields_and_areas():
 @pytest.mark.parametrize("geometry", PLANES)
 def test_nodal_stiffness_is_the_diagonal_of_the_library_s(geometry):
     pressed = upsetting(mu=0.1, elements=2, quadrature=Quadrature.RADON7)
-    scene = replace(pressed, mesh=ring(2.0, 7.0, 5.0, 2, 2), geometry=geometry, supports=())
+    scene = replace(pressed, mesh=ring(2.0, 7.0, 5.0, 2, 2, element=Element.Q8), geometry=geometry, supports=())
     space, elastic = body_space(scene), Elasticity(200.0, 0.3)
     grad = gradients(scene.mesh.nodes, scene.mesh.elements, space.reference, geometry)
     K = space.matrix(element_stiffness(grad, elastic.stiffness(4))).toarray()
@@ -143,7 +143,7 @@ def test_a_tool_in_a_held_node_is_found_whatever_law_is_posed(away, exact):
     punch = FlatTool((0.0, 10.0 + away), (0.0, -1.0), (0.0, -0.1), ("top",), mu=0.1)
     supports = (Support("base", 1), Support("left", 0), Support("right", 1))
     elastic = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
-    scene = Scene(block(10.0, 10.0, 2, 2), Geometry.PLANE_STRAIN, elastic, supports, (punch,))
+    scene = Scene(block(10.0, 10.0, 2, 2, element=Element.Q8), Geometry.PLANE_STRAIN, elastic, supports, (punch,))
     accepted = list(march(scene, Schedule(1), Control(limits=Limits(bounds=Bounds.none()))))[-1]
     setting = setting_of(scene)
     m = measure(setting, step_of(scene, setting, accepted, 1.0))
@@ -153,7 +153,7 @@ def test_a_tool_in_a_held_node_is_found_whatever_law_is_posed(away, exact):
 
 
 def test_a_folded_corner_is_seen_where_integration_points_are_not_folded():
-    mesh = cylinder(1.0, 1.0, 1, 1)
+    mesh = cylinder(1.0, 1.0, 1, 1, element=Element.Q8)
     nodes = mesh.nodes.copy()
     corner = mesh.elements[0, 2]
     nodes[corner] -= 0.3

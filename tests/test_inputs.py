@@ -8,6 +8,7 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.conic.solver import Accuracy
+from bipot.elements import Element
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -137,9 +138,12 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Tabulated(0.1, (1.0, 2.0)), "peeq = 0.1"),
         (lambda: Tabulated((0.0, 0.1), ("a", "b")), "stress = .*: must be a number"),
         (lambda: Penalty("1", 1.0), "K_n = '1': must be a number"),
-        (lambda: cylinder(1.0, 1.0, 1.5, 1), "elements along the first axis = 1.5: must be a whole number"),
-        (lambda: cylinder("1", 1.0, 1, 1), "radius = '1': must be a number"),
-        (lambda: ring(1.0, "2", 1.0, 1, 1), "outer = '2': must be a number"),
+        (
+            lambda: cylinder(1.0, 1.0, 1.5, 1, element=Element.Q8),
+            "elements along the first axis = 1.5: must be a whole number",
+        ),
+        (lambda: cylinder("1", 1.0, 1, 1, element=Element.Q8), "radius = '1': must be a number"),
+        (lambda: ring(1.0, "2", 1.0, 1, 1, element=Element.Q8), "outer = '2': must be a number"),
         (lambda: upsetting(mu=0.1, elements=2.5), "elements = 2.5: must be a whole number"),
         (lambda: upsetting(mu="0.1"), "mu = '0.1': must be a number"),
         (lambda: upsetting(mu=0.1, height="10"), "height = '10': must be a number"),
@@ -198,7 +202,7 @@ def test_arrays_and_lists_become_plain_numbers_in_a_tool():
 
 
 def test_a_coefficient_at_a_node_that_is_no_candidate_is_refused():
-    base = int(block(1.0, 1.0, 2, 2).boundary_nodes("base")[0])
+    base = int(block(1.0, 1.0, 2, 2, element=Element.Q8).boundary_nodes("base")[0])
     refused(
         lambda: scene(tools=(tool(mu_at={base: 0.3}),)), f"mu_at node = {base}: must be one of the tool's candidates"
     )
@@ -213,7 +217,7 @@ def test_a_tool_that_can_touch_nothing_is_refused():
 def test_a_body_held_everywhere_is_refused():
     sides = [Support(name, d) for name in ("base", "left", "top", "right") for d in (0, 1)]
     refused(
-        lambda: scene(mesh=block(1.0, 1.0, 1, 1), supports=tuple(sides)),
+        lambda: scene(mesh=block(1.0, 1.0, 1, 1, element=Element.Q8), supports=tuple(sides)),
         "scene.supports = .*: must be such that they leave a node free",
     )
 

@@ -28,7 +28,7 @@ def rotate(tensor, angle):
 
 def simple_shear(steps):
     """(s12/G, s11/G) after shear 1 in equal steps of an elastic Jaumann body."""
-    mesh, elastic = block(1.0, 1.0, 1, 1), Elasticity(2.6, 0.3)
+    mesh, elastic = block(1.0, 1.0, 1, 1, element=Element.Q8), Elasticity(2.6, 0.3)
     C = elastic.stiffness(4)
     nodes, stress = mesh.nodes, np.zeros((1, 7, 4))
     for _ in range(steps):
@@ -52,7 +52,7 @@ def test_simple_shear_converges_with_order_two():
 
 @given(st.floats(-3.1, 3.1), st.integers(0, 5))
 def test_a_rigid_rotation_returns_the_stress_exactly_rotated(angle, seed):
-    mesh = block(2.0, 1.0, 2, 2)
+    mesh = block(2.0, 1.0, 2, 2, element=Element.Q8)
     c, s = np.cos(angle), np.sin(angle)
     Q = np.array([[c, -s], [s, c]])
     stress = np.random.default_rng(seed).normal(size=(4, 7, 4))
@@ -74,7 +74,7 @@ def test_rotation_agrees_with_the_matrix_product():
     [(Configuration.MIDPOINT, lambda e: e / (1 - e / 2)), (Configuration.PAPER, lambda e: e)],
 )
 def test_homogeneous_upsetting_strain(configuration, factor):
-    mesh, e = cylinder(5.0, 5.0, 2, 2), 0.1
+    mesh, e = cylinder(5.0, 5.0, 2, 2, element=Element.Q8), 0.1
     du = mesh.nodes * np.array([e / 2, -e])
     kin = run(mesh, du, Geometry.AXISYMMETRIC, configuration)
     hoop = e / 2 / (1 + e / 4) if configuration is Configuration.MIDPOINT else e / 2
@@ -83,7 +83,7 @@ def test_homogeneous_upsetting_strain(configuration, factor):
 
 
 def test_axisymmetric_volume_is_that_of_the_ring_and_of_the_asked_configuration():
-    mesh = cylinder(5.0, 4.0, 3, 2)
+    mesh = cylinder(5.0, 4.0, 3, 2, element=Element.Q8)
     du = mesh.nodes * np.array([0.1, -0.2])
     end = run(mesh, du, Geometry.AXISYMMETRIC).volume.sum()
     start = run(mesh, du, Geometry.AXISYMMETRIC, Configuration.PAPER).volume.sum()
@@ -93,7 +93,7 @@ def test_axisymmetric_volume_is_that_of_the_ring_and_of_the_asked_configuration(
 
 def test_B_is_the_derivative_of_the_strain_at_the_end_configuration():
     rng = np.random.default_rng(3)
-    mesh = cylinder(2.0, 1.0, 2, 2)
+    mesh = cylinder(2.0, 1.0, 2, 2, element=Element.Q8)
     du = 0.02 * rng.normal(size=mesh.nodes.shape)
     du[mesh.boundary_nodes("axis"), 0] = 0
     kin = run(mesh, du, Geometry.AXISYMMETRIC)
@@ -105,6 +105,6 @@ def test_B_is_the_derivative_of_the_strain_at_the_end_configuration():
 
 
 def test_an_inverting_increment_names_the_element_and_the_place():
-    mesh = block(2.0, 1.0, 2, 1)
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
     with pytest.raises(InvertedElement, match=r"element \d at \(.*\): Jacobian determinant"):
         run(mesh, mesh.nodes * np.array([0.0, -1.5]))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.carrying import Attempt
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton
@@ -29,7 +30,7 @@ def scene(*gaps, path=((0.0, 0.0), (1.0, 1.0))):
     tools = tuple(FlatTool((0.0, 1.0 + gap), (0.0, -1.0), (0.0, -TRAVEL), ("top",), 0.0, path) for gap in gaps)
     material = VonMises(Elasticity(210e3, 0.3), Perfect(1e6))
     supports = (Support("base", 1), Support("left", 0))
-    return Scene(block(1.0, 1.0, 1, 1), Geometry.PLANE_STRAIN, material, supports, tools)
+    return Scene(block(1.0, 1.0, 1, 1, element=Element.Q8), Geometry.PLANE_STRAIN, material, supports, tools)
 
 
 def run(asked, increments=5, how=HOW):

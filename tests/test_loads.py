@@ -8,6 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -50,7 +51,7 @@ def test_a_pulled_bar_has_the_stress_of_its_load(form, load):
 
 
 def test_a_point_force_and_the_reaction_balance():
-    scene = bar((PointForce(int(np.argmax(block(1.0, 4.0, 2, 8).nodes.sum(axis=1))), (0.0, -7.0)),))
+    scene = bar((PointForce(int(np.argmax(block(1.0, 4.0, 2, 8, element=Element.Q8).nodes.sum(axis=1))), (0.0, -7.0)),))
     end = last(scene, Schedule(1), Newton())
     reactions = end.solved.iterate.reactions(end.solved.r)
     np.testing.assert_allclose(reactions.sum(axis=0), [0.0, 7.0], atol=1e-7)
@@ -62,7 +63,7 @@ def test_a_point_force_and_the_reaction_balance():
 @pytest.mark.parametrize("geometry", PLANES)
 def test_follower_stiffness_is_the_derivative_of_its_force(geometry):
     """Against Richardson's rule on central differences, on distorted edges."""
-    mesh = ring(1.0, 2.0, 1.0, 2, 2)
+    mesh = ring(1.0, 2.0, 1.0, 2, 2, element=Element.Q8)
     mesh = Mesh(
         mesh.nodes + 0.03 * np.random.default_rng(0).uniform(-1, 1, mesh.nodes.shape), mesh.elements, mesh.boundaries
     )
@@ -85,7 +86,10 @@ def test_follower_stiffness_is_the_derivative_of_its_force(geometry):
 def test_a_pressure_all_around_is_in_balance_and_its_resultant_follows_gauss():
     """int n dA of a closed surface is zero; on a ring the radial part is that of the hoop, 2 pi A."""
     scene = Scene(
-        ring(1.0, 3.0, 2.0, 2, 2), Geometry.AXISYMMETRIC, Elastic(Elasticity(1.0, 0.3)), (Support("base", 1),)
+        ring(1.0, 3.0, 2.0, 2, 2, element=Element.Q8),
+        Geometry.AXISYMMETRIC,
+        Elastic(Elasticity(1.0, 0.3)),
+        (Support("base", 1),),
     )
     loads = tuple(Pressure(name, 2.0) for name in ("bore", "side", "base", "top"))
     for geometry, radial in ((Geometry.PLANE_STRAIN, 0.0), (Geometry.AXISYMMETRIC, -2.0 * 2 * np.pi * 4.0)):
@@ -97,7 +101,7 @@ def test_a_pressure_all_around_is_in_balance_and_its_resultant_follows_gauss():
 def tube(material, loads=(), bore: float | None = None, configuration=Configuration.MIDPOINT) -> Scene:
     driven = () if bore is None else (Prescribed("bore", 0, bore),)
     supports = (Support("base", 1), Support("top", 1), *driven)
-    mesh = ring(100.0, 200.0, 10.0, 10, 1)
+    mesh = ring(100.0, 200.0, 10.0, 10, 1, element=Element.Q8)
     return Scene(mesh, Geometry.AXISYMMETRIC, material, supports, loads=loads, configuration=configuration)
 
 
@@ -159,7 +163,7 @@ def test_units_do_not_matter():
     """Lengths times a scale, stresses as they are: displacements follow."""
     found = []
     for scale in (1e-3, 1.0, 1e3):
-        mesh = ring(1.0 * scale, 2.0 * scale, 1.0 * scale, 3, 2)
+        mesh = ring(1.0 * scale, 2.0 * scale, 1.0 * scale, 3, 2, element=Element.Q8)
         material = VonMises(Elasticity(1000.0, 0.3), Linear(1.0, 50.0))
         loads = (Pressure("bore", 0.9), BodyForce((0.0, -0.1 / scale)))
         scene = Scene(mesh, Geometry.AXISYMMETRIC, material, (Support("base", 1),), loads=loads)
@@ -239,7 +243,7 @@ def test_numbers_that_no_float_holds_are_refused_by_name():
 def test_a_pressure_that_passes_its_maximum_in_large_deformation_says_so():
     """The bore grows and the wall thins: the most that is carried is what a driven bore's reaction comes to."""
     tube = Scene(
-        mesh=ring(100.0, 200.0, 20.0, 4, 1),
+        mesh=ring(100.0, 200.0, 20.0, 4, 1, element=Element.Q8),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(210_000.0, 0.3), Perfect(240.0)),
         supports=(Support("base", 1), Support("top", 1)),

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -26,7 +27,7 @@ from tests.scenes import FORMS, bar, last, named
 
 def pressed(*extra: Load, held: tuple[Support, ...] = ()) -> Scene:
     """A plastic block under a traction, its base held in both directions."""
-    mesh = block(2.0, 1.0, 2, 2)
+    mesh = block(2.0, 1.0, 2, 2, element=Element.Q8)
     supports = (Support("base", 0), Support("base", 1), *held)
     material = VonMises(Elasticity(1000.0, 0.3), Linear(1.0, 100.0))
     return Scene(mesh, Geometry.PLANE_STRAIN, material, supports, loads=(Traction("top", (0.0, -1.5)), *extra))
@@ -44,7 +45,7 @@ def test_a_load_on_held_nodes_goes_into_the_support_and_measures_nothing(form, l
 
 def dragging(mu: float, pulled: float) -> Scene:
     """A strip pressed on a tool at rest, both ends driven along it."""
-    mesh = block(2.0, 0.5, 2, 1)
+    mesh = block(2.0, 0.5, 2, 1, element=Element.Q8)
     ends = tuple(Prescribed(name, 0, pulled, Amplitude(((0, 0), (0.5, 0), (1, 1)))) for name in ("left", "right"))
     press = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
     tool = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), mu)
@@ -71,7 +72,7 @@ def test_a_weld_that_a_support_tears_is_refused(scene):
 
 
 def test_a_weld_that_a_support_lifts_is_refused():
-    mesh = block(1.0, 1.0, 2, 2)
+    mesh = block(1.0, 1.0, 2, 2, element=Element.Q8)
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, 0.0), ("top",), np.inf)
     supports = (Support("base", 1), Prescribed("left", 1, -0.1), Support("right", 0))
     scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1.0, 0.3)), supports[1:], (tool,))
@@ -98,7 +99,7 @@ def test_a_floating_body_in_small_strain_with_loads_in_balance_is_solved():
 @pytest.mark.parametrize("mu", [0.3, np.inf])
 def test_what_moves_with_its_tool_does_not_rub_on_it(mu, pulled):
     """The slip of a node driven along with the tool is round-off: no friction, and no weld is torn."""
-    mesh, move = block(1.0, 1.0, 2, 2), Amplitude(((0.0, 0.0), (0.4, 0.0), (1.0, 1.0)))
+    mesh, move = block(1.0, 1.0, 2, 2, element=Element.Q8), Amplitude(((0.0, 0.0), (0.4, 0.0), (1.0, 1.0)))
     supports = (Support("base", 1), Prescribed("top", 0, pulled, move))
     path = ((0.0, (0.0, 0.0)), (0.4, (0.0, 1.0)), (1.0, (1.0, 1.0)))
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (pulled, -0.01), ("top",), mu, path)
@@ -110,7 +111,7 @@ def test_what_moves_with_its_tool_does_not_rub_on_it(mu, pulled):
 
 def test_forces_that_two_tools_share_on_one_node_are_said_to_be_undetermined():
     """A split die: two tools on one plane, with and without friction, both under the common node, which slides."""
-    mesh = block(2.0, 1.0, 4, 2)
+    mesh = block(2.0, 1.0, 4, 2, element=Element.Q8)
     edges = mesh.boundary("base")
     middle = mesh.nodes[edges[:, 1], 0]
     halves = {"near": edges[middle < 1.0], "far": edges[middle > 1.0]}
@@ -126,7 +127,7 @@ def test_forces_that_two_tools_share_on_one_node_are_said_to_be_undetermined():
 
 
 def test_a_tool_that_slides_in_touch_without_a_force_is_solved():
-    mesh = block(1.0, 1.0, 2, 2)
+    mesh = block(1.0, 1.0, 2, 2, element=Element.Q8)
     for travel in (0.01, 0.1, 0.013):
         tool = FlatTool((0.0, 1.0), (0.0, -1.0), (travel, 0.0), ("top",), 0.3)
         supports = (Support("base", 1), Support("base", 0))
@@ -139,7 +140,7 @@ def test_a_tool_that_slides_in_touch_without_a_force_is_solved():
 @pytest.mark.parametrize("share", [0.5, 1 - 1e-9, 1.0])
 @pytest.mark.parametrize("form", [Newton(), Tangent()], ids=named)
 def test_a_block_pulled_by_up_to_its_friction_stays_and_what_is_free_is_said(form, share):
-    mesh = block(2.0, 1.0, 4, 2)
+    mesh = block(2.0, 1.0, 4, 2, element=Element.Q8)
     tool = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3)
     loads = (Traction("top", (3.0 * share, -10.0)),)
     scene = Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(210_000.0, 0.3)), (), (tool,), loads=loads)

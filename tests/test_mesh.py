@@ -12,7 +12,7 @@ from bipot.mesh import Mesh, block, cylinder, ring
 
 
 def test_cylinder_counts_and_orientation():
-    mesh = cylinder(5.0, 4.0, 3, 2)
+    mesh = cylinder(5.0, 4.0, 3, 2, element=Element.Q8)
     assert mesh.nodes.shape == (12 + 17, 2)
     assert mesh.elements.shape == (6, 8)
     table = tabulated(Element.Q8, Quadrature.GAUSS2)
@@ -21,7 +21,7 @@ def test_cylinder_counts_and_orientation():
 
 
 def test_first_reference_axis_is_the_first_of_space():
-    mesh = cylinder(3.0, 1.0, 1, 1)
+    mesh = cylinder(3.0, 1.0, 1, 1, element=Element.Q8)
     J = mesh.nodes[mesh.elements[0]].T @ tabulated(Element.Q8, Quadrature.GAUSS2).gradients[0]
     np.testing.assert_allclose(J, np.diag([3.0, 1.0]), atol=1e-14)
 
@@ -30,7 +30,7 @@ def test_first_reference_axis_is_the_first_of_space():
     ("name", "axis", "value"), [("axis", 0, 0.0), ("side", 0, 5.0), ("base", 1, 0.0), ("top", 1, 4.0)]
 )
 def test_boundaries_lie_where_their_name_says(name, axis, value):
-    mesh = cylinder(5.0, 4.0, 3, 2)
+    mesh = cylinder(5.0, 4.0, 3, 2, element=Element.Q8)
     edges = mesh.boundary(name)
     assert len(edges) == (2 if axis == 0 else 3)
     np.testing.assert_allclose(mesh.nodes[edges][..., axis], value)
@@ -39,21 +39,21 @@ def test_boundaries_lie_where_their_name_says(name, axis, value):
 
 
 def test_ring_and_block_have_their_own_names():
-    assert set(ring(1.5, 3.0, 1.0, 2, 2).boundaries) == {"bore", "side", "base", "top"}
-    assert set(block(1.0, 1.0, 1, 1).boundaries) == {"left", "right", "base", "top"}
+    assert set(ring(1.5, 3.0, 1.0, 2, 2, element=Element.Q8).boundaries) == {"bore", "side", "base", "top"}
+    assert set(block(1.0, 1.0, 1, 1, element=Element.Q8).boundaries) == {"left", "right", "base", "top"}
 
 
 def test_size_is_the_largest_extent():
-    assert cylinder(5.0, 7.0, 1, 1).size == 7.0
+    assert cylinder(5.0, 7.0, 1, 1, element=Element.Q8).size == 7.0
 
 
 @pytest.mark.parametrize("ratio", [8.0, 0.2])
 @pytest.mark.parametrize(
     ("make", "start", "names"),
     [
-        (lambda grading: cylinder(7.0, 3.0, 3, 4, grading), 0.0, ("axis", "side")),
-        (lambda grading: block(7.0, 3.0, 3, 4, grading), 0.0, ("left", "right")),
-        (lambda grading: ring(2.0, 9.0, 3.0, 3, 4, grading), 2.0, ("bore", "side")),
+        (lambda grading: cylinder(7.0, 3.0, 3, 4, grading, element=Element.Q8), 0.0, ("axis", "side")),
+        (lambda grading: block(7.0, 3.0, 3, 4, grading, element=Element.Q8), 0.0, ("left", "right")),
+        (lambda grading: ring(2.0, 9.0, 3.0, 3, 4, grading, element=Element.Q8), 2.0, ("bore", "side")),
     ],
 )
 def test_sizes_grow_by_one_factor_to_the_asked_ratio(make, start, names, ratio):
@@ -70,7 +70,7 @@ def test_sizes_grow_by_one_factor_to_the_asked_ratio(make, start, names, ratio):
 
 def test_without_grading_nothing_changes():
     """Bit for bit: no uniform mesh goes through powers and sums."""
-    plain, given = block(0.7, 0.3, 7, 3), block(0.7, 0.3, 7, 3, grading=(1, 1))
+    plain, given = block(0.7, 0.3, 7, 3, element=Element.Q8), block(0.7, 0.3, 7, 3, grading=(1, 1), element=Element.Q8)
     np.testing.assert_array_equal(plain.nodes, given.nodes)
     np.testing.assert_array_equal(np.unique(plain.nodes[plain.elements[:, :4], 0]), np.linspace(0.0, 0.7, 8))
 
@@ -81,23 +81,23 @@ def test_a_grading_that_is_none_is_refused(grading, axis):
     given = [1.0, 1.0]
     given[axis] = grading
     with pytest.raises(SceneError, match="grading"):
-        block(1.0, 1.0, 3, 3, tuple(given))
+        block(1.0, 1.0, 3, 3, tuple(given), element=Element.Q8)
 
 
 @pytest.mark.parametrize("grading", [2.0, (1.0,), (1.0, 1.0, 1.0), "ab"])
 def test_gradings_are_a_pair(grading):
     with pytest.raises(SceneError, match="grading"):
-        ring(1.0, 2.0, 1.0, 2, 2, grading)
+        ring(1.0, 2.0, 1.0, 2, 2, grading, element=Element.Q8)
 
 
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: cylinder(-1.0, 1.0, 1, 1), "radius = -1.0"),
-        (lambda: cylinder(1.0, float("nan"), 1, 1), "height = nan"),
-        (lambda: cylinder(1.0, 1.0, 0, 1), "elements along the first axis = 0"),
-        (lambda: ring(2.0, 1.0, 1.0, 1, 1), "outer = 1.0"),
-        (lambda: cylinder(1.0, 1.0, 1, 1).boundary("lid"), "boundary = 'lid'"),
+        (lambda: cylinder(-1.0, 1.0, 1, 1, element=Element.Q8), "radius = -1.0"),
+        (lambda: cylinder(1.0, float("nan"), 1, 1, element=Element.Q8), "height = nan"),
+        (lambda: cylinder(1.0, 1.0, 0, 1, element=Element.Q8), "elements along the first axis = 0"),
+        (lambda: ring(2.0, 1.0, 1.0, 1, 1, element=Element.Q8), "outer = 1.0"),
+        (lambda: cylinder(1.0, 1.0, 1, 1, element=Element.Q8).boundary("lid"), "boundary = 'lid'"),
         (lambda: Mesh(np.full((8, 2), np.nan), np.arange(8)[None]), "mesh.nodes"),
         (lambda: Mesh(np.zeros((7, 2)), np.arange(8)[None]), "node index"),
         (lambda: Mesh(np.zeros((8, 2)), np.arange(8)[None], {"top": np.empty((0, 3), int)}), "'top'"),

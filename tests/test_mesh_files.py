@@ -12,7 +12,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.mesh import Mesh, block
 from tests.scenes import scene
 
-NATIVE = block(1.0, 1.0, 3, 2)
+NATIVE = block(1.0, 1.0, 3, 2, element=Element.Q8)
 NAMES = {name: k + 1 for k, name in enumerate(NATIVE.boundaries)}
 AS_MESHERS = [0, 2, 1]
 

@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.mesh import Mesh, block
 from bipot.supports import Support
 from tests.scenes import refused, scene, tool
@@ -14,7 +15,7 @@ def renumbered(mesh, **changes):
     return Mesh(**({"nodes": mesh.nodes, "elements": mesh.elements, "boundaries": mesh.boundaries} | changes))
 
 
-SQUARE = block(1.0, 1.0, 2, 2)
+SQUARE = block(1.0, 1.0, 2, 2, element=Element.Q8)
 
 
 def as_meshers(edges):
@@ -67,7 +68,7 @@ def overlapping():
 
 def unmerged():
     """Two elements of one edge, each with a mid-side node of its own where only one is on it."""
-    wide = block(2.0, 1.0, 1, 1)
+    wide = block(2.0, 1.0, 1, 1, element=Element.Q8)
     nodes = np.vstack([wide.nodes, [[0.5, -1], [1.0, -1], [0.0, -1], [0.0, -0.5], [1.0, -0.5], [0.5, 0.0]]])
     a, b = wide.elements[0][:2]
     mid, k = wide.elements[0][4], len(wide.nodes)

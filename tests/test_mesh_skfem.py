@@ -55,7 +55,7 @@ def test_what_is_given_is_kept_and_marches(element):
     assert mesh.element is element
     np.testing.assert_allclose(mesh.nodes[mesh.boundary("top")][..., 1], 1.0)
     lower = forces(mesh)[-1, 0, 1]
-    assert lower == pytest.approx(forces(block(1.0, 1.0, 6, 4))[-1, 0, 1], rel=0.05)
+    assert lower == pytest.approx(forces(block(1.0, 1.0, 6, 4, element=Element.Q8))[-1, 0, 1], rel=0.05)
 
 
 def test_the_curved_geometry_of_scikit_fem_is_kept():
@@ -72,7 +72,9 @@ def test_an_empty_boundary_of_scikit_fem_is_refused():
         Mesh.from_skfem(tensor().with_boundaries({"none": np.empty(0, int)}))
 
 
-@pytest.mark.parametrize("given", [skfem.MeshTet(), skfem.MeshHex(), skfem.MeshLine(), block(1.0, 1.0, 1, 1), None])
+@pytest.mark.parametrize(
+    "given", [skfem.MeshTet(), skfem.MeshHex(), skfem.MeshLine(), block(1.0, 1.0, 1, 1, element=Element.Q8), None]
+)
 def test_other_meshes_than_of_the_plane_are_refused(given):
     with pytest.raises(SceneError, match="MeshTri, MeshTri2, MeshQuad or MeshQuad2"):
         Mesh.from_skfem(given)

@@ -23,6 +23,7 @@ from bipot import (
     block,
     march,
 )
+from bipot.elements import Element
 
 
 def punch(**changes):
@@ -33,7 +34,7 @@ def punch(**changes):
 def slab(tool, poisson=0.3, elements=(8, 2)):
     """A block clamped at its base, elastic as far as matters, in small strain."""
     return Scene(
-        mesh=block(4.0, 1.0, *elements),
+        mesh=block(4.0, 1.0, *elements, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         material=VonMises(Elasticity(1000.0, poisson), Perfect(1e6)),
         supports=(Support("base", 0), Support("base", 1)),

@@ -172,7 +172,7 @@ def test_units_and_slivers_are_no_reason_to_refuse(scale, thin):
 
 def test_a_fold_is_named_with_element_place_and_value():
     # x = xi + 4 d xi (1 - xi)(1 - eta): det J = 1 + 4 d at the corner of the second element.
-    mesh = block(2.0, 1.0, 2, 1)
+    mesh = block(2.0, 1.0, 2, 1, element=Element.Q8)
     nodes = mesh.nodes.copy()
     worst = int(np.argmax(nodes[mesh.elements][:, :, 0].min(axis=1)))
     middle = np.flatnonzero((np.abs(nodes - [1.5, 0.0]) < 1e-12).all(axis=1))[0]
@@ -202,7 +202,7 @@ def test_edges_and_corners_on_the_axis_are_admissible(noise):
     c = np.sqrt(0.5)
     turned = SQUARE @ np.array([[c, c], [-c, c]])
     axisymmetric(turned - [turned[:, 0].min() + noise, 0])
-    mesh = cylinder(1.0, 1.0, 3, 2)
+    mesh = cylinder(1.0, 1.0, 3, 2, element=Element.Q8)
     refuse_folded({"here": mesh.nodes}, mesh.elements, Geometry.AXISYMMETRIC)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
@@ -25,7 +26,9 @@ REST = np.zeros((1, 2))
 def under(*normal, point=(0.0, 2.0), candidates=("top",), path=((0.0, 0.0), (1.0, 1.0))):
     """A block 4 x 2 of one element under a tool whose plane goes through ``point``."""
     tool = FlatTool(point, normal, (0.0, -1.0), candidates, 0.3, path)
-    return Scene(block(4.0, 2.0, 1, 1), Geometry.PLANE_STRAIN, STEEL, (Support("base", 1),), (tool,))
+    return Scene(
+        block(4.0, 2.0, 1, 1, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, (Support("base", 1),), (tool,)
+    )
 
 
 def with_top(scene, left, middle, right):

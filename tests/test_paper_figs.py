@@ -8,6 +8,7 @@ from matplotlib.text import Text
 
 from bipot import plot
 from bipot.columns import COURSE, INCREMENT, SECONDS, Column
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.forms import Tangent
 from bipot.laws.coulomb import Status
@@ -201,7 +202,7 @@ def test_incomplete_results_are_refused(results, tmp_path):
 
 def test_plots_return_what_they_draw_on_the_axes_given():
     ax = Figure().subplots()
-    mesh = cylinder(5.0, 5.0, 2, 2)
+    mesh = cylinder(5.0, 5.0, 2, 2, element=Element.Q8)
     drawn = plot.mesh(mesh.nodes, mesh.elements, ax)
     assert drawn in ax.collections
     assert len(drawn.get_segments()) == 12

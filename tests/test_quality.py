@@ -13,7 +13,7 @@ SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1],
 
 
 def test_a_square_mesh_is_perfect():
-    mesh = cylinder(5.0, 5.0, 3, 3)
+    mesh = cylinder(5.0, 5.0, 3, 3, element=Element.Q8)
     worth = quality(mesh.nodes, mesh.elements)
     np.testing.assert_allclose([worth.jacobian, worth.aspect], 1.0, rtol=1e-12)
 

@@ -17,6 +17,7 @@ from bipot import (
     march,
     upsetting,
 )
+from bipot.elements import Element
 
 YOUNG, POISSON = 1000.0, 0.25
 
@@ -31,7 +32,7 @@ def upset():
 def pulled():
     """An elastic block in plane strain, drawn along y by 1e-6 of its height and free along x."""
     scene = Scene(
-        mesh=block(2.0, 1.0, 2, 1),
+        mesh=block(2.0, 1.0, 2, 1, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         material=Elastic(Elasticity(YOUNG, POISSON)),
         supports=(Support("left", 0), Support("base", 1), Prescribed("top", 1, 1e-6)),

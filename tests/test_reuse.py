@@ -14,6 +14,7 @@ from bipot.conic.clarabel import Clarabel, clarabel, solve
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
+from bipot.elements import Element
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.conic import tangent_program
@@ -236,7 +237,7 @@ def test_programs_are_condensed_where_that_makes_them_smaller_with_the_same_answ
     """A flat block, all of whose upper face touches, by interior points alone: the fixed point of friction by both."""
     scene = replace(
         upsetting(mu=0.1, elements=1),
-        mesh=block(12.0, 2.0, 12, 2),
+        mesh=block(12.0, 2.0, 12, 2, element=Element.Q8),
         geometry=Geometry.PLANE_STRAIN,
         supports=(Support("base", 1), Support("left", 0)),
         tools=(FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.01), ("top",), 0.1),),

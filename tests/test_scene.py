@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
@@ -42,7 +43,7 @@ def tool(**changes):
 
 def scene(**changes):
     given = {
-        "mesh": cylinder(1.0, 1.0, 1, 1),
+        "mesh": cylinder(1.0, 1.0, 1, 1, element=Element.Q8),
         "geometry": Geometry.AXISYMMETRIC,
         "material": VonMises(Elasticity(1.0, 0.3), Perfect(1.0)),
         "supports": (Support("axis", 0), Support("base", 1)),
@@ -52,7 +53,7 @@ def scene(**changes):
 
 
 def reversed_mesh():
-    mesh = cylinder(1.0, 1.0, 1, 1)
+    mesh = cylinder(1.0, 1.0, 1, 1, element=Element.Q8)
     return Mesh(mesh.nodes, mesh.elements[:, [0, 3, 2, 1, 7, 6, 5, 4]], mesh.boundaries)
 
 
@@ -74,7 +75,7 @@ def test_scene_refuses(make, words):
 
 
 def test_held_unknowns_are_those_of_the_supports():
-    mesh = cylinder(1.0, 1.0, 2, 2)
+    mesh = cylinder(1.0, 1.0, 2, 2, element=Element.Q8)
     made = scene(mesh=mesh, supports=(Support("base", 1), Support("axis", 0)))
     expected = np.union1d(2 * mesh.boundary_nodes("base") + 1, 2 * mesh.boundary_nodes("axis"))
     np.testing.assert_array_equal(made.held, expected)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -46,7 +47,7 @@ def agree(found, expected, rtol=1e-8):
 def test_a_quarter_of_the_cylinder_is_half_of_it_between_two_punches():
     quarter = upsetting(mu=0.2, reduction=0.04, elements=3)
     (punch,) = quarter.tools
-    mesh = cylinder(5.0, 10.0, 3, 6)
+    mesh = cylinder(5.0, 10.0, 3, 6, element=Element.Q8)
     other = FlatTool((0.0, -5.0), (0.0, 1.0), (0.0, 0.2), ("base", "side"), 0.2)
     whole = replace(
         quarter,
@@ -66,7 +67,7 @@ def test_a_quarter_of_the_cylinder_is_half_of_it_between_two_punches():
 def part(across, along):
     """A block 2 WIDTH x 2 HEIGHT about the origin, of which half is modelled ``across`` x = 0 and ``along`` y = 0."""
     n, m = (3, 2) if across else (6, 2), (2, 2) if along else (4, 2)
-    mesh = block(WIDTH * n[0] / 3, HEIGHT * m[0] / 2, n[0], m[0])
+    mesh = block(WIDTH * n[0] / 3, HEIGHT * m[0] / 2, n[0], m[0], element=Element.Q8)
     shift = np.array([0.0 if across else WIDTH, 0.0 if along else HEIGHT])
     top = FlatTool((0.0, HEIGHT), (0.0, -1.0), (0.0, -0.06), ("top",), 0.15)
     below = FlatTool((0.0, -HEIGHT), (0.0, 1.0), (0.0, 0.06), ("base",), 0.15)
@@ -108,9 +109,10 @@ def drawn(seed):
     rng = np.random.default_rng(seed)
     kind, mu = ("block", "cylinder", "ring", "wedge")[seed % 4], float(rng.uniform(0.05, 0.4))
     n, m = (int(k) for k in rng.integers(2, 4, 2))
-    mesh = {"cylinder": lambda: cylinder(3.0, 2.0, n, m), "ring": lambda: ring(2.0, 4.0, 2.0, n, m)}.get(
-        kind, lambda: block(3.0, 2.0, n, m)
-    )()
+    mesh = {
+        "cylinder": lambda: cylinder(3.0, 2.0, n, m, element=Element.Q8),
+        "ring": lambda: ring(2.0, 4.0, 2.0, n, m, element=Element.Q8),
+    }.get(kind, lambda: block(3.0, 2.0, n, m, element=Element.Q8))()
     inner = np.setdiff1d(np.arange(len(mesh.nodes)), mesh.boundary_nodes(*mesh.boundaries))
     nodes = mesh.nodes.copy()
     nodes[inner] += rng.uniform(-0.08, 0.08, (len(inner), 2))
@@ -176,7 +178,7 @@ def test_the_force_of_no_tool_is_refused(number):
 
 
 def test_one_plane_may_have_several_boundaries():
-    mesh = block(WIDTH, HEIGHT, 2, 2)
+    mesh = block(WIDTH, HEIGHT, 2, 2, element=Element.Q8)
     left = mesh.boundary("left")
     parts = Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "low": left[:1], "high": left[1:]})
     scene = replace(part(True, True), mesh=parts, supports=(Symmetry("low", 0), Symmetry("high", 0), BASE))
@@ -186,7 +188,7 @@ def test_one_plane_may_have_several_boundaries():
 
 def off_plane():
     """A node of the left side a millionth beside it."""
-    mesh = block(WIDTH, HEIGHT, 2, 2)
+    mesh = block(WIDTH, HEIGHT, 2, 2, element=Element.Q8)
     nodes = mesh.nodes.copy()
     nodes[mesh.boundary_nodes("left")[0], 0] += 1e-6
     return Mesh(nodes, mesh.elements, mesh.boundaries)
@@ -257,7 +259,7 @@ def test_what_is_no_part_of_a_symmetric_body_is_refused(make, words):
 
 def both_sides():
     """A block with a named line of edges in its middle."""
-    mesh = block(2 * WIDTH, HEIGHT, 2, 1)
+    mesh = block(2 * WIDTH, HEIGHT, 2, 1, element=Element.Q8)
     middle = np.flatnonzero(mesh.nodes[:, 0] == WIDTH)
     ends, mid = middle[:2], middle[2:]
     return Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "middle": [[ends[0], mid[0], ends[1]]]})

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from bipot.columns import INCREMENT, OVERLAP, energies
+from bipot.elements import Element
 from bipot.forms import Newton, Tangent
 from bipot.marching import Control, march
 from bipot.mesh import block
@@ -26,7 +27,7 @@ def pressed_then_slid(**changes):
     """A wide block on a rough floor (held all over), pressed by a tenth of a percent, then rubbed by a thirtieth."""
     own = {"travel": (0.1, -0.002), "mu": MU, "path": SLIDE}
     return scene(
-        mesh=block(3.0, 1.0, 6, 2),
+        mesh=block(3.0, 1.0, 6, 2, element=Element.Q8),
         supports=(Support("base", 0), Support("base", 1)),
         tools=(tool(**(own | changes)),),
     )
