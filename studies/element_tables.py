@@ -19,8 +19,8 @@ ELASTIC = "cook"
 def of_series(results: Path) -> Lines:
     """Errors of the extrapolated limit loads, and the orders."""
     found = [order for order in orders(_rows(results)) if not order.problem.startswith(ELASTIC)]
-    cells = {(_of(order), order.problem): f"{_percent(order.error)} ({order.order:.2f})" for order in found}
-    return _table(found, {of: cell.replace("– (nan)", "–") for of, cell in cells.items()})
+    shown = [f"{_percent(order.error)} ({order.order:.2f})".removesuffix(" (nan)") for order in found]
+    return _table(found, {(_of(order), order.problem): cell for order, cell in zip(found, shown, strict=True)})
 
 
 def of_refined(results: Path) -> Lines:

@@ -122,14 +122,14 @@ def planned(fast: bool) -> dict[Key, tuple[Problem, Choice, int]]:
 
 
 def extrapolated(values: Sequence[float]) -> tuple[float, float]:
-    """Observed order and limit of three values at n, 2 n and 4 n, nan where they show none.
+    """Observed order and limit of three values at n, 2 n and 4 n, nan where they show none, inf where all lock.
 
     >>> [round(found, 6) for found in extrapolated([1.16, 1.04, 1.01])]
     [2.0, 1.0]
     """
     order = observed_order(list(values)) if all(map(math.isfinite, values)) else None
     if order is None:
-        return math.nan, math.nan
+        return math.nan, math.inf if min(values) == math.inf else math.nan
     return order, values[-1] - (values[-2] - values[-1]) / (2**order - 1)
 
 

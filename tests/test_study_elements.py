@@ -70,6 +70,17 @@ def test_limit_loads_come_from_above_and_are_near(problem, kind):
     assert 0 < error < allowed
 
 
+@pytest.mark.parametrize("problem", LIMITS, ids=lambda problem: problem.name)
+def test_the_constant_strain_of_t3_is_a_bound(problem):
+    """Its motions keep the volume everywhere, so that the coarsest meshes are above, too."""
+    errors = [solved(problem.name, "t3", n) for n in (1, 2, 4)]
+    assert min(errors) == errors[2] > 0
+
+
+def test_the_mean_volume_of_t6_is_none():
+    assert -0.01 < solved("notch", "t6", 2) < -0.005
+
+
 @pytest.mark.parametrize(("problem", "allowed"), [("block 2", 1e-3), ("block 4", 1e-3), ("punch smooth", 1e-3)])
 def test_a_series_extrapolates_to_the_exact_limit_load(problem, allowed):
     order, limit = extrapolated([solved(problem, "q9p1", n) for n in (2, 4, 8)])
@@ -100,8 +111,9 @@ def test_cooks_membrane_of_four_node_quadrilaterals_as_they_are_locks():
 
 def test_extrapolation_finds_order_and_limit_and_says_where_there_are_none():
     assert extrapolated([3 + 0.25**k for k in range(3)]) == pytest.approx((2.0, 3.0))
-    for values in ([1.0, 2.0, 1.0], [1.0, 2.0, 4.0], [math.inf] * 3, [1.0, math.nan, 2.0]):
+    for values in ([1.0, 2.0, 1.0], [1.0, 2.0, 4.0], [math.inf, math.inf, 2.0], [1.0, math.nan, 2.0]):
         assert np.isnan(extrapolated(values)).all()
+    assert extrapolated([math.inf] * 3)[1] == math.inf
 
 
 def row(n, error):
