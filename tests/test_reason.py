@@ -44,7 +44,7 @@ ARISES = {
         "delassus: a welded point has no place",
     ),
     ReasonKind.FOLDED: (
-        partial(failed, Control(Newton(), ()), tools=(tool(travel=(0.0, -0.999), mu=1e3),)),
+        partial(failed, Control(Newton(), ()), tools=(tool(travel=(0.0, -0.9), mu=1e3),)),
         r"newton: element \d at \(.*\).*: Jacobian determinant -.* is not positive",
     ),
     ReasonKind.LANDING: (
