@@ -10,13 +10,16 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.contact import touches
 from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
+from bipot.programs.dissipation import PlasticModel
 from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.scene import Scene
 from bipot.system import system_of
@@ -105,6 +108,15 @@ def _touching(increment: Increment) -> Bools:
     return touches(increment.start.gap, increment.system.body.scene.mesh.size)
 
 
+def _independent(model: PlasticModel, projection: Projection) -> sp.csr_matrix:
+    """Rows (e k, n) of sum_q w phi_k tr B v, each over its length: all vanish where tr B v, in span phi, does."""
+    phi = projection.functions
+    weighted = (model.weight.reshape(phi.shape[:2])[..., None] * phi).transpose(0, 2, 1)
+    rows = sp.csr_matrix(sp.block_diag(list(weighted), format="csr") @ model.volumetric)
+    length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
+
+
 def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     """What the kinematic program finds, in these units."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
@@ -112,5 +124,6 @@ def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
     # A form's program caps what it need not reach; here the load may.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
-    program = LimitProgram(scaled, _load(increment) / units.force, rows)
+    volumes = None if body.projection is None else _independent(scaled, body.projection)
+    program = LimitProgram(scaled, _load(increment) / units.force, rows, volumes)
     return program.mechanism(Clarabel(), ACCURATE)

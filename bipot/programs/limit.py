@@ -79,11 +79,16 @@ class Mechanism:
 
 @dataclass(frozen=True)
 class LimitProgram:
-    """The material (its moduli and present stress do not matter), the load F (n,), the contacts."""
+    """The material (its moduli and present stress do not matter), the load F (n,), the contacts.
+
+    ``volumes`` (m, n) are independent rows that vanish where every change of volume does; without them it is found out
+    which motions these are where rows repeat each other.
+    """
 
     model: PlasticModel
     force: Floats
     rows: ContactRows
+    volumes: sp.csr_matrix | None = None
 
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The motion found, judged.
@@ -91,8 +96,8 @@ class LimitProgram:
         Raises:
             ProgramError: no answer.
         """
-        m, rows, basis = self.model, self.rows, isochoric(self.model.volumetric)
-        program = self
+        m, rows, program = self.model, self.rows, self
+        basis = isochoric(m.volumetric) if self.volumes is None else None
         if basis is not None:
             volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (m.volumetric[:0], m.deviatoric))
             G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
@@ -112,7 +117,7 @@ class LimitProgram:
         norms = layout.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
         free = np.zeros(len(self.rows.frictional))
-        volume = widened(m.volumetric, layout.size)
+        volume = widened(m.volumetric if self.volumes is None else self.volumes, layout.size)
         return ConicProgram(
             P=sp.csc_matrix((layout.size, layout.size)),
             q=np.concatenate([np.zeros(len(self.force)), ROOT * m.weight * m.threshold]),
