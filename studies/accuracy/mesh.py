@@ -99,9 +99,14 @@ def key(row: Row) -> Key:
     return row.mu, row.element, row.elements, row.reduction
 
 
+def named(mu: float, element: str, elements: int, reduction: float) -> str:
+    """The tractions of a row in mesh.h5."""
+    return f"mu{mu:g} {element} {elements} {reduction:g}"
+
+
 def name(row: Row) -> str:
-    """Of the tractions of a row in mesh.h5."""
-    return f"mu{row.mu:g} {row.element} {row.elements} {row.reduction:g}"
+    """Those of this one."""
+    return named(*key(row))
 
 
 def profile(system: System, accepted: Accepted) -> dict[str, Floats]:
