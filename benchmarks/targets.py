@@ -34,7 +34,7 @@ LIMITS = (
     Limit("pass", "tangent", 0.1, 40, 3.0),
     Limit("passes an increment", "newton", 0.1, 10, 3.0),
     Limit("passes an increment", "newton", 0.1, 40, 4.0),
-    Limit("fine passes an increment", "newton", 0.3, 40, 6.5),
+    Limit("fine passes an increment", "newton", 0.3, 40, 6.0),
     Limit("fine fallbacks", "newton", 0.3, 40, 2.0),
     Limit("growth over factorisation", "newton", 0.1, 80, 1.0),
     Limit("growth over factorisation", "tangent", 0.1, 80, 1.0),
