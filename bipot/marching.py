@@ -33,7 +33,7 @@ from bipot.increment import Limits, Observer, Solved, Trial, solve_increment, un
 from bipot.iterate import Increment
 from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
-from bipot.pacing import TRIES, Estimate, Pacer
+from bipot.pacing import TRIES, Pacer, error_estimate
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
@@ -192,12 +192,12 @@ def _accurate(run: Run, course: Course, target: float) -> Found:
     found, pacer = _halved(run, course, target), run.pacer
     for _ in range(TRIES if pacer is not None else 0):
         assert pacer is not None
-        length, estimate = found.increment.tau - course.state.tau, Estimate.of(course.state, found.solved)
+        length, estimate = found.increment.tau - course.state.tau, error_estimate(course.state, found.solved)
         if not pacer.refuses(estimate):
             break
         shorter = pacer.next(length, estimate)
-        said = f"shortened: error estimated at {estimate.error:.2g}"
-        refused = Reason(ReasonKind.ACCURACY, said, measures={"estimate": estimate.error, "tau": found.increment.tau})
+        said = f"shortened: error estimated at {estimate:.2g}"
+        refused = Reason(ReasonKind.ACCURACY, said, measures={"estimate": estimate, "tau": found.increment.tau})
         again = _halved(run, replace(course, size=shorter, uncut=shorter), target)
         passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
         found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
@@ -248,7 +248,7 @@ def _after(run: Run, course: Course, found: Found, target: float) -> Course:
     """Where the march is after what was found: at the ``target``, or on the way to it."""
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if run.pacer is not None:
-        estimate = Estimate.of(course.state, found.solved)
+        estimate = error_estimate(course.state, found.solved)
         proposed = run.pacer.next(length, estimate, found.attempt.passes)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
