@@ -22,8 +22,8 @@ class Course:
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
     among them. Of increment control: between two scheduled pseudo-times ``size`` is the length of the next increment,
     and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where increment control
-    begins anew. ``proposed`` is the length that an accuracy allows the next increment (:mod:`bipot.pacing`), NaN where none
-    was asked. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last scheduled
+    begins anew. ``proposed`` is the length that an accuracy allows the next one (:mod:`bipot.pacing`), NaN without
+    an accuracy. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last scheduled
     one. Of the predictor: ``before`` is the last increment but one as it sees it, its numbers NaN where unknown.
 
     Values only: floats, whole numbers and arrays whose shapes the scene fixes; arrays are read-only.
@@ -69,7 +69,7 @@ class Course:
         return Course(state, 0, Energies(), largest_force(state), math.nan, math.nan, none, nowhere)
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
-        """At a scheduled pseudo-time, to which the increment ``solved`` from here led; the next may be as ``proposed``."""
+        """At a scheduled pseudo-time, to which ``solved`` led from here; the next increment is as ``proposed``."""
         start, state = self.state, advance(self.state, solved)
         return Course(
             state=state,

@@ -33,7 +33,7 @@ from bipot.increment import Limits, Observer, Solved, Trial, solve_increment, un
 from bipot.iterate import Increment
 from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
-from bipot.pacing import TRIES, Pacer, error_estimate
+from bipot.pacing import TRIES, Pacer, begins_flow, error_estimate
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
@@ -249,7 +249,8 @@ def _after(run: Run, course: Course, found: Found, target: float) -> Course:
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if run.pacer is not None:
         estimate = error_estimate(course.state, found.solved)
-        proposed = run.pacer.next(length, estimate, found.attempt.passes)
+        begun = begins_flow(course.state, found.solved)
+        proposed = run.pacer.next(length, estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
     # An increment paced by accuracy that was not cut ends as one of the schedule does.

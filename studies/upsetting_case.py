@@ -83,7 +83,7 @@ class Case:
     mu: float
     elements: int
     quadrature: Quadrature
-    increments: int
+    increments: int | None
     form: FormName
     solver: str
     configuration: Configuration
@@ -91,6 +91,7 @@ class Case:
     hardening: str
     kn: float | None = None
     kt: float | None = None
+    accuracy: float | None = None
 
     @property
     def folder(self) -> str:
@@ -114,7 +115,9 @@ class Case:
         return hardening_from_text(self.hardening)
 
     def schedule(self) -> Schedule:
-        """Start-up increments of 0.1 % of the height under friction, none without."""
+        """As an accuracy asks; else start-up increments of 0.1 % of the height under friction, none without."""
+        if self.accuracy is not None:
+            return Schedule(accuracy=self.accuracy)
         if self.mu == 0:
             return Schedule(self.increments)
         shortest = FIRST * SETTLING
@@ -172,6 +175,9 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--elements", type=int, help="elements a side (default 10, --fast 4)")
     p.add_argument("--quadrature", choices=[q.value for q in RULES[Element.Q8]], default=Quadrature.RADON7.value)
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
+    p.add_argument(
+        "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
+    )
     p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
     p.add_argument(
         "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
@@ -195,6 +201,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
     chosen = FAST if arguments.fast else DEFAULT
     elements = chosen["elements"] if arguments.elements is None else arguments.elements
     increments = chosen["increments"] if arguments.increments is None else arguments.increments
+    increments = increments if arguments.accuracy is None else None
     return [
         Case(
             mu,
@@ -208,6 +215,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             arguments.hardening,
             arguments.kn,
             arguments.kt,
+            arguments.accuracy,
         )
         for mu in arguments.mu
     ]
@@ -221,6 +229,7 @@ def refuse_without_effect(arguments: argparse.Namespace) -> None:
     for option, value, used, by in (
         ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
         ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
+        ("--increments", a.increments, a.accuracy is None, "no --accuracy beside it"),
         ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
         ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
     ):
