@@ -21,7 +21,8 @@ asked (tests/test_accuracy.py).
 From rest and from a kink on, the first increment has a strain of ONSET sqrt(accuracy), and of YIELDING of yield at
 least, by the travel of tools and supports over the body's extent; where its flow begins the next is shorter, BEGUN of
 it. Within first yield the force is off by 1e-3 in increments of the size of yield, and that is forgotten soon: a first
-increment that leaves yield behind errs least, by 1e-4 to 3e-4, which the estimate does not hold.
+increment that leaves yield behind errs least, by 1e-4 to 3e-4 in a metal, which the estimate does not hold. A body with
+a yield strain of one hundredth asks for more than an increment may strain, and errs by more there.
 """
 
 from __future__ import annotations
