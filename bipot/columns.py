@@ -11,6 +11,7 @@ from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.fem.orientation import scaled_jacobians
 from bipot.overlap import overlap
+from bipot.pacing import error_estimate
 from bipot.system import System
 
 Value = float | int | str
@@ -59,6 +60,11 @@ def flow_gap(system: System, accepted: Accepted) -> float:
 
 FLOW_GAP = Column("flow_gap", "dissipation that the direction of the stored flow misses, fraction", flow_gap)
 
+ERROR_ESTIMATE = Column(
+    "error_estimate",
+    "error of the force that the increment's length leaves, estimated (bipot.pacing), fraction",
+    lambda _, a: error_estimate(a.start, a.solved),
+)
 OVERLAP = Column(
     "overlap",
     "largest penetration anywhere on the edges that may touch a tool over body size",

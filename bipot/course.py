@@ -22,7 +22,8 @@ class Course:
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
     among them. Of increment control: between two scheduled pseudo-times ``size`` is the length of the next increment,
     and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where increment control
-    begins anew. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last scheduled
+    begins anew. ``proposed`` is the length that an accuracy allows the next one (:mod:`bipot.pacing`), NaN without
+    an accuracy. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last scheduled
     one. Of the predictor: ``before`` is the last increment but one as it sees it, its numbers NaN where unknown.
 
     Values only: floats, whole numbers and arrays whose shapes the scene fixes; arrays are read-only.
@@ -40,6 +41,7 @@ class Course:
     uncut: float
     landed: Bools
     before: Paced
+    proposed: float = math.nan
 
     def __post_init__(self) -> None:
         require_type(self.state, State, "course.state")
@@ -51,7 +53,7 @@ class Course:
         own = largest_force(self.state)
         allowed = f"at least {own:g}, the largest contact force of course.state"
         require(not self.largest < own, "course.largest", self.largest, allowed)
-        for name in ("size", "uncut"):
+        for name in ("size", "uncut", "proposed"):
             self._require_length(name)
         both = math.isnan(self.size) == math.isnan(self.uncut)
         require(both, "course.uncut", self.uncut, f"NaN if course.size is, which is {self.size:g}, and only then")
@@ -66,8 +68,8 @@ class Course:
         none, nowhere = np.zeros(len(state.gap), dtype=np.bool_), Paced.unknown(state)
         return Course(state, 0, Energies(), largest_force(state), math.nan, math.nan, none, nowhere)
 
-    def after(self, solved: Solved) -> Course:
-        """At a scheduled pseudo-time, to which the increment ``solved`` from here led."""
+    def after(self, solved: Solved, proposed: float = math.nan) -> Course:
+        """At a scheduled pseudo-time, to which ``solved`` led from here; the next increment is as ``proposed``."""
         start, state = self.state, advance(self.state, solved)
         return Course(
             state=state,
@@ -78,6 +80,7 @@ class Course:
             uncut=math.nan,
             landed=np.zeros_like(self.landed),
             before=self.before.next(start),
+            proposed=proposed,
         )
 
     def scheduled(self) -> Course:

@@ -33,6 +33,7 @@ from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, Tria
 from bipot.iterate import Increment
 from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
+from bipot.pacing import TRIES, Pacer, begins_flow, error_estimate
 from bipot.reason import Reason, ReasonKind
 from bipot.response import State
 from bipot.scene import Scene
@@ -113,16 +114,23 @@ def march(
     require(not (second and scene.material.drifts), "integration", control.integration.value, allowed)
     system = system_of(scene)
     course = course_of(start, system, control.limits.bounds.equilibrium)
-    return _increments(Run(system, control, observe), schedule, course)
+    pacer = None if schedule.accuracy is None else Pacer(schedule.accuracy)
+    allowed = f"{Integration.BDF2.value!r} with an accuracy, which is estimated by what flow carried on changes"
+    require(pacer is None or second, "integration", control.integration.value, allowed)
+    return _increments(Run(system, control, observe, pacer), schedule, course)
 
 
 @dataclass(frozen=True)
 class Run:
-    """What the increments of a march share; of the cache only what no increment's numbers change."""
+    """What the increments of a march share; of the cache only what no increment's numbers change.
+
+    ``pacer`` finds the lengths of increments between scheduled pseudo-times, None makes them whole.
+    """
 
     system: System
     control: Control
     observe: Observer
+    pacer: Pacer | None = None
     cache: Cache = field(default_factory=Cache)
 
     def attempt(self, increment: Increment, largest: float) -> Attempt:
@@ -159,14 +167,14 @@ def _next(run: Run, course: Course, target: float) -> Accepted:
     """The next increment on the way to the scheduled ``target``."""
     began = time.perf_counter()
     run.cache.begin(course.before)
-    found = _located(run, course, _halved(run, course, target))
+    found = _located(run, course, _accurate(run, course, target))
     solved, reasons = found.solved, found.reasons
     if solved.almost:
         said = f"{solved.almost} passes almost solved, certificate re-checked"
         reasons += (Reason(ReasonKind.ALMOST, said, measures={"passes": solved.almost}),)
     return Accepted(
         start=course.state,
-        course=_after(course, found, target),
+        course=_after(run, course, found, target),
         solved=solved,
         tool_forces=solved.iterate.tool_forces(solved.r),
         form=found.attempt.form,
@@ -179,9 +187,28 @@ def _next(run: Run, course: Course, target: float) -> Accepted:
     )
 
 
+def _accurate(run: Run, course: Course, target: float) -> Found:
+    """The increment, solved again and shorter while its error is estimated too far above what was asked."""
+    found, pacer = _halved(run, course, target), run.pacer
+    for _ in range(TRIES if pacer is not None else 0):
+        assert pacer is not None
+        length, estimate = found.increment.tau - course.state.tau, error_estimate(course.state, found.solved)
+        if not pacer.refuses(estimate):
+            break
+        shorter = pacer.next(length, estimate)
+        said = f"shortened: error estimated at {estimate:.2g}"
+        refused = Reason(ReasonKind.ACCURACY, said, measures={"estimate": estimate, "tau": found.increment.tau})
+        again = _halved(run, replace(course, size=shorter, uncut=shorter), target)
+        passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
+        found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
+    return found
+
+
 def _halved(run: Run, course: Course, target: float) -> Found:
     """The increment of the course's length or less, halved until an attempt solves it."""
     state, anew = course.state, target - course.state.tau
+    if run.pacer is not None:
+        anew = run.pacer.length(run.system, state, course.proposed, target)
     size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
     least = uncut / 2**run.control.cuts
     cuts, passes, reasons = 0, 0, list[Reason]()
@@ -217,14 +244,21 @@ def _located(run: Run, course: Course, found: Found) -> Found:
     return found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
 
 
-def _after(course: Course, found: Found, target: float) -> Course:
+def _after(run: Run, course: Course, found: Found, target: float) -> Course:
     """Where the march is after what was found: at the ``target``, or on the way to it."""
-    after = course.after(found.solved)
+    length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
+    if run.pacer is not None:
+        estimate = error_estimate(course.state, found.solved)
+        begun = begins_flow(course.state, found.solved)
+        proposed = run.pacer.next(length, estimate, found.attempt.passes, begun)
+    after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
-    if tau == target:
+    # An increment paced by accuracy that was not cut ends as one of the schedule does.
+    paced = run.pacer is not None and found.landing is None and length >= found.uncut * (1 - 1e-9)
+    if tau == target or paced:
         return after
     if found.landing is None:
-        return replace(after, size=min(2 * (tau - course.state.tau), target - tau), uncut=found.uncut, landed=landed)
+        return replace(after, size=min(2 * length, target - tau), uncut=found.uncut, landed=landed)
     landed[found.landing.candidate] = True
     rest = found.increment.tau - tau
     return replace(after, size=rest, uncut=rest, landed=landed)

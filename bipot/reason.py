@@ -26,6 +26,8 @@ class ReasonKind(Enum):
     FLOW = "flow"
     """The last flow was not carried on."""
     CUT = "cut"
+    ACCURACY = "accuracy"
+    """Shortened because its error was estimated above what was asked."""
     LANDING = "landing"
     """Cut to where a node lands."""
     ALMOST = "almost"

@@ -15,28 +15,39 @@ SAME = 1e-9
 MOST = 1_000_000
 """Pseudo-times: all are known before the march, in some hundred megabytes, and are months of it."""
 
+FINEST, COARSEST = 1e-4, 0.1
+"""Accuracies that may be asked for: first yield leaves 1e-4 to 3e-4 of the force, whatever the increments after it."""
+
 
 @dataclass(frozen=True)
 class Schedule:
-    """Pseudo-times to land on: ``increments`` uniform ones after a start-up.
+    """Pseudo-times to land on: ``increments`` uniform ones after a start-up, or what an ``accuracy`` asks for.
 
     ``first`` is the size (in pseudo-time) of the ``settling`` equal start-up increments; the next grow by
     ``growth`` up to the uniform size. ``first = 0`` means no start-up. ``landings`` are further pseudo-times to land
     on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
 
+    ``accuracy`` is a fraction of the force: the march then finds the lengths of its increments as it goes, the first
+    included (:mod:`bipot.pacing`), and lands on the landings, kinks and the end alone.
+
     Raises:
         SceneError: a count below one or above :data:`MOST`, a start-up that does not fit into [0, 1), a landing outside
-            (start-up, 1).
+            (start-up, 1), an accuracy outside [:data:`FINEST`, :data:`COARSEST`], both or none of increments and
+            accuracy.
     """
 
-    increments: int
+    increments: int | None = None
     first: float = 0.0
     settling: int = 5
     growth: float = 1.6
     landings: tuple[float, ...] = ()
+    accuracy: float | None = None
 
     def __post_init__(self) -> None:
-        require_count(self.increments, "increments", most=MOST)
+        if self.accuracy is None:
+            require_count(self.increments, "increments", most=MOST)
+        else:
+            self._require_accuracy(self.accuracy)
         require_count(self.settling, "settling", most=MOST)
         require_number(self.growth, "growth")
         require_number(self.first, "first")
@@ -52,6 +63,14 @@ class Schedule:
             require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
         require(len(set(self.landings)) == len(self.landings), "landings", self.landings, "different")
 
+    def _require_accuracy(self, accuracy: float) -> None:
+        """Refuse one that is none, and what it leaves nothing to say for."""
+        require_number(accuracy, "accuracy")
+        require(FINEST <= accuracy <= COARSEST, "accuracy", accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
+        alone = "left out with an accuracy, which finds the lengths of increments"
+        require(self.increments is None, "increments", self.increments, alone)
+        require(self.first == 0, "first", self.first, alone)
+
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
         """The scheduled pseudo-times, and the ``kinks`` that they leave out: between two nothing changes its rate."""
         times = self.times()
@@ -60,8 +79,10 @@ class Schedule:
         return sorted([*times, *(kink for kink in kinks if np.abs(known - kink).min() > SAME)])
 
     def times(self) -> list[float]:
-        """The scheduled pseudo-times, the last one exactly 1."""
+        """The scheduled pseudo-times, the last one exactly 1; with an accuracy the landings and 1 alone."""
         times = self._start_up()
+        if self.increments is None:
+            return [*sorted(self.landings), 1.0]
         rest = 1 - times[-1]
         for end in (*sorted(self.landings), 1.0):
             count = max(1, round(self.increments * (end - times[-1]) / rest))
@@ -71,7 +92,7 @@ class Schedule:
     def _start_up(self) -> list[float]:
         """Zero and the start-up's pseudo-times."""
         start = [0.0]
-        if self.first > 0:
+        if self.first > 0 and self.increments is not None:
             start += [self.first * k for k in range(1, self.settling + 1)]
             size = self.first * self.growth
             while size < (1 - start[-1]) / self.increments:

@@ -59,6 +59,7 @@ def history_columns(reduction: float) -> list[Column]:
         columns.OVERLAP,
         columns.MIN_JACOBIAN,
         columns.FLOW_GAP,
+        columns.ERROR_ESTIMATE,
         columns.SECONDS,
     ]
 

@@ -84,7 +84,7 @@ class Case:
     elements: int
     element: ElementType
     quadrature: Quadrature
-    increments: int
+    increments: int | None
     form: FormName
     solver: str
     configuration: Configuration
@@ -92,6 +92,7 @@ class Case:
     hardening: str
     kn: float | None = None
     kt: float | None = None
+    accuracy: float | None = None
 
     @property
     def folder(self) -> str:
@@ -117,7 +118,9 @@ class Case:
         return hardening_from_text(self.hardening)
 
     def schedule(self) -> Schedule:
-        """Start-up increments of 0.1 % of the height under friction, none without."""
+        """As an accuracy asks; else start-up increments of 0.1 % of the height under friction, none without."""
+        if self.accuracy is not None:
+            return Schedule(accuracy=self.accuracy)
         if self.mu == 0:
             return Schedule(self.increments)
         shortest = FIRST * SETTLING
@@ -178,6 +181,9 @@ def parser() -> argparse.ArgumentParser:
     rules = [rule.value for rule in Quadrature]
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
+    p.add_argument(
+        "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
+    )
     p.add_argument("--form", choices=[f.value for f in FormName], default=FormName.TANGENT.value)
     p.add_argument(
         "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
@@ -202,6 +208,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
     elements = chosen["elements"] if arguments.elements is None else arguments.elements
     increments = chosen["increments"] if arguments.increments is None else arguments.increments
     kind = ElementType(arguments.element_type)
+    increments = increments if arguments.accuracy is None else None
     return [
         Case(
             mu,
@@ -216,6 +223,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             arguments.hardening,
             arguments.kn,
             arguments.kt,
+            arguments.accuracy,
         )
         for mu in arguments.mu
     ]
@@ -229,6 +237,7 @@ def refuse_without_effect(arguments: argparse.Namespace) -> None:
     for option, value, used, by in (
         ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
         ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
+        ("--increments", a.increments, a.accuracy is None, "no --accuracy beside it"),
         ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
         ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
     ):

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bipot.accepted import Accepted
-from bipot.columns import COURSE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
+from bipot.columns import COURSE, ERROR_ESTIMATE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.elements import Element
 from bipot.errors import NotConverged
@@ -29,7 +29,7 @@ from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool, Force
 from tests.scenes import scene, tool
 
-COLUMNS = (INCREMENT, *COURSE, *certificate("J"), *energies("J"), OVERLAP, FLOW_GAP, MIN_JACOBIAN)
+COLUMNS = (INCREMENT, *COURSE, *certificate("J"), *energies("J"), OVERLAP, FLOW_GAP, ERROR_ESTIMATE, MIN_JACOBIAN)
 """All that a study may write of an increment but its seconds."""
 
 HELD = (Support("base", 0), Support("base", 1))

@@ -36,7 +36,7 @@ LAYERS = (
         "reason",
         "traction",
     ),
-    ("accepted", "carrying", "course", "energy", "failing", "landing", "marching", "starting"),
+    ("accepted", "carrying", "course", "energy", "failing", "landing", "marching", "pacing", "starting"),
     ("columns", "exchange", "paper", "plot"),
     ("results",),
     ("bipot",),

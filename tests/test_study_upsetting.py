@@ -44,6 +44,7 @@ HEADER = [
     "overlap",
     "min_jacobian",
     "flow_gap",
+    "error_estimate",
     "seconds",
 ]
 SMALL = ["--elements", "2", "--increments", "2", "--reduction", "0.05"]

@@ -140,6 +140,7 @@ def step_fields(step: Step) -> dict[str, ArrayLike]:
         "largest": course.largest,
         "size": course.size,
         "uncut": course.uncut,
+        "proposed": course.proposed,
         "landed": course.landed.astype(np.uint8),
         "before_times": [course.before.tau, course.before.middle],
         "before_velocity": course.before.velocity,

@@ -172,6 +172,7 @@ class Run:
                 uncut=float(one("uncut", finite=False)),
                 landed=one("landed", (contacts,), "u").astype(np.bool_),
                 before=Paced(float(tau), float(middle), velocity),
+                proposed=float(one("proposed", finite=False)),
             ),
         )
 
