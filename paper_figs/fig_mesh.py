@@ -75,7 +75,7 @@ def tractions(pressure: Axes, shear: Axes, rows: Rows, curves: Curves, mu: float
     for row, kind, look in chosen:
         along = curves[named(mu, kind.value, int(row["elements"]), SHOWN)]
         said = f"{WORDS[kind]}, {row['elements']:g} x {row['elements']:g}"
-        style = LOOKS[kind] | look | {"label": said}
+        style: dict[str, Any] = LOOKS[kind] | look | {"label": said}
         pressure.plot(along["radius"], along["pressure"], **style)
         shear.plot(along["radius"], np.abs(along["shear"]), **style)
     largest = max(float(curves[named(mu, BEST.value, int(row["elements"]), SHOWN)]["pressure"].max()) for row in best)

@@ -93,8 +93,9 @@ class Pattern:
         """Order the CSC pattern by minimum degree, a large one by nested dissection if ``places`` (n, d) are known."""
         n = len(indptr) - 1
         column = np.repeat(np.arange(n), np.diff(indptr))
-        dissects = places is not None and n >= LARGE
-        rank = dissection(indices, indptr, places) if dissects else minimum_degree(indices, indptr)
+        if places is not None and n >= LARGE:
+            return Pattern.ranked(indices, column, dissection(indices, indptr, places))
+        rank = minimum_degree(indices, indptr)
         return Pattern.ranked(indices, column, rank)
 
     @staticmethod
