@@ -17,6 +17,7 @@ from pathlib import Path
 
 from bipot.errors import ResultsError
 from studies import element_tables, load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies.accuracy import tables as mesh_tables
 from studies.command import command, say
 from studies.files import replacing
 from studies.speed_jobs import Knob
@@ -228,6 +229,8 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "series": lambda results: table(*element_tables.of_series(results)),
         "refined": lambda results: table(*element_tables.of_refined(results)),
         "membrane": lambda results: table(*element_tables.of_membrane(results)),
+        "limits": lambda results: table(*mesh_tables.of_limits(results)),
+        "upsetting": lambda results: table(*mesh_tables.of_meshes(results)),
     },
 }
 

@@ -44,6 +44,14 @@ def test_profiles_carry_the_force_and_obey_the_law(results):
             assert force == pytest.approx(row["force_N"], rel=0.12)
 
 
+@pytest.mark.parametrize("kind", mesh.Plan().kinds)
+def test_without_friction_every_element_is_exact(kind):
+    """F = sigma_Y pi R^2 in logarithmic strain: 42815.427 N at 45 %."""
+    *_, (end, _) = mesh.run(mesh.Job(0.0, kind, 2, 90))
+    assert end.reduction == 0.45
+    assert end.force_N == pytest.approx(42815.427, rel=2e-6)
+
+
 def test_a_run_that_would_fold_is_told_as_far_as_it_comes():
     found = mesh.run(mesh.Job(0.3, ElementType.Q9P1, 3, 9))
     assert 0 < len(found) < len(mesh.MARKS)
