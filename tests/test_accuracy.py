@@ -9,6 +9,7 @@ import pytest
 
 from bipot import columns
 from bipot.contact import carries
+from bipot.elements import Element
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
@@ -45,13 +46,15 @@ def cylinder(mu, reduction=0.3, elements=5, path=((0.0, 0.0), (1.0, 1.0))):
 
 def pressed_ring():
     tool = FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.5), ("top", "bore", "side"), 0.15)
-    return Scene(ring(3.0, 6.0, 2.0, 6, 4), Geometry.AXISYMMETRIC, STEEL, (Symmetry("base", 1),), (tool,))
+    return Scene(
+        ring(3.0, 6.0, 2.0, 6, 4, element=Element.Q8), Geometry.AXISYMMETRIC, STEEL, (Symmetry("base", 1),), (tool,)
+    )
 
 
 def pressed_block():
     tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.2), ("top", "right"), 0.2)
     planes = (Symmetry("base", 1), Symmetry("left", 0))
-    return Scene(block(2.0, 1.0, 6, 3), Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
+    return Scene(block(2.0, 1.0, 6, 3, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
 
 
 SCENES = {
@@ -143,7 +146,13 @@ def test_without_a_body_that_yields_increments_grow_to_the_end():
 def pulled(traction):
     """A block held at its base and sheared by a traction; perfectly plastic, it carries 140 MPa but not 300."""
     held = (Support("base", 0), Support("base", 1))
-    return Scene(block(2.0, 1.0, 2, 1), Geometry.PLANE_STRAIN, STEEL, held, loads=(Traction("top", (traction, 0.0)),))
+    return Scene(
+        block(2.0, 1.0, 2, 1, element=Element.Q8),
+        Geometry.PLANE_STRAIN,
+        STEEL,
+        held,
+        loads=(Traction("top", (traction, 0.0)),),
+    )
 
 
 def test_loads_alone_have_no_travel_to_begin_with():
