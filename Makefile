@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 export MPLBACKEND := Agg
 
-.PHONY: run test lint types bench clean
+.PHONY: run test suite lint types bench clean
 
 run: $(VENV)/.run
 	$(BIN)/python -m studies.upsetting --mu 0.1 0.3 --overwrite --out $(OUT)
@@ -20,9 +20,13 @@ run: $(VENV)/.run
 	$(BIN)/python -m paper_figs.fig_traction --results $(OUT)
 	@echo "results: $(OUT)  figures: $(OUT)/figures"
 
-test: lint types
-	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not serial"
+# Types are checked beside the tests, on one core; tests that measure time run after both, alone.
+test: lint
+	$(MAKE) --no-print-directory -j 2 types suite
 	$(BIN)/python -m pytest -m serial
+
+suite: $(VENV)/.dev
+	$(BIN)/python -m pytest -n 2 --dist loadfile -m "not serial"
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
