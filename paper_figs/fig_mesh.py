@@ -17,7 +17,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from bipot.errors import ResultsError
 from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
@@ -52,7 +51,7 @@ def draw(rows: Rows, limits: Rows, curves: Curves) -> Figure:
         errors(error, [row for row in rows if row["mu"] == mu], [row for row in limits if row["mu"] == mu])
         pressure.set_title(rf"$\mu$ = {mu:g}")
     axes[0, 0].set_ylabel("recovered pressure\nat 45 % [MPa]")
-    axes[1, 0].set_ylabel("recovered shear\nat 45 % [MPa]")
+    axes[1, 0].set_ylabel("recovered shear, size,\nat 45 % [MPa]")
     axes[2, 0].set_ylabel("force from its limit, relative")
     axes[1, 0].legend(loc="upper left")
     figure.legend(*_keys(axes[2]), loc="outside lower center", ncols=3)
@@ -101,7 +100,9 @@ def errors(ax: Axes, rows: Rows, limits: Rows) -> None:
         if not found:
             continue
         limit, band = float(found[0]["value"]), float(found[0]["band"])
-        ax.axhline(band / limit, color=GREY, lw=0.8, ls=dashes, zorder=0)
+        ax.axhline(
+            band / limit, color=GREY, lw=0.8, ls=dashes, zorder=0, label=f"band of the limit, {100 * reduction:g} %"
+        )
         for kind, look in LOOKS.items():
             mine = [r for r in rows if (r["element"], r["reduction"]) == (kind.value, reduction)]
             pairs = np.array([[r["unknowns"], abs(float(r["force_N"]) / limit - 1)] for r in mine], dtype=float)
@@ -112,11 +113,10 @@ def errors(ax: Axes, rows: Rows, limits: Rows) -> None:
 
 
 def _keys(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
-    """Of the errors, and of the bands."""
+    """Of all axes, each once."""
     found = dict[str, Any]()
     for ax in axes:
         found |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
-    found["band of the limit (20 % dotted)"] = Line2D([], [], color=GREY, lw=0.8)
     return list(found.values()), list(found)
 
 
