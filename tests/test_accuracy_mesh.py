@@ -1,6 +1,7 @@
 """The study of the mesh's error in fast mode: its tables, how it extrapolates, its figure."""
 
 import math
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -82,6 +83,22 @@ def test_limits_need_two_elements_of_different_families_and_bracket_them(results
     force = next(limit for limit in extrapolated(series) if limit.quantity == "force_N")
     assert force.value == pytest.approx(1000)
     assert math.isclose(force.band, 1.0, rel_tol=1e-9)
+
+
+def test_the_rows_of_a_run_are_kept_or_made_together(results, tmp_path, capsys):
+    for name in ("mesh.csv", "mesh.h5", "mesh.parameters.json"):
+        shutil.copy(results / name, tmp_path)
+    line, path = ["--fast", "--out", str(tmp_path)], tmp_path / "mesh.csv"
+    assert mesh.main(line) == 2
+    said = capsys.readouterr().err
+    assert all(word in said for word in (str(tmp_path), "--resume", "--overwrite"))
+    whole = read_csv(path, "")
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+    assert mesh.main([*line, "--resume"]) == 0
+    again, lasting = read_csv(path, ""), len(whole) - len(mesh.MARKS)
+    assert again[:lasting] == whole[:lasting]
+    for row, before in zip(again, whole, strict=True):
+        assert str(row | {"seconds": 0}) == str(before | {"seconds": 0})
 
 
 def test_the_figure_reads_results_only(results, tmp_path, capsys):

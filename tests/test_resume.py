@@ -26,14 +26,14 @@ STUDIES = (
 
 def test_every_study_with_a_table_has_both_options():
     """Those that read results and the fuzz of a process have none to lose."""
-    scripts = [path for path in (ROOT / "studies").glob("*.py") if "__main__" in path.read_text(encoding="utf-8")]
+    scripts = [path for path in (ROOT / "studies").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8")]
     lacking = [path.stem for path in scripts if "add_options(" not in path.read_text(encoding="utf-8")]
     assert len(scripts) > 12
     assert set(lacking) <= {"comparison_page", "upsetting"}
 
 
 def test_every_command_goes_through_the_one_that_ends_it():
-    scripts = [path for folder in ("studies", "benchmarks") for path in (ROOT / folder).glob("*.py")]
+    scripts = [path for folder in ("studies", "benchmarks") for path in (ROOT / folder).rglob("*.py")]
     mains = {
         path.stem: [ast.unparse(decorator) for decorator in node.decorator_list]
         for path in scripts

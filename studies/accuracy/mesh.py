@@ -212,7 +212,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     order = [(j.mu, j.kind.value, j.elements, mark) for j in plan.jobs() for mark in MARKS]
     fixed = {"increments": plan.increments}
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, curve=name)
-    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.elements, MARKS[0]) not in table]
+    # One that would fold is run again: that it has ended is in no row.
+    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.elements, MARKS[-1]) not in table]
     for found in runs(left, asked.jobs):
         table.add(*(row for row, _ in found), curves={name(row): along for row, along in found})
     limits = extrapolated(table.rows)
