@@ -1,6 +1,7 @@
 r"""From geometry to affine contact operators: the only place that knows what touches what.
 
-For the increment dU (free displacements, and translations of tools that a force drives) of one step, per candidate c
+For the increment dU (free displacements, and translations of tools that a force drives) of one step, per candidate c,
+a point of the boundary (:mod:`bipot.sampling`),
 
     gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
     relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion along it,
@@ -22,28 +23,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
+from bipot.sampling import Points, points
 from bipot.scene import Scene, free_along
 from bipot.tensors import norm
-from bipot.tools import ACROSS, FlatTool
+from bipot.tools import ACROSS
 from bipot.typing import Bools, Floats, Ints
-
-ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 CARRIES = 1e-8
 """A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
 
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
-
-ALIGNED = 1e-9
-"""A motion along the tangent below this fraction of what tool and support move by is round-off."""
 
 NEAR = 4.0
 """A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
@@ -55,20 +51,19 @@ LEAST_MOTION = 1e-6
 """Of the body's size: the length of an increment in which tools and body rest."""
 
 
-class DrivenInto(NamedTuple):
-    """A tool, a held node in it, and how deep (length, 0 where there is none)."""
-
-    tool: int
-    node: int
-    depth: float
-
-
 @dataclass(frozen=True)
 class Candidates:
-    """Nodes that may touch a tool, tool by tool: ``node``, ``tool``, ``tangent_free`` and coefficient ``mu`` (c,)."""
+    """Points that may touch a tool, tool by tool: ``node``, ``tool``, ``tangent_free`` and coefficient ``mu`` (c,).
+
+    ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
+    ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none.
+    """
 
     scene: Scene
     space: Space
+    points: tuple[Points, ...]
+    number: tuple[Ints, ...]
+    weights: sp.csr_matrix
     node: Ints
     tool: Ints
     tangent_free: Bools
@@ -79,11 +74,19 @@ class Candidates:
         """Normal and tangent (c, d, d) of each candidate: those of the tools, which do not turn."""
         return frames(_normals(self.scene))[self.tool]
 
+    def mean(self, nodal: Floats) -> Floats:
+        """A nodal field (a, d) at the candidates (c, d)."""
+        return np.asarray(self.weights @ nodal)
+
+    def nodal(self, vectors: Floats) -> Floats:
+        """What nodes (a, d) take of forces (c, d) on the candidates."""
+        return np.asarray(self.weights.T @ vectors)
+
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
         """Gap (c,) of ``nodes`` (a, 2) to the tools displaced by ``placed`` (k, d), good to its round-off."""
-        gap = np.empty(len(self.node))
+        gap, at = np.empty(len(self.node)), self.mean(nodes)
         for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
-            gap[mine] = tool.distance(nodes[self.node[mine]], moved)
+            gap[mine] = tool.distance(at[mine], moved)
         return gap
 
     def reach(self, gap: Floats, travel: Floats) -> float:
@@ -113,65 +116,26 @@ class Candidates:
 
     @cached_property
     def held(self) -> tuple[Ints, ...]:
-        """Tool by tool, the nodes (h,) of its boundaries that are no candidates.
+        """Tool by tool, the nodes (h,) of its boundaries that cannot move along its normal, nor it against them.
 
-        Supports hold them along its normal, and no force moves the tool along that.
+        Supports hold them, and no force moves the tool along that.
         """
-        mesh, owned = self.scene.mesh, zip(self._owned, self.scene.tools, strict=True)
-        return tuple(np.setdiff1d(mesh.boundary_nodes(*tool.candidates), self.node[mine]) for mine, tool in owned)
+        nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
+        moving = [_movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
+        return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
-    def driven_into(self, placed: Floats, driven: Floats) -> DrivenInto:
-        """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
-
-        Tools are displaced by ``placed`` (k, d) since rest, held nodes by what is ``driven`` (a, d).
-        """
-        worst, nodes_at = DrivenInto(0, 0, 0.0), self.scene.mesh.nodes + driven
-        for k, (tool, nodes, moved) in enumerate(zip(self.scene.tools, self.held, placed, strict=True)):
-            plane, level = tool.offset(moved), nodes_at[nodes] @ np.array(tool.normal)
-            # What round-off of the two positions makes of their difference is no depth.
-            depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
-            if len(nodes) and depth.max() > worst.depth:
-                worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
-        return worst
-
-    def dragged(self, travel: Floats, driven: Floats) -> Floats:
-        """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal.
-
-        In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
-        """
-        moved = self._approach(travel, driven)
-        # Against what both move by: that they move together is a difference of round-off.
-        lengths = norm(travel)[self.tool] + norm(driven[self.node])
-        small = np.abs(moved[:, 1]) <= ALIGNED * lengths
-        return np.where(self.tangent_free | small, 0.0, -moved[:, 1])
-
-    def torn(self, start: Touching, travel: Floats, driven: Floats) -> int | None:
-        """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
-
-        ``start`` is where the increment starts, ``travel`` and ``driven`` as in :meth:`dragged`.
-        """
-        size = self.scene.mesh.size
-        along = self._welded & touches(start.gap, size)
-        slipping = self.node[along & (self.dragged(travel, driven) != 0)]
-        if slipping.size:
-            return int(slipping[0])
-        for tool, held, placed, moved in zip(self.scene.tools, self.held, start.placed, travel, strict=True):
-            apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
-            near = touches(tool.distance(start.nodes[held], placed), size)
-            if tool.welded and (apart & near).any():
-                return int(held[apart & near][0])
-        return None
-
-    def _approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of the tools along their paths relative to what is prescribed of the candidates, in their
-        frames."""
-        return np.vecdot(self.frames, (travel[self.tool] - driven[self.node])[:, None])
+    def approach(self, travel: Floats, driven: Floats) -> Floats:
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates."""
+        return np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
 
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
-        """Operators of an increment that starts with the gaps (c,); ``travel`` and ``driven`` as in :meth:`dragged`."""
+        """Operators of an increment that starts with the gaps (c,).
+
+        In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
+        """
         normal_rows, tangent_rows = self._operators
-        moved, mu = self._approach(travel, driven), self.mu
-        tied = self._welded & touches(gap, self.scene.mesh.size)
+        moved, mu = self.approach(travel, self.mean(driven)), self.mu
+        tied = self.welded & touches(gap, self.scene.mesh.size)
         rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
         return ContactRows(
             normal_rows,
@@ -184,7 +148,12 @@ class Candidates:
         )
 
     @cached_property
-    def _welded(self) -> Bools:
+    def weighted(self) -> bool:
+        """Whether any is a mean of several nodes."""
+        return any(points.weighted for points in self.points)
+
+    @cached_property
+    def welded(self) -> Bools:
         """Whether the candidate's tool welds (c,)."""
         return np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
 
@@ -199,12 +168,16 @@ class Candidates:
         return self._operator(self.frames[:, 0]), self._operator(self.frames[:, 1])
 
     def _operator(self, direction: Floats) -> sp.csr_matrix:
-        """Rows ``direction . (dU_node - dU_tool)``, held nodes and tools along their paths apart."""
-        dofs = np.column_stack([self.space.position[2 * self.node[:, None] + np.arange(2)], self._translation])
-        entries = np.column_stack([direction, -np.vecdot(direction, _directions(self.scene)[self.tool])])
-        kept = (dofs >= 0) & (np.abs(entries) > ACROSS * (np.arange(3) == 2))
-        ends = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
-        return sp.csr_matrix((entries[kept], dofs[kept], ends), shape=(len(self.node), self.space.size))
+        """Rows ``direction . (dU_point - dU_tool)``, held nodes and tools along their paths apart."""
+        W = self.weights
+        count, owner = len(self.node), np.repeat(np.arange(len(self.node)), np.diff(W.indptr))
+        row = np.concatenate([np.repeat(owner, 2), np.arange(count)])
+        column = np.concatenate([self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel(), self._translation])
+        by_tool = -np.vecdot(direction, _directions(self.scene)[self.tool])
+        by_tool[np.abs(by_tool) <= ACROSS] = 0.0
+        entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
+        kept = (column >= 0) & (entries != 0)
+        return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
 
     @cached_property
     def _translation(self) -> Ints:
@@ -212,14 +185,6 @@ class Candidates:
         by_force = self.scene.by_force
         number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
         return number.astype(np.intp)[self.tool]
-
-
-class Touching(NamedTuple):
-    """Where an increment starts: gaps (c,), nodes (a, d), and what the tools have ``placed`` (k, d) since rest."""
-
-    gap: Floats
-    nodes: Floats
-    placed: Floats
 
 
 def frames(normal: Floats) -> Floats:
@@ -256,31 +221,45 @@ def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
-    """Candidate nodes of every tool that can move along its normal, or it against them; none where there is no tool."""
-    owned = [scene.mesh.boundary_nodes(*tool.candidates) for tool in scene.tools]
-    node = np.concatenate([np.empty(0, np.intp), *owned])
-    tool = np.repeat(np.arange(len(owned)), np.array([len(nodes) for nodes in owned], np.intp))
-    mu = [scene.tools[k].mu_at.get(a, scene.tools[k].mu) for k, a in zip(tool.tolist(), node.tolist(), strict=True)]
-    normal, tangent = np.moveaxis(frames(_normals(scene))[tool], -2, 0)
-    free = space.position[2 * node[:, None] + np.arange(2)] >= 0
-    led = _directions(scene)[tool]
-    kept, tangent_free = (
-        free_along(free, direction) | (np.abs(np.vecdot(led, direction)) > ACROSS) for direction in (normal, tangent)
+    """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
+    found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
+    chosen, tangent_free, mu = list[Bools](), [np.empty(0, dtype=bool)], [np.empty(0)]
+    for k, own in enumerate(found):
+        node = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+        moves = np.zeros(len(own.node), dtype=bool)
+        moves[node[_movable(scene, space, k, np.asarray(own.weights.indices, np.intp))[:, 0]]] = True
+        chosen.append(moves)
+        tangent_free.append(_movable(scene, space, k, own.node)[moves, 1])
+        tool = scene.tools[k]
+        mu.append(np.array([tool.mu_at.get(a, tool.mu) for a in own.node[moves].tolist()], dtype=np.float64))
+    counts = np.array([moves.sum() for moves in chosen], np.intp)
+    first = np.cumsum(counts) - counts
+    weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
+    return Candidates(
+        scene=scene,
+        space=space,
+        points=found,
+        number=tuple(np.where(m, np.cumsum(m) - 1 + at, -1) for m, at in zip(chosen, first.tolist(), strict=True)),
+        weights=sp.csr_matrix(sp.vstack([sp.csr_matrix((0, len(scene.mesh.nodes))), *weights])),
+        node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
+        tool=np.repeat(np.arange(len(found)), counts),
+        tangent_free=np.concatenate(tangent_free),
+        mu=np.concatenate(mu),
     )
-    return Candidates(scene, space, node[kept], tool[kept], tangent_free[kept], np.array(mu, dtype=np.float64)[kept])
+
+
+def _movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2)."""
+    free = space.position[2 * nodes[:, None] + np.arange(2)] >= 0
+    led, along = _directions(scene)[number], frames(np.array(scene.tools[number].normal))
+    return np.column_stack(
+        [free_along(free, direction) | (abs(float(led @ direction)) > ACROSS) for direction in along]
+    )
 
 
 def _directions(scene: Scene) -> Floats:
     """Directions (k, d) along which forces drive the tools; zero where none does."""
     return scene.led(np.ones(len(scene.pushed)))
-
-
-def _across(tool: FlatTool, motion: Floats) -> Floats:
-    """The part of motions (…, d) that a force on the tool does not let go of."""
-    if tool.driven_by is None:
-        return motion
-    direction = tool.driven_by.direction
-    return motion - (motion @ direction)[..., None] * direction
 
 
 def _normals(scene: Scene) -> Floats:

@@ -102,8 +102,8 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
         return ()
     active = Active.of(iterate, r)
     node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
-    if iterate.translated.size:
-        # Tools that forces drive bind the contacts of all nodes together.
+    if iterate.translated.size or system.candidates.weighted:
+        # Tools that forces drive bind the contacts of all nodes together, and so do nodes that contacts have in common.
         return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)
     unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)

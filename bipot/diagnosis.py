@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import null_space
 
+from bipot import supported
 from bipot.certificate import Bounds
 from bipot.contact import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
@@ -28,7 +29,7 @@ def diagnosis(system: System, state: State, tau: float) -> str | None:
 def _blocked(system: System, state: State, tau: float) -> str | None:
     """A tool driven into a node that is held along its normal."""
     scene = system.body.scene
-    found = system.candidates.driven_into(scene.placed(tau, state.translation), scene.driven(tau))
+    found = supported.driven_into(system.candidates, scene.placed(tau, state.translation), scene.driven(tau))
     if found.depth <= Bounds().penetration * scene.mesh.size:
         return None
     return (

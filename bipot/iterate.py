@@ -12,7 +12,8 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.contact import LEAST_MOTION, Touching
+from bipot import supported
+from bipot.contact import LEAST_MOTION
 from bipot.fem.strain import Scratch
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
@@ -46,7 +47,7 @@ class Increment:
 
         No unknown knows of the friction there, which goes from tool to support.
         """
-        return self.system.candidates.dragged(self.travel, self.driven)
+        return supported.dragged(self.system.candidates, self.travel, self.driven)
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -mu r_n sign(slip) where the slip is known: of tool and support."""
@@ -60,7 +61,8 @@ class Increment:
         """A node that a support drives off or along a tool it is welded to."""
         start = self.start
         placed = self.system.body.scene.placed(start.tau, start.translation)
-        return self.system.candidates.torn(Touching(start.gap, start.nodes, placed), self.travel, self.driven)
+        touching = supported.Touching(start.gap, start.nodes, placed)
+        return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property
     def load_before(self) -> Floats:
@@ -93,7 +95,7 @@ class Increment:
         """Depth in a tool of nodes that are held, hence no contacts."""
         scene = self.system.body.scene
         placed = scene.placed(self.tau, self.start.translation)
-        return self.system.candidates.driven_into(placed, scene.driven(self.tau)).depth
+        return supported.driven_into(self.system.candidates, placed, scene.driven(self.tau)).depth
 
     @cached_property
     def units(self) -> Units:

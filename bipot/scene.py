@@ -36,7 +36,7 @@ from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import Plane, planes_of, require_mirrored, share
-from bipot.tools import FlatTool, Force
+from bipot.tools import FlatTool, Force, Sampling
 from bipot.typing import Bools, Floats, Ints, read_only
 
 INSIDE = 1e-9
@@ -222,8 +222,9 @@ class Scene:
         depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(2)).min())
         outside = force is None or depth <= INSIDE * self.mesh.size
         require(outside, f"{label}.point", tool.point, f"off the body, not inside it by {depth:.3g}: a force drives it")
+        points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
         for node in tool.mu_at:
-            require(node in nodes, "mu_at node", node, "one of the tool's candidates")
+            require(node in points, "mu_at node", node, "one of the tool's candidates (ends of edges if weighted)")
 
 
 def free_along(free: Bools, direction: Floats) -> Bools:
@@ -245,6 +246,7 @@ def upsetting(
     quadrature: Quadrature | None = None,
     volume: VolumeChange | None = VolumeChange.AS_IS,
     configuration: Configuration = Configuration.MIDPOINT,
+    sampling: Sampling = Sampling.NODES,
 ) -> Scene:
     """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
 
@@ -269,6 +271,7 @@ def upsetting(
         travel=(0.0, -reduction * height / 2),
         candidates=("top", "side"),
         mu=mu,
+        sampling=sampling,
     )
     return Scene(
         mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element),

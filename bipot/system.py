@@ -50,8 +50,7 @@ class System:
 
     def reactions(self, element_forces: Floats, load: Floats, r: Floats) -> Floats:
         """Forces (a, d) of the supports that balance element forces (e, dk), nodal loads (a, d), contacts r (c, d)."""
-        out = self.body.space.nodal(element_forces) - load
-        np.add.at(out, self.candidates.node, -self.candidates.vectors(r))
+        out = self.body.space.nodal(element_forces) - load - self.candidates.nodal(self.candidates.vectors(r))
         out.ravel()[self.body.space.free] = 0.0
         return out
 
@@ -72,7 +71,10 @@ class System:
 
     @cached_property
     def shares(self) -> bool:
-        """Whether any node could have more contact forces than free unknowns, or two contacts."""
+        """Whether any node could have more contact forces than free unknowns, or two contacts.
+
+        Weighted points have, besides nodes that others take part in, a node in the middle of an edge.
+        """
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
         forces = 1 + (d - 1) * contacts.tangent_free

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +27,16 @@ LARGEST_MU = 1e12
 
 ACROSS = 1e-12
 """A component below this fraction of a vector is round-off of its direction."""
+
+
+class Sampling(StrEnum):
+    """Where on a surface the law of contact is posed (:mod:`bipot.sampling`).
+
+    On linear edges the two are one; on quadratic ones ``WEIGHTED`` has pressures that the law itself keeps above zero.
+    """
+
+    NODES = "nodes"
+    WEIGHTED = "weighted"
 
 
 @dataclass(frozen=True)
@@ -76,6 +87,8 @@ class FlatTool:
 
     ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path.
 
+    ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
+
     Raises:
         SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
             (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool off
@@ -90,6 +103,7 @@ class FlatTool:
     path: Path = ((0.0, 0.0), (1.0, 1.0))
     mu_at: Mapping[int, float] = field(default_factory=dict)
     driven_by: Force | None = None
+    sampling: Sampling = Sampling.NODES
 
     def __post_init__(self) -> None:
         for name in ("point", "normal", "travel"):
@@ -105,6 +119,7 @@ class FlatTool:
             require_number(mu, f"mu_at[{node}]")
             require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
         object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
+        require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         self._check_force()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))

@@ -1,15 +1,19 @@
-r"""Tractions recovered from nodal contact forces on the contact line, and the status of its points.
+r"""Tractions of contact forces on the contact line, and the status of its points.
 
-The law is posed on forces; a traction is recovered, not solved for. The contact line of a tool is made of the current
-edges of its candidate boundaries of which at least two nodes are closed, with dA = 2 pi r ds
-(axisymmetric) or ds (plane strain), and
+Where contact is posed in the mean around the ends of edges (:mod:`bipot.sampling`), the forces are those of a traction,
+t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, the cone being convex, sign
+and cone in between; it comes down to zero at the first open point. :func:`tractions` gives it.
+
+Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
+of a tool is made of the current edges of its candidate boundaries of which at least two nodes are closed, with
+dA = 2 pi r ds (axisymmetric) or ds (plane strain), and
 
     A_ei = int_e N_i dA,    A_i = sum_e A_ei,    A_e = sum_i A_ei.
 
 Three recoveries, of which the first two combine forces with weights >= 0. Coulomb's cone is convex, so they obey sign
 and cone because the forces do:
 
-    nodal        t_i = r_i/A_i,                             :func:`recovered_tractions`, what results hold,
+    nodal        t_i = r_i/A_i,                             :func:`tractions`, what results hold,
     edge means   t_e = sum_i (A_ei/A_i) r_i / A_e,          :func:`edge_tractions`, what figures draw,
     consistent   M t = r,  M_ij = sum_e int_e N_i N_j dA,   :func:`consistent_tractions`.
 
@@ -37,7 +41,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import status
-from bipot.tools import FlatTool
+from bipot.sampling import hat_areas
 from bipot.typing import Bools, Floats, Ints
 
 SLIP_TOLERANCE = 1e-6
@@ -49,9 +53,9 @@ LEAST_SHARE = 0.05
 
 @dataclass(frozen=True)
 class Traction:
-    """What each candidate carries and does: recovered pressure (c,) and shear (c,) along t, status (c,), thresholds.
+    """What each candidate carries and does: pressure (c,) and shear (c,) along t, status (c,), thresholds.
 
-    The recovered tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
+    The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
     line. ``status`` holds :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and
     ``slip_tol`` (length).
     """
@@ -66,24 +70,27 @@ class Traction:
 def traction(iterate: Iterate, r: Floats) -> Traction:
     """Traction and status of contact forces r (c, d) of all candidates at the iterate, where that is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
-    pressure, shear = recovered_tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r))
+    pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r))
     state = status(r, iterate.motion, 0.0, iterate.rows.mu, force_tol, slip_tol)
     return Traction(pressure, shear, state, force_tol, slip_tol)
 
 
-def recovered_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
-    """Nodal pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
+def tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
+    """Pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
 
     Within sign and cone to the last digit: what the forces themselves miss, round-off of an accepted increment, is
     projected.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
-    for number, tool in enumerate(candidates.scene.tools):
-        edges = contact_edges(candidates, number, tool, closed)
+    for number in range(len(candidates.scene.tools)):
+        edges = contact_edges(candidates, number, closed)
         line, mu = np.unique(edges), candidates.mu
         if not line.size:
             continue
-        found = nodal_tractions(nodes[candidates.node], edges, candidates.scene.geometry, r)
+        if candidates.points[number].weighted:
+            found = multipliers(candidates, number, nodes, r)
+        else:
+            found = nodal_tractions(nodes[candidates.node], edges, candidates.scene.geometry, r)
         pressure[line] = np.maximum(found[line, 0], 0.0)
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
         limit[~candidates.tangent_free] = 0.0
@@ -123,16 +130,19 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
 
 
 def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
-    """Pressure and shear (c,) by the consistent mass, as :func:`recovered_tractions` but not within sign and cone.
+    """Pressure and shear (c,) by the consistent mass, as :func:`tractions` but not within sign and cone.
 
-    At the axis of a quadratic mesh the row of M sums to zero but M is regular, so nothing is lumped. Where a support
-    holds the tangent the row of the shear is left out.
+    Of weighted points they are the :func:`multipliers`. At the axis of a quadratic mesh the row of M sums to zero but M
+    is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is left out.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
-    for number, tool in enumerate(candidates.scene.tools):
-        edges = contact_edges(candidates, number, tool, closed)
+    for number in range(len(candidates.scene.tools)):
+        edges = contact_edges(candidates, number, closed)
         line, local = np.unique(edges, return_inverse=True)
         if not line.size:
+            continue
+        if candidates.points[number].weighted:
+            pressure[line], shear[line] = multipliers(candidates, number, nodes, r)[line].T
             continue
         mass = edge_mass(nodes, candidates.node[edges], candidates.scene.geometry)
         M = _assemble(mass, local.reshape(edges.shape), len(line))
@@ -144,18 +154,26 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
     return pressure, shear
 
 
-def contact_edges(candidates: Candidates, number: int, tool: FlatTool, closed: Bools) -> Ints:
-    """Edges (f, n) of the tool's boundaries, as candidate numbers, of which at least two nodes are closed.
+def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
+    """Edges (f, n) on the contact line of the tool of that ``number``, as candidate numbers.
 
-    An edge with a node that is no candidate is left out: a support carries part of its force.
+    Of nodes at least two are closed, of weighted points one: its traction goes on to the next. An edge of which one is
+    no candidate is left out: a support carries part of its force.
     """
-    place = np.full(len(candidates.scene.mesh.nodes), -1, dtype=np.intp)
-    mine = np.flatnonzero(candidates.tool == number)
-    place[candidates.node[mine]] = mine
-    mesh = candidates.scene.mesh
-    edges = place[mesh.edges(*tool.candidates)]
+    points = candidates.points[number]
+    edges = candidates.number[number][points.edges]
     edges = edges[(edges >= 0).all(axis=1)]
-    return edges[closed[edges].sum(axis=1) >= 2]
+    return edges[closed[edges].sum(axis=1) >= (1 if points.weighted else 2)]
+
+
+def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
+    """t_p = r_p / int psi_p dA (c, 2) at the weighted points of a tool by its ``number``; zero at other candidates."""
+    points, own = candidates.points[number], candidates.number[number]
+    area = np.zeros(len(own))
+    np.add.at(area, points.edges, hat_areas(nodes, points.lines, candidates.scene.geometry))
+    out = np.zeros(r.shape)
+    out[own[own >= 0]] = r[own[own >= 0]] / area[own >= 0, None]
+    return out
 
 
 def _assemble(mass: Floats, local: Ints, size: int) -> sp.csc_matrix:

@@ -157,7 +157,7 @@ def profile(system: System, accepted: Accepted) -> Profile:
     closed = carries(r)
     pressure, shear = consistent_tractions(points, nodes, r, closed)
     top = np.isin(points.node, scene.mesh.boundary_nodes("top"))
-    edges = contact_edges(points, 0, scene.tools[0], closed)
+    edges = contact_edges(points, 0, closed)
     means = edge_tractions(nodes[points.node], edges, scene.geometry, r)
     radius = nodes[points.node, 0]
     line = np.flatnonzero(top & np.isfinite(pressure))

@@ -93,7 +93,7 @@ def test_overlap_and_edge_tractions_hold_what_the_forces_say(run):
     deepest = overlap(given, last.state.nodes, given.travel(0.0, 1.0))
     assert 0 <= deepest < (1e-3 if element.quadratic else SLIP_TOLERANCE)
     r, candidates = last.solved.r, system.candidates
-    edges = contact_edges(candidates, 0, given.tools[0], r[:, 0] > 0)
+    edges = contact_edges(candidates, 0, r[:, 0] > 0)
     assert edges.shape == given.mesh.boundary("top").shape
     nodes = last.state.nodes[candidates.node]
     means = edge_tractions(nodes, edges, given.geometry, r)

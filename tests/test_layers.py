@@ -23,7 +23,7 @@ LAYERS = (
     ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing", "undisturbed"),
     ("abaqus", "cells", "conic", "elements", "facets", "hdf5", "laws", "mesh", "mesh_files", "paths", "tools"),
     ("certificate", "coulomb", "fem"),
-    ("components", "loads", "programs", "scene", "schedule", "supports", "symmetry"),
+    ("components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
     ("contact", "overlap", "response", "system"),
     (
         "determinacy",
@@ -34,6 +34,7 @@ LAYERS = (
         "iterate",
         "limit_analysis",
         "reason",
+        "supported",
         "traction",
     ),
     ("accepted", "carrying", "course", "energy", "failing", "landing", "marching", "pacing", "starting"),

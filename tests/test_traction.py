@@ -24,8 +24,8 @@ from bipot.traction import (
     contact_edges,
     edge_tractions,
     nodal_tractions,
-    recovered_tractions,
     traction,
+    tractions,
 )
 from tests.scenes import PLANES
 
@@ -103,7 +103,7 @@ def test_an_edge_with_one_closed_node_is_off_the_line():
     x, z = nodes[candidates.node].T
     closed = (z == z.max()) & (x < 5 / 3 + 1e-9)
     r = np.column_stack([closed.astype(float), np.zeros(len(x))])
-    for recover in (recovered_tractions, consistent_tractions):
+    for recover in (tractions, consistent_tractions):
         p, tau = recover(candidates, nodes, r, closed)
         np.testing.assert_array_equal(np.isnan(p), ~closed)
         np.testing.assert_array_equal(np.isnan(tau), ~closed)
@@ -210,7 +210,7 @@ def test_status_agrees_with_forces_and_motion(sticky):
     assert (np.linalg.norm(r[is_[Status.OPEN]], axis=1) <= result.force_tol).all()
 
 
-def test_recovered_tractions_obey_sign_and_cone_where_the_consistent_ones_do_not(sticky):
+def test_tractions_obey_sign_and_cone_where_the_consistent_ones_do_not(sticky):
     system, last = sticky
     r, nodes = last.solved.r, last.state.nodes
     result = last.traction
@@ -234,7 +234,7 @@ def test_round_off_of_the_forces_does_not_leave_the_cone(sticky):
     slip = np.flatnonzero(result.status == Status.SLIP)
     r[slip[0], 1] *= 1 + 1e-9
     r[slip[1]] = -1e-9 * scale, 1e-9 * scale
-    p, tau = recovered_tractions(system.candidates, last.state.nodes, r, last.solved.r[:, 0] > result.force_tol)
+    p, tau = tractions(system.candidates, last.state.nodes, r, last.solved.r[:, 0] > result.force_tol)
     assert p[slip[1]] == tau[slip[1]] == 0
     assert abs(tau[slip[0]]) == 0.3 * p[slip[0]]
 
@@ -277,7 +277,7 @@ def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):
     scene, r = system.body.scene, last.solved.r
     nodes = last.state.nodes[system.candidates.node]
     closed = r[:, 0] > last.traction.force_tol
-    edges = contact_edges(system.candidates, 0, scene.tools[0], closed)
+    edges = contact_edges(system.candidates, 0, closed)
     means = edge_tractions(nodes, edges, scene.geometry, r)
     area = edge_mass(nodes, edges, scene.geometry).sum(axis=(1, 2))
     np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12)

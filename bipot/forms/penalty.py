@@ -157,8 +157,8 @@ def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
     """Edges (f, n), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
     scene = candidates.scene
     for chosen in (closed, np.ones_like(closed)):
-        edges = [contact_edges(candidates, k, tool, chosen) for k, tool in enumerate(scene.tools)]
-        yield candidates.node[np.concatenate(edges)]
+        edges = [candidates.node[contact_edges(candidates, k, chosen)] for k in range(len(scene.tools))]
+        yield np.concatenate(edges)
     yield np.concatenate([scene.mesh.edges(*tool.candidates) for tool in scene.tools])
 
 

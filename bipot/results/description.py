@@ -51,6 +51,7 @@ def _described(scene: Scene) -> dict[str, Any]:
             {
                 **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+                "sampling": t.sampling.value,
                 "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
             }
             for t in scene.tools

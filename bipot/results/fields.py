@@ -92,12 +92,10 @@ def point_fields(system: System, step: Step) -> dict[str, NDArray[Any]]:
         out[node] = values[order]
         return out
 
-    force = np.zeros(mesh.nodes.shape)
-    np.add.at(force, candidates.node, step.forces)
     return {
         "displacement": padded(state.nodes - mesh.nodes),
         "velocity": padded(state.velocity),
-        "contact_force": padded(force),
+        "contact_force": padded(candidates.nodal(step.forces)),
         "recovered_pressure": scatter(step.tractions.recovered_pressure, np.nan),
         "recovered_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),

@@ -1,0 +1,86 @@
+"""Where supports hold candidates against tools: what they drag along them, tear off welds, or drive tools into."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.contact import TOUCHES, Candidates, touches
+from bipot.tensors import norm
+from bipot.tools import FlatTool
+from bipot.typing import Floats
+
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
+ALIGNED = 1e-9
+"""A motion along the tangent below this fraction of what tool and support move by is round-off."""
+
+
+class DrivenInto(NamedTuple):
+    """A tool, a held node in it, and how deep (length, 0 where there is none)."""
+
+    tool: int
+    node: int
+    depth: float
+
+
+class Touching(NamedTuple):
+    """Where an increment starts: gaps (c,), nodes (a, d), and what the tools have ``placed`` (k, d) since rest."""
+
+    gap: Floats
+    nodes: Floats
+    placed: Floats
+
+
+def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
+    """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
+
+    Tools are displaced by ``placed`` (k, d) since rest, held nodes by what is ``driven`` (a, d).
+    """
+    worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
+    for k, (tool, nodes, moved) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
+        plane, level = tool.offset(moved), nodes_at[nodes] @ np.array(tool.normal)
+        # What round-off of the two positions makes of their difference is no depth.
+        depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
+        if len(nodes) and depth.max() > worst.depth:
+            worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
+    return worst
+
+
+def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
+    """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal.
+
+    In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
+    """
+    moved = candidates.approach(travel, driven[candidates.node])
+    # Against what both move by: that they move together is a difference of round-off.
+    lengths = norm(travel)[candidates.tool] + norm(driven[candidates.node])
+    small = np.abs(moved[:, 1]) <= ALIGNED * lengths
+    return np.where(candidates.tangent_free | small, 0.0, -moved[:, 1])
+
+
+def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
+    """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
+
+    ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
+    """
+    size = candidates.scene.mesh.size
+    along = candidates.welded & touches(start.gap, size)
+    slipping = candidates.node[along & (dragged(candidates, travel, driven) != 0)]
+    if slipping.size:
+        return int(slipping[0])
+    for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
+        apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
+        near = touches(tool.distance(start.nodes[held], placed), size)
+        if tool.welded and (apart & near).any():
+            return int(held[apart & near][0])
+    return None
+
+
+def _across(tool: FlatTool, motion: Floats) -> Floats:
+    """The part of motions (…, d) that a force on the tool does not let go of."""
+    if tool.driven_by is None:
+        return motion
+    direction = tool.driven_by.direction
+    return motion - (motion @ direction)[..., None] * direction
