@@ -26,14 +26,7 @@ from tests.courses import (
     upset,
 )
 
-EVERYWHERE = ("tangent", "newton")
-EACH = [
-    pytest.param(make, name, id=f"{make.__name__}, {name}")
-    for make in EVENTS
-    for name in FORMS
-    if name in EVERYWHERE or make in (upset, landing, moving)
-]
-"""The two forms that marches begin with in every event, the others in those that ask for all of a course."""
+EACH = [pytest.param(make, name, id=f"{make.__name__}, {name}") for make in EVENTS for name in FORMS]
 
 
 def goes_on(asked: March) -> None:
