@@ -64,7 +64,8 @@ def test_an_element_with_two_straight_corners_is_folded(apart):
 def test_a_straight_corner_does_not_excuse_another_element():
     """Each of two elements may have one; where a third is folded, that is the one which is named."""
     straight, folded = dented(0.0), dented(-0.1)
-    nodes = np.concatenate([straight, straight + [2.0, 0.0], folded + [4.0, 0.0]])
+    aside = np.array([2.0, 0.0])
+    nodes = np.concatenate([straight, straight + aside, folded + 2 * aside])
     elements = np.arange(12).reshape(3, 4)
     refuse_folded({"here": nodes}, elements[:2], Geometry.PLANE_STRAIN, straight=True)
     with pytest.raises(InvertedElement, match="element 2 at"):
