@@ -31,12 +31,11 @@ from bipot.overlap import overlap
 from bipot.progress import terminal
 from bipot.scene import Scene, upsetting
 from bipot.system import System
-from bipot.traction import consistent_tractions
 from bipot.typing import Floats
+from studies import corner
 from studies.accuracy.limits import extrapolated
 from studies.accuracy.row import Row
 from studies.command import command, say
-from studies.corner import alternation
 from studies.element_types import ElementType
 from studies.outputs import add_options, opened
 from studies.pool import completed
@@ -123,15 +122,11 @@ def profile(system: System, accepted: Accepted) -> dict[str, Floats]:
 
 def alternating(system: System, accepted: Accepted, force: float) -> tuple[float, float]:
     """``line`` and ``corner`` along what was the top at rest; no number of fewer than five nodes."""
-    r, points, nodes = accepted.solved.r, system.candidates, accepted.state.nodes
-    pressure, _ = consistent_tractions(points, nodes, r, carries(r))
-    top = np.isin(points.node, system.body.scene.mesh.boundary_nodes("top"))
-    line = np.flatnonzero(top & np.isfinite(pressure))
-    line = line[np.argsort(nodes[points.node[line], 0])]
-    if len(line) < 5:
+    along = corner.profile(system, accepted)
+    if len(along.radius) < 5:
         return float("nan"), float("nan")
-    mean = force / (np.pi * nodes[points.node[line], 0].max() ** 2)
-    amplitude = alternation(pressure[line])
+    mean = force / (np.pi * along.radius[-1] ** 2)
+    amplitude = corner.alternation(along.consistent_pressure)
     return float(np.sqrt(np.mean(amplitude**2))) / mean, float(amplitude[-1]) / mean
 
 
