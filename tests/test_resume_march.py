@@ -32,13 +32,12 @@ EACH = [pytest.param(make, name, id=f"{make.__name__}, {name}") for make in EVEN
 def goes_on(asked: March) -> None:
     """Every increment from the course before it, read back, and the whole rest from the one half-way."""
     whole = asked.run()
-    seen = [asked.seen(accepted) for accepted in whole]
-    for before, expected in zip(whole[:-1], seen[1:], strict=True):
-        following = next(march(asked.scene, asked.schedule, asked.control, stored(before.course)))
-        assert unlike([expected], [asked.seen(following)]) == []
-    half = len(whole) // 2
-    rest = asked.run(start=stored(whole[half - 1].course))
-    assert unlike(seen[half:], [asked.seen(accepted) for accepted in rest]) == []
+    seen, half = [asked.seen(accepted) for accepted in whole], len(whole) // 2
+    for number, before in enumerate(whole[:-1], start=1):
+        going_on = march(asked.scene, asked.schedule, asked.control, stored(before.course))
+        following = list(going_on) if number == half else [next(going_on)]
+        expected = seen[number:] if number == half else seen[number : number + 1]
+        assert unlike(expected, [asked.seen(accepted) for accepted in following]) == []
 
 
 @pytest.mark.parametrize(("make", "name"), EACH)
