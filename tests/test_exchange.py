@@ -128,12 +128,12 @@ def test_the_proximal_point_reaches_them(exported):
     assert np.abs(answer.r - own).max() <= 1e-6 * np.abs(own).max()
 
 
-@pytest.mark.parametrize(("solver", "steps"), [(GaussSeidel(), 120), (Uzawa(), 1200)], ids=["gauss-seidel", "uzawa"])
+@pytest.mark.parametrize(("solver", "steps"), [(GaussSeidel(), 40), (Uzawa(), 400)], ids=["gauss-seidel", "uzawa"])
 def test_first_order_solvers_come_nearer_and_are_named_as_not_converged(solver, steps, exported):
-    """Their errors are 0.72 and 0.19 then, and half a minute does not bring them to an end."""
+    """Their errors are 0.83 and 0.30 then, and half a minute does not bring them to an end."""
     _, problem, own = exported
     first, last = (run(solver, problem, Limits(tol=1e-10, iterations=n)) for n in (steps // 4, steps))
-    assert np.abs(last.r - own).max() < 0.9 * np.abs(first.r - own).max() < 0.9 * np.abs(own).max()
+    assert np.abs(last.r - own).max() < 0.9 * min(np.abs(first.r - own).max(), np.abs(own).max())
     assert not last.converged
     assert f"{solver.name} stopped" in last.reason
     assert "iteration limit" in last.reason
