@@ -6,7 +6,7 @@ results by name and its certificate. Public names by subject; everything else is
 
 * scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange,
   upsetting
-* meshes: Mesh, Element, block, cylinder, ring
+* meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -61,6 +61,7 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
+from bipot.layout import Layout
 from bipot.limit_analysis import LimitLoad, limit_load
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
@@ -109,6 +110,7 @@ __all__ = [
     "InfeasibleProgram",
     "Integration",
     "InvertedElement",
+    "Layout",
     "LimitLoad",
     "LimitPassed",
     "Limits",
