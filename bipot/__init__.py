@@ -4,9 +4,9 @@ Newton's method on the program's optimality conditions solves it where that ends
 scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
-* scene: Scene, FlatTool, Force, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange,
-  upsetting
-* meshes: Mesh, Element, block, cylinder, ring
+* scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
+* tools: FlatTool, Sampling, Force
+* meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -61,6 +61,7 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
+from bipot.layout import Layout
 from bipot.limit_analysis import LimitLoad, limit_load
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
@@ -72,7 +73,7 @@ from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Force
+from bipot.tools import FlatTool, Force, Sampling
 
 __version__ = "0.1.0"
 
@@ -109,6 +110,7 @@ __all__ = [
     "InfeasibleProgram",
     "Integration",
     "InvertedElement",
+    "Layout",
     "LimitLoad",
     "LimitPassed",
     "Limits",
@@ -132,6 +134,7 @@ __all__ = [
     "Safeguard",
     "Scene",
     "SceneError",
+    "Sampling",
     "Schedule",
     "State",
     "Support",

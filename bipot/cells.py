@@ -1,4 +1,4 @@
-"""Cells of one kind made into those of another: rectangles of a tensor mesh, triangles, mid-sides, centres."""
+"""Cells of one kind made into those of another: mid-sides and centres; sizes along a side, and how many may be."""
 
 from __future__ import annotations
 
@@ -28,34 +28,15 @@ class Parts(NamedTuple):
     boundaries: Mapping[str, Ints]
 
 
-def tensor(x: Floats, y: Floats, names: tuple[str, str, str, str], element: Element) -> Parts:
-    """The rectangle between the lines ``x`` (n + 1,) and ``y`` (m + 1,), its sides x0, x1, y0, y1 called ``names``.
-
-    Triangles halve the rectangles along diagonals that alternate like the squares of a chessboard.
-    """
-    number = np.arange(len(x) * len(y)).reshape(len(x), len(y))
-    nodes = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    around = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
-    cells = np.stack(around, axis=-1).reshape(-1, 4)
-    if element.corners == 3:
-        black = np.indices((len(x) - 1, len(y) - 1)).sum(axis=0).ravel() % 2 == 0
-        cells = np.where(black[:, None], cells, np.roll(cells, 1, axis=1))
-        cells = cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
-    along = (number[0], number[-1], number[:, 0], number[:, -1])
-    ends = {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, along, strict=True)}
-    return converted(Parts(nodes, cells, ends), element)
-
-
-def require_room(counts: tuple[int, int], element: Element, fields: tuple[str, str]) -> None:
-    """Refuse ``counts`` of rectangles along two axes, called ``fields``, that are more than memory has room for.
+def require_room(quadrilaterals: int, element: Element, field: str, value: int) -> None:
+    """Refuse a ``value`` of ``field`` that makes more ``quadrilaterals``, or halves of them, than memory has room for.
 
     Raises:
-        SceneError: naming the larger of the two.
+        SceneError: naming the field.
     """
-    # In a large mesh a rectangle has one corner, two mid-sides and a centre of its own; two triangles have four nodes.
+    # In a large mesh each has one corner, two mid-sides and a centre of its own, and halves have four nodes together.
     own = 1 if not element.quadratic else 3 if element.corners == 4 and not element.centred else 4
-    first, second = (int(count) for count in counts)
-    require_memory(own * first * second, fields[second > first], max(first, second))
+    require_memory(own * quadrilaterals, field, value)
 
 
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:

@@ -16,13 +16,15 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.contact import touches
 from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
-from bipot.programs.dissipation import PlasticModel
 from bipot.programs.limit import LimitProgram, Mechanism
+from bipot.response import Body
 from bipot.scene import Scene
 from bipot.system import system_of
+from bipot.tensors import identity
 from bipot.typing import Bools, Floats, read_only
 
 SATURATED = 1e9
@@ -108,11 +110,10 @@ def _touching(increment: Increment) -> Bools:
     return touches(increment.start.gap, increment.system.body.scene.mesh.size)
 
 
-def _independent(model: PlasticModel, projection: Projection) -> sp.csr_matrix:
+def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:
     """Rows (e k, n) of sum_q w phi_k tr B v, each over its length: all vanish where tr B v, in span phi, does."""
-    phi = projection.functions
-    weighted = (model.weight.reshape(phi.shape[:2])[..., None] * phi).transpose(0, 2, 1)
-    rows = sp.csr_matrix(sp.block_diag(list(weighted), format="csr") @ model.volumetric)
+    changes = identity(kin.reduction.mandel) @ kin.B
+    rows = body.space.operator(np.einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes))
     length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
     return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
 
@@ -120,10 +121,11 @@ def _independent(model: PlasticModel, projection: Projection) -> sp.csr_matrix:
 def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     """What the kinematic program finds, in these units."""
     body, state, units = increment.system.body, increment.start, _units(increment.system.body.scene)
-    model = body.plastic_model(body.respond(state, np.zeros(body.space.size)))
+    response = body.respond(state, np.zeros(body.space.size))
+    model = body.plastic_model(response)
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
     # A form's program caps what it need not reach; here the load may.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
-    volumes = None if body.projection is None else _independent(scaled, body.projection)
+    volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)
     program = LimitProgram(scaled, _load(increment) / units.force, rows, volumes)
     return program.mechanism(Clarabel(), ACCURATE)

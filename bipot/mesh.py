@@ -13,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from bipot.cells import Parts, converted, graded, require_room, tensor
+from bipot.cells import Parts, converted
 from bipot.elements import Element
 from bipot.errors import (
     LARGEST_LENGTH,
     require,
-    require_count,
     require_magnitude,
     require_number,
     require_positive,
@@ -26,6 +25,7 @@ from bipot.errors import (
 )
 from bipot.facets import Facets, require_facets, require_one_part
 from bipot.frozen import FrozenMap
+from bipot.layout import Layout, rectangle
 from bipot.mesh_files import of_meshio, of_skfem, to_meshio
 from bipot.typing import Floats, Ints, as_array, read_only
 
@@ -188,23 +188,40 @@ class Mesh:
 
 
 def cylinder(
-    radius: float, height: float, n_r: int, n_z: int, grading: Grading = UNIFORM, element: Element = Element.Q4
+    radius: float,
+    height: float,
+    n_r: int,
+    n_z: int,
+    grading: Grading = UNIFORM,
+    element: Element = Element.Q4,
+    layout: Layout = Layout.TENSOR,
 ) -> Mesh:
     """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
+
+    ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.layout.Layout`).
 
     >>> cylinder(5.0, 5.0, 2, 2).elements.shape
     (4, 4)
     """
     require_positive(radius=radius, height=height)
-    return _rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element)
+    return Mesh(
+        *rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element, layout)
+    )
 
 
 def block(
-    width: float, height: float, n_x: int, n_y: int, grading: Grading = UNIFORM, element: Element = Element.Q4
+    width: float,
+    height: float,
+    n_x: int,
+    n_y: int,
+    grading: Grading = UNIFORM,
+    element: Element = Element.Q4,
+    layout: Layout = Layout.TENSOR,
 ) -> Mesh:
     """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
 
-    Of triangles two make a rectangle, halved along diagonals that alternate like the squares of a chessboard.
+    ``layout`` says how elements meet in the corner of top and right (:class:`~bipot.layout.Layout`). Of triangles two
+    make a quadrilateral, halved along diagonals that alternate like the squares of a chessboard.
 
     >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
     3
@@ -212,7 +229,9 @@ def block(
     (6, 6)
     """
     require_positive(width=width, height=height)
-    return _rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"), element)
+    return Mesh(
+        *rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"), element, layout)
+    )
 
 
 def ring(
@@ -223,31 +242,18 @@ def ring(
     n_z: int,
     grading: Grading = UNIFORM,
     element: Element = Element.Q4,
+    layout: Layout = Layout.TENSOR,
 ) -> Mesh:
-    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z."""
+    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z.
+
+    ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.layout.Layout`).
+    """
     require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return _rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"), element)
-
-
-def _rectangle(
-    x: tuple[float, float],
-    y: tuple[float, float],
-    counts: tuple[int, int],
-    grading: Grading,
-    names: tuple[str, str, str, str],
-    element: Element,
-) -> Mesh:
-    """Tensor mesh; ``names`` are those of the sides x0, x1, y0, y1."""
-    fields = ("elements along the first axis", "elements along the second axis")
-    for count, field_name in zip(counts, fields, strict=True):
-        require_count(count, field_name)
-    require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
-    require_type(element, Element, "element")
-    require_room(counts, element, fields)
-    along = [graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True)]
-    return Mesh(*tensor(along[0], along[1], names, element))
+    return Mesh(
+        *rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"), element, layout)
+    )
 
 
 def _require_near(nodes: Floats) -> None:

@@ -11,7 +11,6 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.cells import require_room
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -31,6 +30,7 @@ from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
@@ -246,12 +246,14 @@ def upsetting(
     quadrature: Quadrature | None = None,
     volume: VolumeChange | None = VolumeChange.AS_IS,
     configuration: Configuration = Configuration.MIDPOINT,
+    layout: Layout = Layout.TENSOR,
     sampling: Sampling = Sampling.NODES,
 ) -> Scene:
     """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
 
     The paper's data are the defaults (N, mm, MPa): 10 x 10 mm, E = 210000, nu = 0.3, sigma_Y = 300, perfect
-    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) of the first.
+    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) of the first. Quadratic
+    elements with a projected ``volume`` come so far in the fanned ``layout`` only (:class:`~bipot.layout.Layout`).
 
     Raises:
         SceneError: naming the field, the value and the allowed range.
@@ -264,7 +266,7 @@ def upsetting(
     require_positive(height=height, diameter=diameter)
     require_count(elements, "elements")
     require_type(element, Element, "element")
-    require_room((elements, elements), element, ("elements", "elements"))
+    require_layout_room((elements, elements), element, layout, ("elements", "elements"))
     punch = FlatTool(
         point=(0.0, height / 2),
         normal=(0.0, -1.0),
@@ -274,7 +276,7 @@ def upsetting(
         sampling=sampling,
     )
     return Scene(
-        mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element),
+        mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element, layout=layout),
         geometry=Geometry.AXISYMMETRIC,
         material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
         supports=(Support("axis", 0), Symmetry("base", 1)),

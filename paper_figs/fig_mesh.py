@@ -1,7 +1,9 @@
-r"""Tractions along the punch with the paper's element and with the best one, and the mesh's error of the force.
+r"""Tractions along the punch and the force with the paper's element and with the best one, against the finest mesh.
 
-Above recovered pressure and shear at 45 % with as many unknowns as in the paper, and on the finest mesh of the best
-element; below the distance of the force from its limit, with the half width of that limit's band, over the unknowns.
+Above recovered pressure and shear at 45 %, with as many unknowns as in the paper and on the finest mesh; then the force
+over that without friction, with the band of its limit (:mod:`studies.accuracy.limits`) at every reduction; below the
+distance of the force at 45 % on the smooth curve through each run (:mod:`studies.accuracy.smooth`) from its limit, with
+the half width of that limit's band, over the unknowns.
 
 python -m paper_figs.fig_mesh [--results results/accuracy] [--out DIR]
 """
@@ -19,97 +21,134 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot.errors import ResultsError
+from bipot.layout import Layout
+from bipot.scene import upsetting
+from bipot.typing import Floats
+from paper_figs.closed_forms import Cylinder
 from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
-from studies.accuracy.mesh import NAME, named
+from studies.accuracy.limits import Limit, courses_of, limit
+from studies.accuracy.mesh import NAME, REDUCTION
+from studies.accuracy.mesh import name as named
+from studies.accuracy.row import Row
+from studies.accuracy.smooth import AT, smoothed
 from studies.element_types import ElementType
 from studies.outputs import read_curves
-from studies.tables import Value, read_csv
+from studies.tables import read_rows
 
-Rows = list[dict[str, Value]]
-Curves = Mapping[str, Mapping[str, Any]]
+Curves = Mapping[Row, Mapping[str, Any]]
+Kind = tuple[ElementType, Layout]
 
 COMMAND = "python -m studies.accuracy.mesh --out {out}"
-SHOWN, EARLY = 0.45, 0.2
-PAPERS, BEST = ElementType.Q8, ElementType.Q4P0
+FORCE = "force_N"
+PAPERS: Kind = (ElementType.Q8, Layout.TENSOR)
+BEST: Kind = (ElementType.Q4P0, Layout.TENSOR)
+FINEST: Kind = (ElementType.Q4P0, Layout.FANNED)
 PURPLE, ORANGE = "#CC79A7", "#E69F00"
-LOOKS: dict[ElementType, dict[str, Any]] = {
-    ElementType.Q8: {"color": VERMILLION, "marker": "o", "label": "Q8, 7 points (the paper's)"},
-    ElementType.Q8P1: {"color": GREEN, "marker": "^", "label": "Q8/P1"},
-    ElementType.Q9P1: {"color": PURPLE, "marker": "D", "label": "Q9/P1"},
-    ElementType.T6: {"color": ORANGE, "marker": "v", "label": "T6/P0"},
-    ElementType.Q4P0: {"color": BLUE, "marker": "s", "label": "Q4/P0"},
+LOOKS: dict[Kind, dict[str, Any]] = {
+    PAPERS: {"color": VERMILLION, "marker": "o", "label": "Q8 (the paper's)"},
+    BEST: {"color": BLUE, "marker": "s", "label": "Q4/P0"},
+    FINEST: {"color": ORANGE, "marker": "v", "ls": "--", "label": "Q4/P0, fanned"},
+    (ElementType.Q8P1, Layout.FANNED): {"color": GREEN, "marker": "^", "ls": "--", "label": "Q8/P1, fanned"},
+    (ElementType.Q9P1, Layout.FANNED): {"color": PURPLE, "marker": "D", "ls": "--", "label": "Q9/P1, fanned"},
 }
+GRID = np.linspace(0.02, REDUCTION, 87)
+"""Reductions of the band."""
 
 
-def draw(rows: Rows, limits: Rows, curves: Curves) -> Figure:
+def draw(rows: Sequence[Row], limits: Sequence[Limit], curves: Curves) -> Figure:
     """A column a coefficient with friction."""
-    mus = sorted({float(row["mu"]) for row in rows if row["mu"] != 0})
-    figure = Figure(figsize=(WIDTH, 7.0), layout="constrained")
-    axes = figure.subplots(3, len(mus), squeeze=False, height_ratios=(1, 1, 1.15))
-    for (pressure, shear, error), mu in zip(axes.T, mus, strict=True):
-        tractions(pressure, shear, [row for row in rows if row["mu"] == mu], curves, mu)
-        errors(error, [row for row in rows if row["mu"] == mu], [row for row in limits if row["mu"] == mu])
+    mus = sorted({row.mu for row in rows if row.mu > 0})
+    figure = Figure(figsize=(WIDTH, 8.9), layout="constrained")
+    axes = figure.subplots(4, len(mus), squeeze=False, height_ratios=(1, 1, 1.35, 1.25))
+    for (pressure, shear, force, error), mu in zip(axes.T, mus, strict=True):
+        mine = [row for row in rows if row.mu == mu]
         pressure.set_title(rf"$\mu$ = {mu:g}")
+        tractions(pressure, shear, mine, curves)
+        forces(force, mine, curves)
+        errors(error, mine, curves, [one for one in limits if one.mu == mu and one.quantity == FORCE])
     axes[0, 0].set_ylabel("recovered pressure\nat 45 % [MPa]")
     axes[1, 0].set_ylabel("recovered shear, size,\nat 45 % [MPa]")
-    axes[2, 0].set_ylabel("force from its limit, relative")
+    axes[2, 0].set_ylabel("force over that\nwithout friction")
+    axes[3, 0].set_ylabel("smooth force at 45 %\nfrom its limit, relative")
     axes[1, 0].legend(loc="upper left")
-    figure.legend(*_keys(axes[2]), loc="outside lower center", ncols=3)
+    axes[2, 0].legend(loc="upper left")
+    figure.legend(*_keys(axes[3]), loc="outside lower center", ncols=3)
     return figure
 
 
-WORDS = {PAPERS: "Q8", BEST: "Q4/P0"}
+def chosen(rows: Sequence[Row]) -> list[tuple[Row, dict[str, Any]]]:
+    """The paper's mesh, one of about as many unknowns of the best element, and the finest, with their looks."""
+    papers = next((row for row in _of(rows, PAPERS) if row.elements == 10), None) or _of(rows, PAPERS)[-1]
+    near = min(_of(rows, BEST), key=lambda row: abs(row.unknowns - papers.unknowns))
+    return [
+        (papers, LOOKS[PAPERS] | _said(papers, "Q8")),
+        (near, LOOKS[BEST] | _said(near, "Q4/P0")),
+        (_of(rows, FINEST)[-1], {"color": "black", "ls": "--", **_said(_of(rows, FINEST)[-1], "Q4/P0, fanned")}),
+    ]
 
 
-def tractions(pressure: Axes, shear: Axes, rows: Rows, curves: Curves, mu: float) -> None:
-    """Of the paper's mesh, of one of about as many unknowns of the best element, and of its finest."""
-    papers = next((r for r in _of(rows, PAPERS) if r["elements"] == 10), None) or _of(rows, PAPERS)[-1]
-    best = _of(rows, BEST)
-    near = min(best, key=lambda row: abs(int(row["unknowns"]) - int(papers["unknowns"])))
-    chosen = (
-        (papers, PAPERS, {"ms": 3.5, "lw": 0.9}),
-        (near, BEST, {"ms": 3, "lw": 0.9}),
-        (best[-1], BEST, {"marker": "", "color": "black", "lw": 1.0, "ls": "--"}),
-    )
-    for row, kind, look in chosen:
-        along = curves[named(mu, kind.value, int(row["elements"]), SHOWN)]
-        said = f"{WORDS[kind]}, {row['elements']:g} x {row['elements']:g}"
-        style: dict[str, Any] = LOOKS[kind] | look | {"label": said}
+def tractions(pressure: Axes, shear: Axes, rows: Sequence[Row], curves: Curves) -> None:
+    """Along the punch, from the axis to the last node that carries."""
+    for row, look in chosen(rows):
+        along = curves[row]
+        style: dict[str, Any] = {"lw": 0.9, "ms": 3, **look}
         pressure.plot(along["radius"], along["pressure"], **style)
         shear.plot(along["radius"], np.abs(along["shear"]), **style)
-    largest = max(float(curves[named(mu, BEST.value, int(row["elements"]), SHOWN)]["pressure"].max()) for row in best)
+    (papers, _), *others = chosen(rows)
+    largest = max(float(curves[row]["pressure"].max()) for row, _ in others)
     pressure.set(ylim=(0, 1.05 * largest), xlim=(0, None))
-    _say_outside(pressure, curves[named(mu, PAPERS.value, int(papers["elements"]), SHOWN)]["pressure"])
+    _say_outside(pressure, curves[papers]["pressure"])
     pressure.tick_params(labelbottom=False)
     shear.set(xlabel="radius [mm]", xlim=pressure.get_xlim(), ylim=(0, None))
 
 
-def _say_outside(ax: Axes, values: Any) -> None:
+def _say_outside(ax: Axes, values: Floats) -> None:
     """How many values are above the frame, and up to where."""
-    top = ax.get_ylim()[1]
-    above = np.asarray(values)[np.asarray(values) > top]
+    above = values[values > ax.get_ylim()[1]]
     if above.size:
-        said = f"{above.size} of the paper's above,\nup to {above.max():.0f} MPa"
+        said = f"{above.size} of Q8 above the frame,\nup to {above.max():.0f} MPa"
         ax.text(0.03, 0.95, said, transform=ax.transAxes, va="top", fontsize=7, color=GREY)
 
 
-def errors(ax: Axes, rows: Rows, limits: Rows) -> None:
-    """Over the unknowns: hollow markers at 20 %, full ones at 45 %; the bands of the limits in grey."""
-    for reduction, fill, dashes in ((EARLY, "none", ":"), (SHOWN, "full", "-")):
-        found = [r for r in limits if r["reduction"] == reduction and r["quantity"] == "force_N"]
-        if not found:
-            continue
-        limit, band = float(found[0]["value"]), float(found[0]["band"])
+def forces(ax: Axes, rows: Sequence[Row], curves: Curves) -> None:
+    """The courses over the closed form without friction, and the band of the limit of the smooth ones."""
+    (courses,) = courses_of(rows, curves).values()
+    told = np.array([limit(courses, FORCE, reduction)[:2] for reduction in GRID.tolist()])
+    free = cylinder().exact_force(GRID)
+    value, band = told.T
+    edges = (value - band) / free, (value + band) / free
+    ax.fill_between(100 * GRID, *edges, color="0.75", lw=0, label="band of the force's limit", zorder=0)
+    for row, look in chosen(rows):
+        kept = curves[row][AT] >= GRID[0]
+        x, F = curves[row][AT][kept], curves[row][FORCE][kept]
+        style: dict[str, Any] = look | {"marker": "", "lw": 0.9}
+        ax.plot(100 * x, F / cylinder().exact_force(x), **style)
+    ax.set(xlabel="reduction [%]", xlim=(0, 100 * REDUCTION))
+
+
+def cylinder() -> Cylinder:
+    """The whole cylinder of which the study models a quarter."""
+    scene = upsetting(mu=0.0, elements=1)
+    radius, half_height = scene.mesh.nodes.max(axis=0).tolist()
+    elastic = scene.material.elasticity
+    return Cylinder(2 * half_height, radius, elastic.young, elastic.poisson, float(scene.material.yield_stress(0.0)))
+
+
+def errors(ax: Axes, rows: Sequence[Row], curves: Curves, limits: Sequence[Limit]) -> None:
+    """Of the smooth curve's force, over the unknowns, with the limit's band."""
+    for found in (one for one in limits if one.reduction == REDUCTION):
         ax.axhline(
-            band / limit, color=GREY, lw=0.8, ls=dashes, zorder=0, label=f"band of the limit, {100 * reduction:g} %"
+            found.band / found.value, color=GREY, lw=0.8, ls=":", zorder=0, label="half width of the limit's band"
         )
         for kind, look in LOOKS.items():
-            mine = [r for r in rows if (r["element"], r["reduction"]) == (kind.value, reduction)]
-            pairs = np.array([[r["unknowns"], abs(float(r["force_N"]) / limit - 1)] for r in mine], dtype=float)
-            if len(pairs):
-                said = f"{look['label']}, {100 * reduction:g} %"
-                ax.loglog(*pairs.T, ms=4, lw=0.9, **(look | {"label": said}), fillstyle=fill, ls=dashes)
+            if mine := _of(rows, kind):
+                off = [abs(smoothed(curves[row], FORCE, REDUCTION) / found.value - 1) for row in mine]
+                ax.loglog([row.unknowns for row in mine], off, **{"ms": 4, "lw": 0.9, **look})
     ax.set(xlabel="unknowns")
+
+
+def _said(row: Row, word: str) -> dict[str, str]:
+    return {"label": f"{word}, {row.elements} a side"}
 
 
 def _keys(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
@@ -120,10 +159,11 @@ def _keys(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
     return list(found.values()), list(found)
 
 
-def _of(rows: Rows, kind: ElementType) -> Rows:
-    """Those of an element at 45 %, from coarse to fine."""
-    mine = [row for row in rows if (row["element"], row["reduction"]) == (kind.value, SHOWN)]
-    return sorted(mine, key=lambda row: int(row["elements"]))
+def _of(rows: Sequence[Row], kind: Kind) -> list[Row]:
+    """Those of an element in a layout at the end, from coarse to fine."""
+    told = kind[0].value, kind[1].value, REDUCTION
+    mine = [row for row in rows if (row.element, row.layout, row.reduction) == told]
+    return sorted(mine, key=lambda row: row.elements)
 
 
 def main(argv: Sequence[str] | None = None) -> None:
@@ -132,16 +172,18 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--results", type=Path, default=Path("results/accuracy"))
     parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
     asked = parser.parse_args(argv)
-    command = COMMAND.format(out=asked.results)
+    table = asked.results / f"{NAME}.csv"
     try:
-        rows = read_csv(asked.results / f"{NAME}.csv", command)
-        limits = asked.results / "limits.csv"
-        told = read_csv(limits, command) if limits.is_file() else []
-        curves = read_curves(asked.results / f"{NAME}.h5")
+        rows = read_rows(table, Row)
+        if not rows:
+            raise ResultsError(f"{table}: no results; run: {COMMAND.format(out=asked.results)}")
+        limits = read_rows(asked.results / "limits.csv", Limit)
+        found = read_curves(asked.results / f"{NAME}.h5")
     except ResultsError as error:
         raise SystemExit(str(error)) from error
     with mpl.rc_context(STYLE):
-        for path in save(draw(rows, told, curves), asked.out or asked.results / "figures", f"fig_{NAME}"):
+        figure = draw(rows, limits, {row: found[named(row)] for row in rows})
+        for path in save(figure, asked.out or asked.results / "figures", f"fig_{NAME}"):
             print(path)
 
 

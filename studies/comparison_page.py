@@ -231,6 +231,7 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "membrane": lambda results: table(*element_tables.of_membrane(results)),
         "limits": lambda results: table(*mesh_tables.of_limits(results)),
         "upsetting": lambda results: table(*mesh_tables.of_meshes(results)),
+        "scatter": lambda results: table(*mesh_tables.of_scatter(results)),
     },
 }
 

@@ -1,9 +1,4 @@
-"""The limit load of a mesh, and how many unknowns its elements have for a volumetric constraint.
-
-:func:`bipot.limit_load` finds a dense basis of the motions without change of volume where the rows of an element that
-is not projected repeat each other. Here the sparse program is tried first, which takes seconds for thousands of
-elements where they do not. Motions, dissipation, contacts and judgement are the library's.
-"""
+"""The limit load of a mesh, inf where it locks, and how many unknowns its elements have for a volumetric constraint."""
 
 from __future__ import annotations
 
@@ -11,27 +6,13 @@ import math
 
 import numpy as np
 
-from bipot.conic.clarabel import Clarabel
-from bipot.conic.solver import Accuracy
-from bipot.contact import touches
 from bipot.elements import Element
-from bipot.errors import InfeasibleProgram, ProgramError
+from bipot.errors import InfeasibleProgram
 from bipot.fem.kinematics import gradients
-from bipot.fem.projection import VolumeChange
-from bipot.increment import Increment
 from bipot.limit_analysis import limit_load
-from bipot.programs.data import Units
-from bipot.programs.limit import LimitProgram
 from bipot.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
-
-ACCURATE = Accuracy(1e-9)
-KEPT = 1e-9
-"""Change of volume of a mechanism, as work of sigma_Y over the load's gain, that is none: answers have 1e-13.
-
-Where rows repeat each other nearly, as in curved elements that lock, the solver may leave more and the load too low.
-"""
 
 
 def limit_of_mesh(scene: Scene) -> float:
@@ -41,35 +22,9 @@ def limit_of_mesh(scene: Scene) -> float:
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
     """
     try:
-        return _carried(scene)
+        return limit_load(scene).multiple
     except InfeasibleProgram:
         return math.inf
-
-
-def _carried(scene: Scene) -> float:
-    if scene.volume_change is VolumeChange.AS_IS:
-        try:
-            return _sparse(scene)
-        except InfeasibleProgram:
-            raise
-        except ProgramError:
-            # rows that repeat each other have defeated it
-            pass
-    return limit_load(scene).multiple
-
-
-def _sparse(scene: Scene) -> float:
-    """Without asking whether rows repeat each other."""
-    system, size = system_of(scene), scene.mesh.size
-    increment, body = Increment(system, system.rest(), 1.0), system.body
-    units = Units(size, size, float(scene.material.yield_stress(0.0)), size**3)
-    model = body.plastic_model(body.respond(increment.start, np.zeros(body.space.size))).scaled(units)
-    rows = increment.rows.take(touches(increment.start.gap, size))
-    force = system.load(increment.load_ahead, increment.tau) / units.force
-    found = LimitProgram(model, force, rows, model.volumetric).mechanism(Clarabel(), ACCURATE)
-    if not (found.admissible and found.volume <= KEPT * found.carried):
-        raise ProgramError(f"no mechanism found: the nearest changes volume by {found.volume:.2g} of the load's gain")
-    return found.carried
 
 
 SHARED = {4: 4, 3: 6}

@@ -32,6 +32,7 @@ from bipot.forms import (
     contact_penalty,
 )
 from bipot.laws.hardening import Hardening
+from bipot.layout import Layout
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 from studies.element_types import ElementType
@@ -84,6 +85,7 @@ class Case:
     elements: int
     element: ElementType
     quadrature: Quadrature
+    layout: Layout
     increments: int | None
     form: FormName
     solver: str
@@ -111,6 +113,7 @@ class Case:
             volume=self.element.volume,
             quadrature=self.quadrature,
             configuration=self.configuration,
+            layout=self.layout,
         )
 
     def curve(self) -> Hardening:
@@ -180,6 +183,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--element-type", choices=kinds, default=ElementType.Q8.value, help="q8 (default) is the paper's")
     rules = [rule.value for rule in Quadrature]
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
+    layouts = [layout.value for layout in Layout]
+    p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument(
         "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
@@ -215,6 +220,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             elements,
             kind,
             kind.quadrature if arguments.quadrature is None else Quadrature(arguments.quadrature),
+            Layout(arguments.layout),
             increments,
             FormName(arguments.form),
             arguments.solver or DEFAULT_SOLVER,

@@ -1,6 +1,10 @@
-"""det J by sampling, from shape functions of its own: what the library's bounds are compared with."""
+"""det J by sampling, from shape functions of its own: what the library's bounds are compared with, and its refusals."""
 
 import numpy as np
+
+from bipot.errors import InvertedElement
+from bipot.fem.orientation import refuse_folded
+from bipot.fem.reduction import Geometry
 
 
 def grid(count):
@@ -58,3 +62,12 @@ def determinants_of(element, x, points):
     """det J (e, p) of elements x (e, k, 2) at points (p, 2) of the reference shape."""
     J = np.einsum("eka,bkp->abep", x, slopes(element, points))
     return J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
+
+
+def refusal(x, geometry=Geometry.PLANE_STRAIN, straight=False):
+    """What is said of one element (k, 2), or an empty string."""
+    try:
+        refuse_folded({"here": x}, np.arange(len(x))[None], geometry, straight=straight)
+    except InvertedElement as inverted:
+        return str(inverted)
+    return ""

@@ -121,12 +121,22 @@ def test_fixed_points_newton_and_solve_give_the_marchs_tractions(solver, exporte
     assert np.abs(answer.r - own).max() <= 1e-8 * np.abs(own).max(), answer.reason
 
 
-@pytest.mark.parametrize("solver", [GaussSeidel(), Uzawa(), ProximalPoint()], ids=lambda s: s.name)
-def test_the_other_solvers_reach_them_or_are_named_as_not_converged(solver, exported):
+def test_the_proximal_point_reaches_them(exported):
     _, problem, own = exported
-    answer = run(solver, problem, Limits(tol=1e-10, seconds=2.0))
-    near = np.abs(answer.r - own).max() <= 1e-6 * np.abs(own).max()
-    assert near if answer.converged else solver.name in answer.reason
+    answer = run(ProximalPoint(), problem, Limits(tol=1e-10))
+    assert answer.converged, answer.reason
+    assert np.abs(answer.r - own).max() <= 1e-6 * np.abs(own).max()
+
+
+@pytest.mark.parametrize(("solver", "steps"), [(GaussSeidel(), 40), (Uzawa(), 400)], ids=["gauss-seidel", "uzawa"])
+def test_first_order_solvers_come_nearer_and_are_named_as_not_converged(solver, steps, exported):
+    """Their errors are 0.83 and 0.30 then, and half a minute does not bring them to an end."""
+    _, problem, own = exported
+    first, last = (run(solver, problem, Limits(tol=1e-10, iterations=n)) for n in (steps // 4, steps))
+    assert np.abs(last.r - own).max() < 0.9 * min(np.abs(first.r - own).max(), np.abs(own).max())
+    assert not last.converged
+    assert f"{solver.name} stopped" in last.reason
+    assert "iteration limit" in last.reason
 
 
 @pytest.mark.parametrize("solver", [None, Newton(AlartCurnier()), ProximalPoint()], ids=["auto", "newton", "proximal"])

@@ -21,7 +21,20 @@ ROOT = Path(__file__).parents[1]
 
 LAYERS = (
     ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing", "undisturbed"),
-    ("abaqus", "cells", "conic", "elements", "facets", "hdf5", "laws", "mesh", "mesh_files", "paths", "tools"),
+    (
+        "abaqus",
+        "cells",
+        "conic",
+        "elements",
+        "facets",
+        "hdf5",
+        "laws",
+        "layout",
+        "mesh",
+        "mesh_files",
+        "paths",
+        "tools",
+    ),
     ("certificate", "coulomb", "fem"),
     ("components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
     ("contact", "overlap", "response", "system"),

@@ -78,8 +78,8 @@ def test_paper_configuration_loses_the_two_factors(increments, volume, force_fac
 
 @cache
 def histories(mu):
-    """Force, nodes and the increments of both forms at 45 %, 10 x 10, fifteen uniform increments."""
-    scene = upsetting(mu=mu)
+    """Force, nodes and the increments of both forms at 45 %, 8 x 8, fifteen uniform increments."""
+    scene = upsetting(mu=mu, elements=8)
     out = {}
     for form in (DIRECT, Dissipation()):
         accepted = list(march(scene, path(0.45, 15), Control(form)))

@@ -1,4 +1,4 @@
-"""The Newton form: its linear algebra on closed forms, and equality with the conic forms on whole increments."""
+"""The Newton form on whole increments: equality with the conic forms, convergence, length of its steps."""
 
 from __future__ import annotations
 
@@ -6,9 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from bipot.accepted import Accepted
 from bipot.certificate import Bounds
@@ -17,207 +14,13 @@ from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
-from bipot.laws.coulomb import natural_map
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.programs import frames
-from bipot.programs.data import ContactRows
-from bipot.programs.frames import Frames
-from bipot.programs.newton import Linearised
 from bipot.programs.ordering import Pattern
-from bipot.programs.pieces import Deadband, Pieces
 from bipot.scene import Scene, upsetting
 from bipot.tools import FlatTool
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)
-
-
-def rows_of(
-    G_n: np.ndarray, G_t: np.ndarray, gap: np.ndarray, slip: np.ndarray, mu: float, tied: bool = False
-) -> ContactRows:
-    c = len(gap)
-    return ContactRows(
-        sp.csr_matrix(G_n),
-        gap,
-        sp.csr_matrix(G_t),
-        slip.reshape(c, -1),
-        np.arange(c),
-        np.full(c, np.inf if tied else mu),
-        np.full(c, tied),
-    )
-
-
-def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> tuple[np.ndarray, np.ndarray]:
-    """Full Newton steps on K x = F + G' r from rest."""
-    pattern = Pattern.of(*_csc(K))
-    held = Frames.of(rows, pattern)
-    x, r = np.zeros(len(F)), np.zeros((rows.count, 1 + rows.tangents))
-    scale = np.full(rows.count, K.diagonal().max())
-    for _ in range(steps):
-        pieces = Pieces.of(rows, rows.motion(x), r, scale)
-        dx, r = Linearised.of(pattern.by_row(K.T.ravel()), held, pieces).step(K @ x - F, rows.motion(x), r)
-        x = x + dx
-    return x, r
-
-
-def _csc(K: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The full pattern of a dense matrix, by columns."""
-    n = len(K)
-    return np.tile(np.arange(n, dtype=np.int32), n), np.arange(0, n * n + 1, n, dtype=np.int32)
-
-
-def turned(angle: float) -> np.ndarray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s], [s, c]])
-
-
-@pytest.mark.parametrize("angle", [0.0, np.pi / 2, 0.7])
-def test_one_node_slip_in_any_frame(angle: float) -> None:
-    """Closed form: u_n = 0 and r_t = mu r_n give u_t = -7/15, r = (22, 11)/15, whatever frame the unknowns have."""
-    K, F = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([-1.0, -1.2])
-    R = turned(angle)
-    rows = rows_of(R[:, :1].T, R[:, 1:].T, np.zeros(1), np.zeros(1), 0.5)
-    x, r = newton(R @ K @ R.T, R @ F, rows)
-    np.testing.assert_allclose(R.T @ x, [0.0, -7 / 15], atol=1e-12)
-    np.testing.assert_allclose(r, [[22 / 15, 11 / 15]], atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("mu", "F", "u", "r"),
-    [
-        (0.5, (1.0, 0.2), (1.2, 1.4), (0.0, 0.0)),
-        (0.5, (-1.0, 0.1), (0.0, 0.0), (1.0, -0.1)),
-        (0.0, (-1.0, -0.3), (0.0, -0.3), (1.3, 0.0)),
-    ],
-    ids=["open", "stick", "frictionless"],
-)
-def test_one_node_other_pieces(mu: float, F: tuple, u: tuple, r: tuple) -> None:
-    K = np.array([[2.0, -1.0], [-1.0, 1.0]])
-    x, force = newton(K, np.array(F), rows_of(np.eye(2)[:1], np.eye(2)[1:], np.zeros(1), np.zeros(1), mu))
-    np.testing.assert_allclose(x, u, atol=1e-12)
-    np.testing.assert_allclose(force[0], r, atol=1e-12)
-
-
-def test_tied_node_meets_gap_and_slip_and_may_pull() -> None:
-    K, F = np.array([[2.0, -1.0], [-1.0, 1.0]]), np.array([1.0, 0.2])
-    rows = rows_of(np.eye(2)[:1], np.eye(2)[1:], np.array([0.25]), np.array([-0.5]), 0.0, tied=True)
-    x, r = newton(K, F, rows)
-    np.testing.assert_allclose(x, [-0.25, 0.5], atol=1e-12)
-    np.testing.assert_allclose(r[0], K @ x - F, atol=1e-12)
-
-
-def test_a_pair_on_which_the_fixed_point_cycles_is_solved() -> None:
-    """A published problem on which the undamped De Saxce fixed point cycles; 139 times its solution is integer."""
-    W = np.array([[28, -5, -12, -10], [-5, 17, -12, -5], [-12, -12, 22, 7], [-10, -5, 7, 10]], dtype=float)
-    q = np.array([-4.0, 1.0, -4.0, -4.0])
-    K = np.linalg.inv(W)
-    G_n, G_t = np.eye(4)[[0, 2]], np.eye(4)[[1, 3]]
-    x, r = newton(K, K @ q, rows_of(G_n, G_t, np.zeros(2), np.zeros(2), 1.0))
-    np.testing.assert_allclose(r.ravel() * 139, [204, 204, 188, 188], atol=1e-9)
-    np.testing.assert_allclose(x * 139, [0, -609, 0, -420], atol=1e-9)
-
-
-@settings(deadline=None, derandomize=True, max_examples=25)
-@given(st.integers(2, 30), st.integers(0, 10_000))
-def test_pattern_solves_unsymmetric_systems(n: int, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    A = sp.random(n, n, 0.3, random_state=rng)
-    A = sp.csc_matrix(A + A.T + sp.eye(n))
-    A.sort_indices()
-    pattern = Pattern.of(A.indices, A.indptr)
-    A.data = rng.uniform(-1, 1, A.nnz) + 5 * n * (A.indices == np.repeat(np.arange(n), np.diff(A.indptr)))
-    b = rng.normal(size=n)
-    np.testing.assert_allclose(A @ pattern.solve(pattern.factorise(pattern.by_row(A.data)[:-1]), b), b, atol=1e-12)
-
-
-@settings(deadline=None, derandomize=True, max_examples=40)
-@given(st.integers(0, 10_000), st.integers(1, 2))
-def test_pieces_are_the_derivatives_of_the_law(seed: int, tangents: int) -> None:
-    rng = np.random.default_rng(seed)
-    c, d = 6, 1 + tangents
-    rows = rows_of(np.zeros((c, 1)), np.zeros((c * tangents, 1)), np.zeros(c), np.zeros(c * tangents), 0.4)
-    motion, r, scale = rng.normal(size=(c, d)), rng.normal(size=(c, d)), rng.uniform(1, 3, c)
-    dm, dr = rng.normal(size=(2, c, d))
-
-    def law(h: float) -> np.ndarray:
-        m, f = motion + h * dm, r + h * dr
-        return Pieces.of(rows, m, f, scale).value(m, f)
-
-    pieces = Pieces.of(rows, motion, r, scale)
-    expected = (law(1e-6) - law(-1e-6)) / 2e-6
-    linear = np.einsum("cij,cj->ci", pieces.by_motion, dm) + np.einsum("cij,cj->ci", pieces.by_force, dr)
-    np.testing.assert_allclose(linear, expected, atol=1e-6)
-
-
-def test_dead_band_holds_a_contact_without_force_or_gap() -> None:
-    rows = rows_of(np.eye(2), np.eye(2), np.zeros(2), np.zeros(2), 0.1)
-    band, scale = Deadband(pull=1e-3, gap=1e-3), np.ones(2)
-    closed = Pieces.of(rows, np.zeros((2, 2)), np.ones((2, 2)), scale)
-    weak = np.array([[-5e-4, 0.0], [-2e-3, 0.0]])
-    assert Pieces.of(rows, np.zeros((2, 2)), weak, scale, band, closed).closed.tolist() == [True, False]
-    opened = Pieces.of(rows, np.ones((2, 2)), np.zeros((2, 2)), scale)
-    entering = np.array([[-5e-4, 0.0], [-2e-3, 0.0]])
-    assert Pieces.of(rows, entering, np.zeros((2, 2)), scale, band, opened).closed.tolist() == [False, True]
-
-
-def test_frames_agree_with_the_rows() -> None:
-    rng = np.random.default_rng(0)
-    G_n, G_t = np.zeros((2, 5)), np.zeros((2, 5))
-    G_n[0, 1:3], G_t[0, 1:3] = turned(0.3)
-    G_n[1, 4] = -1.0
-    rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
-    rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.tied)
-    pattern = Pattern.of(*_csc(np.zeros((5, 5))))
-    held = Frames.of(rows, pattern)
-    r = np.array([[1.0, -0.3], [2.0, 0.0]])
-    np.testing.assert_allclose(held.reaction(rows.forces(r)), r, atol=1e-14)
-
-
-@settings(deadline=None, derandomize=True, max_examples=20)
-@given(st.integers(0, 10_000), st.booleans())
-def test_forces_that_border_the_matrix_give_the_step_of_forces_that_are_eliminated(seed: int, frictional: bool) -> None:
-    """On contacts that own their unknowns, which either takes; with and without friction rows, every piece."""
-    rng = np.random.default_rng(seed)
-    n, c = 9, 3
-    A = rng.normal(size=(n, n))
-    K, F = A @ A.T + n * np.eye(n), 5 * rng.normal(size=n)
-    G_n, G_t = np.zeros((c, n)), np.zeros((c, n))
-    for k, R in enumerate(map(turned, rng.uniform(0, 6, c))):
-        G_n[k, 2 * k : 2 * k + 2], G_t[k, 2 * k : 2 * k + 2] = R
-    rows = rows_of(G_n, G_t, 0.1 * rng.normal(size=c), 0.1 * rng.normal(size=c), 0.4)
-    if not frictional:
-        rows = replace(rows, G_t=rows.G_t[:0], slip=rows.slip[:0], frictional=rows.frictional[:0])
-    own = newton(K, F, rows)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(frames, "DEPENDENT", np.inf)
-        assert Frames.of(rows, Pattern.of(*_csc(K))).border is not None
-        bordered = newton(K, F, rows)
-    for ours, theirs in zip(bordered, own, strict=True):
-        np.testing.assert_allclose(ours, theirs, atol=1e-9)
-
-
-BESIDE = np.array([[3.0, -1.0, -0.5], [-1.0, 2.0, -0.4], [-0.5, -0.4, 1.0]])
-
-
-@pytest.mark.parametrize(
-    ("G_n", "G_t"),
-    [
-        (np.array([[1.0, 0, 0], [0, 1, 0]]), np.array([[0.0, 1, 0], [1, 0, 0]])),
-        (np.array([[1.0, 0, 0], [1, 0, 0]]), np.array([[0.0, 1, 0], [0, 1, 0]])),
-        (np.array([[0.6, 0, -0.8]]), np.array([[0.0, 1, 0]])),
-        (np.array([[0.6, 0, 0]]), np.array([[0.8, 0, 0]])),
-    ],
-    ids=["a node in a corner", "rows given twice", "two nodes in a row", "two rows on one unknown"],
-)
-@pytest.mark.parametrize("mu", [0.0, 0.3])
-def test_contacts_that_share_unknowns_meet_the_law(G_n: np.ndarray, G_t: np.ndarray, mu: float) -> None:
-    """K x = F + G' r, and the natural map of r and motion vanishes: nothing else is asked."""
-    c, F = len(G_n), np.array([-2.0, -1.0, 0.7])
-    rows = rows_of(G_n, G_t, np.full(c, 0.1), np.zeros(c), mu)
-    assert Frames.of(rows, Pattern.of(*_csc(BESIDE))).border is not None
-    x, r = newton(BESIDE, F, rows, 30)
-    np.testing.assert_allclose(BESIDE @ x, F + rows.forces(r), atol=1e-10)
-    np.testing.assert_allclose(natural_map(r, rows.motion(x), mu, 1.0), 0.0, atol=1e-10)
 
 
 def run(control: Control, mu: float, schedule: Schedule = STARTING, **scene: object) -> list[Accepted]:

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from bipot.elements import Element
-from bipot.errors import InvertedElement
 from bipot.fem.elements import tabulated_at
-from bipot.fem.orientation import basis, determinant_coefficients, refuse_folded, scaled_jacobians
+from bipot.fem.orientation import basis, determinant_coefficients, scaled_jacobians
 from bipot.fem.reduction import Geometry
-from tests.sampling import determinants_of, grid, triangle_grid
+from tests.sampling import determinants_of, grid, refusal, triangle_grid
 
 OTHERS = (Element.T3, Element.T6, Element.Q4, Element.Q9)
 FOLDING = (Element.T6, Element.Q4, Element.Q9)
@@ -32,15 +31,6 @@ def random_elements(element, count=1500, seed=0):
     stretch = 10.0 ** rng.uniform(-1, 1, (count, 1, 2))
     c, s = np.cos(angle := rng.uniform(0, 2 * np.pi, count)), np.sin(angle)
     return (stretch * x) @ np.array([[c, -s], [s, c]]).transpose(2, 0, 1) + rng.uniform(-5, 5, (count, 1, 2))
-
-
-def refusal(x, geometry=Geometry.PLANE_STRAIN):
-    """What is said of one element (k, 2), or an empty string."""
-    try:
-        refuse_folded({"here": x}, np.arange(len(x))[None], geometry)
-    except InvertedElement as inverted:
-        return str(inverted)
-    return ""
 
 
 def least_by_search(element, x):

@@ -26,26 +26,18 @@ from tests.courses import (
     upset,
 )
 
-EVERYWHERE = ("tangent", "newton")
-EACH = [
-    pytest.param(make, name, id=f"{make.__name__}, {name}")
-    for make in EVENTS
-    for name in FORMS
-    if name in EVERYWHERE or make in (upset, landing, moving)
-]
-"""The two forms that marches begin with in every event, the others in those that ask for all of a course."""
+EACH = [pytest.param(make, name, id=f"{make.__name__}, {name}") for make in EVENTS for name in FORMS]
 
 
 def goes_on(asked: March) -> None:
     """Every increment from the course before it, read back, and the whole rest from the one half-way."""
     whole = asked.run()
-    seen = [asked.seen(accepted) for accepted in whole]
-    for before, expected in zip(whole[:-1], seen[1:], strict=True):
-        following = next(march(asked.scene, asked.schedule, asked.control, stored(before.course)))
-        assert unlike([expected], [asked.seen(following)]) == []
-    half = len(whole) // 2
-    rest = asked.run(start=stored(whole[half - 1].course))
-    assert unlike(seen[half:], [asked.seen(accepted) for accepted in rest]) == []
+    seen, half = [asked.seen(accepted) for accepted in whole], len(whole) // 2
+    for number, before in enumerate(whole[:-1], start=1):
+        going_on = march(asked.scene, asked.schedule, asked.control, stored(before.course))
+        following = list(going_on) if number == half else [next(going_on)]
+        expected = seen[number:] if number == half else seen[number : number + 1]
+        assert unlike(expected, [asked.seen(accepted) for accepted in following]) == []
 
 
 @pytest.mark.parametrize(("make", "name"), EACH)

@@ -1,13 +1,13 @@
-"""The study of the element types: counts, known limit loads on coarse meshes, two routes to one, and its tables."""
+"""The study of the element types: counts, known limit loads on coarse meshes, and its tables."""
 
 import math
 
 import numpy as np
 import pytest
 
-from bipot import Quadrature, limit_load, upsetting
+from bipot import Quadrature, upsetting
 from studies import elements
-from studies.element_limits import limit_of_mesh, unknowns_per_constraint
+from studies.element_limits import unknowns_per_constraint
 from studies.element_scenes import PROBLEMS, Choice
 from studies.element_types import ElementType
 from studies.elements import Order, Row, extrapolated, measure, orders
@@ -44,12 +44,6 @@ def test_unknowns_per_constraint_are_those_of_the_literature(name, rule, count):
     kind = ElementType(name)
     scene = upsetting(mu=0.1, elements=3, element=kind.element, quadrature=rule, volume=kind.volume)
     assert unknowns_per_constraint(scene) == pytest.approx(count, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", ["q4p0", "q8p1", "q9p1", "t6", "t3"])
-def test_the_sparse_program_is_that_of_the_library(name):
-    scene = BY_NAME["block 2"].uniform(chosen(name), 2)
-    assert limit_of_mesh(scene) == pytest.approx(limit_load(scene).multiple, rel=1e-7)
 
 
 ERRORS = {

@@ -123,7 +123,9 @@ def test_bad_input_is_refused_at_once_naming_field_value_and_range(arguments, wo
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("arguments", [["--form", "magic"], ["--quadrature", "simpson"], ["--configuration", "end"]])
+@pytest.mark.parametrize(
+    "arguments", [["--form", "magic"], ["--quadrature", "simpson"], ["--configuration", "end"], ["--layout", "fan"]]
+)
 def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:
         study(tmp_path, *arguments)
@@ -145,6 +147,16 @@ def test_results_are_left_alone_unless_resumed_or_overwritten(tmp_path, capsys):
     assert "elements = 2, not 3" in capsys.readouterr().err
     assert study(tmp_path, "--mu", "0", "--elements", "3", "--overwrite") == 0
     assert open_results(tmp_path / "mu0").parameters["elements"] == 3
+
+
+def test_the_layout_is_of_the_mesh_and_of_the_stored_run(tmp_path, capsys):
+    assert study(tmp_path, "--mu", "0.1", "--element-type", "q8p1", "--layout", "fanned") == 0
+    run = open_results(tmp_path / "mu0.1")
+    assert run.parameters["layout"] == "fanned"
+    assert len(run.mesh.elements) == 8
+    assert study(tmp_path, "--mu", "0.1", "--element-type", "q8p1", "--layout", "fanned", "--resume") == 0
+    assert study(tmp_path, "--mu", "0.1", "--element-type", "q8p1", "--resume") == 2
+    assert "layout = fanned, not tensor" in capsys.readouterr().err
 
 
 def test_an_interrupted_study_resumes_to_the_history_of_a_whole_one(tmp_path, monkeypatch):

@@ -84,8 +84,7 @@ class Kinematics(Gradients):
     @property
     def divergence(self) -> Floats:
         """Volume change (e, q) of the points as it is, that of the strain before it is projected."""
-        diagonal = [a for a, (i, j) in enumerate(self.reduction.entries) if i == j]
-        return self.middle[..., diagonal].sum(axis=-1)
+        return self.middle[..., self.reduction.diagonal].sum(axis=-1)
 
     @property
     def moves(self) -> bool:
@@ -108,7 +107,7 @@ class Kinematics(Gradients):
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:
     """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
-    return D[:, :, [a for a, (i, j) in enumerate(reduction.entries) if i == j]].sum(axis=2)
+    return D[:, :, reduction.diagonal].sum(axis=2)
 
 
 def gradients(

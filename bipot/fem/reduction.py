@@ -58,6 +58,11 @@ class Reduction:
         return tuple((0, 2) if self.ring and entry == HOOP else entry for entry in self.entries)
 
     @cached_property
+    def diagonal(self) -> Ints:
+        """Which entries of g are on the diagonal of H: their sum is its trace."""
+        return read_only(np.flatnonzero([i == j for i, j in self.entries]), np.intp)
+
+    @cached_property
     def symmetric(self) -> Floats:
         """What takes g to the Mandel vector of its symmetric part (s, m)."""
         return read_only(mandel_to_full(self.mandel) @ self.embedding.T, np.float64)

@@ -1,77 +1,133 @@
-r"""What mesh series tend to, with a band: by Richardson's extrapolation of two elements of different families.
+r"""What series of meshes tend to, with a band that holds what refinement still changes and how far elements differ.
 
-Of the values v_1, v_2, v_3 of the three finest meshes h, h/2, h/4 of an element, with q = (v_2 - v_1)/(v_3 - v_2),
+Where the side rolls onto the punch, its nodes land one after the other, and force and radii go up and down by a
+sawtooth of the mesh's size, which is much the same for all elements of one node spacing. So the values here are those
+of the smooth curve through each run (:mod:`studies.accuracy.smooth`). Let v_e be the value of the series e on its
+finest mesh, w_e that on twice the size, both of one node spacing in all series, V and W their means. Errors of first
+order or of a higher one leave what the means tend to between V and the extrapolation V + (V - W) of first order. What
+the teeth leave of a smooth curve is told by V', the mean on the finest meshes of curves fitted over more increments. So
 
-    v = v_3 + (v_3 - v_2)/(q - 1)    where q is in [2, 16], orders one to four,    v = v_3 elsewhere,
+    value = V + (V - W) / 2,    band = |V - W| / 2 + max_e |v_e - V| + |V' - V|,
 
-and the element's own uncertainty is |v - v_3| there, |v_3 - v_2| elsewhere. The limit is the mean of the two elements
-of least uncertainty, the band (to either side) what they are from it or the smaller of their uncertainties, if larger.
+the band to either side. Series are those of :data:`TRUSTED`, and there is no limit where they are not of a linear and
+of a quadratic element, on the same two spacings. Left out is what all of them share: the error of the increments.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
+from bipot.layout import Layout
 from studies.accuracy.row import Row
+from studies.accuracy.smooth import QUANTITIES, WIDER, Course, smoothed
 from studies.element_types import ElementType
 
-QUANTITIES = ("force_N", "max_radius_mm", "contact_radius_mm")
-TRUSTED = tuple(kind.value for kind in (ElementType.Q4P0, ElementType.Q8P1, ElementType.Q9P1))
-"""Elements that do not lock, of two families: linear and quadratic."""
+TRUSTED = (
+    (ElementType.Q4P0, Layout.TENSOR),
+    (ElementType.Q4P0, Layout.FANNED),
+    (ElementType.Q8P1, Layout.FANNED),
+    (ElementType.Q9P1, Layout.FANNED),
+)
+"""What does not lock, and what only a fine mesh may fold."""
 
-ORDERS = 2.0, 16.0
+Name = tuple[ElementType, Layout]
+Pair = tuple[float, float]
+
+
+class Level(NamedTuple):
+    """An element in a layout, and how many of them lie along a side."""
+
+    name: Name
+    elements: int
+
+    @property
+    def edges(self) -> int:
+        """Edges between nodes a side."""
+        return self.elements * (2 if self.name[0].element.quadratic else 1)
+
+    def __str__(self) -> str:
+        return f"{self.name[0].value} {self.name[1].value} {self.elements}"
 
 
 @dataclass(frozen=True)
 class Limit:
-    """Row of limits.csv: the value and half the width of its band."""
+    """Row of limits.csv: the value, half the width of its band, and the finest meshes that tell."""
 
     mu: float
     reduction: float
     quantity: str
     value: float
     band: float
-    elements: str
+    meshes: str
 
 
-def richardson(values: Sequence[float]) -> tuple[float, float]:
-    """Limit and uncertainty of the values on meshes h, h/2, h/4.
+def bracketed(finest: Sequence[float], coarser: Sequence[float], smoother: Sequence[float]) -> Pair:
+    """Value and band of the values of each series: on the finest mesh, on twice the size, of the wider fit.
 
-    >>> richardson([5.0, 2.0, 1.25])
-    (1.0, 0.25)
-    >>> richardson([1.0, 2.0, 1.5])
-    (1.5, 0.5)
+    >>> bracketed([1.5, 1.5], [2.0, 2.0], [1.5, 1.5])
+    (1.25, 0.25)
+    >>> bracketed([1.0, 2.0], [1.0, 2.0], [1.0, 2.5])
+    (1.5, 0.75)
     """
-    first, second, third = values
-    step, before = third - second, second - first
-    if step == 0:
-        return third, abs(before)
-    ratio = before / step
-    if not ORDERS[0] <= ratio <= ORDERS[1]:
-        return third, abs(step)
-    limit = third + step / (ratio - 1)
-    return limit, abs(limit - third)
+    mean = float(np.mean(finest))
+    left, rest = mean - float(np.mean(coarser)), float(np.mean(smoother)) - mean
+    return mean + left / 2, abs(left) / 2 + float(np.abs(np.array(finest) - mean).max()) + abs(rest)
 
 
-def extrapolated(rows: Sequence[Row]) -> list[Limit]:
-    """The limits of all quantities that two elements of different families tell."""
-    out = list[Limit]()
-    for mu, reduction in sorted({(row.mu, row.reduction) for row in rows}):
-        for quantity in QUANTITIES:
-            told = dict[str, tuple[float, float]]()
-            for element in TRUSTED:
-                mine = [r for r in rows if (r.mu, r.reduction, r.element) == (mu, reduction, element)]
-                finest = sorted(mine, key=lambda row: row.elements)[-3:]
-                sides = [row.elements for row in finest]
-                if len(sides) == 3 and sides == [sides[0], 2 * sides[0], 4 * sides[0]]:
-                    told[element] = richardson([getattr(row, quantity) for row in finest])
-            best = sorted(told, key=lambda element: told[element][1])[:2]
-            if len(best) == 2:
-                ends = np.array([told[element][0] for element in best])
-                value = float(ends.mean())
-                band = max(float(np.abs(ends - value).max()), min(told[element][1] for element in best))
-                out.append(Limit(mu, reduction, quantity, value, band, " and ".join(best)))
+def told(values: Mapping[Level, float]) -> dict[Level, Pair]:
+    """Of each series its value and that on twice the size, by the finer mesh, all of one node spacing.
+
+    It is the finest spacing on which, and on whose double, series of both families have a value; series that have none
+    there are left out. Empty where there is no such spacing.
+    """
+    spaced = {(mesh.name, mesh.edges): value for mesh, value in values.items()}
+    for fine in sorted({mesh.edges for mesh in values}, reverse=True):
+        both = {
+            mesh: (value, spaced[mesh.name, fine // 2])
+            for mesh, value in values.items()
+            if mesh.edges == fine and fine % 2 == 0 and (mesh.name, fine // 2) in spaced
+        }
+        if len({mesh.name[0].element.quadratic for mesh in both}) == 2:
+            return both
+    return {}
+
+
+def limit(courses: Mapping[Level, Course], quantity: str, reduction: float) -> tuple[float, float, str]:
+    """Value and band, and the meshes that tell them in words; NaN and no word where none do."""
+    values = {mesh: smoothed(course, quantity, reduction) for mesh, course in courses.items()}
+    pairs = told({mesh: value for mesh, value in values.items() if not math.isnan(value)})
+    if not pairs:
+        return math.nan, math.nan, ""
+    wider = [smoothed(courses[mesh], quantity, reduction, WIDER) for mesh in pairs]
+    finest, coarser = zip(*pairs.values(), strict=True)
+    return *bracketed(finest, coarser, wider), ", ".join(map(str, pairs))
+
+
+def courses_of(rows: Sequence[Row], curves: Mapping[Row, Course]) -> dict[float, dict[Level, Course]]:
+    """The courses of what is trusted by coefficient, each as far as the last row of its run."""
+    out = dict[float, dict[Level, Course]]()
+    for row in sorted(rows, key=lambda row: row.reduction):
+        name = ElementType(row.element), Layout(row.layout)
+        if name in TRUSTED and row.mu > 0:
+            out.setdefault(row.mu, {})[Level(name, row.elements)] = curves[row]
     return out
+
+
+def extrapolated(rows: Sequence[Row], curves: Mapping[Row, Course]) -> list[Limit]:
+    """The limits of all quantities under friction that a linear and a quadratic element tell, at the rows' reductions.
+
+    ``curves`` holds the course until each row. Without friction every element has the exact answer.
+    """
+    return [
+        Limit(mu, reduction, quantity, value, band, meshes)
+        for mu, courses in sorted(courses_of(rows, curves).items())
+        for reduction in sorted({row.reduction for row in rows})
+        for quantity in QUANTITIES
+        for value, band, meshes in [limit(courses, quantity, reduction)]
+        if meshes
+    ]

@@ -2,10 +2,12 @@ r"""The paper's upsetting as the mesh is refined, with every element, and what i
 
     python -m studies.accuracy.mesh [--fast] [--resume | --overwrite] [--jobs N] [--out DIR]
 
-The seed's cylinder at mu = 0, 0.1 and 0.3, in equal increments after the start-up, 5 to 80 elements a side for a
-quadratic element and twice as many for a linear one. ``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and 45 % of each run
-that comes so far (one that does not stops where a corner would fold), ``DIR/mesh.h5`` the recovered tractions along the
-punch at each, and ``DIR/limits.csv`` what the runs tend to (:mod:`studies.accuracy.limits`).
+The seed's cylinder at mu = 0, 0.1 and 0.3, in equal increments after the start-up, 5 to 40 elements a side for a
+quadratic element and twice as many for a linear one, between lines or fanned out (:class:`~bipot.layout.Layout`).
+``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and 45 % of each run that comes so far (one that does not stops where an
+element would fold), ``DIR/mesh.h5`` the recovered tractions along the punch at each and the course of the force until
+then, ``DIR/limits.csv`` what the runs tend to (:mod:`studies.accuracy.limits`), and ``DIR/scatter.csv`` how far the
+force jumps as nodes land (:mod:`studies.accuracy.scatter`).
 
 ``line`` and ``corner`` are the alternating part of the nodal pressure of the consistent mass over its mean, as in
 :mod:`studies.corner`; ``p_min_MPa`` and ``p_max_MPa`` are of the recovered pressure that results hold and figures show,
@@ -17,7 +19,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -29,15 +30,16 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.overlap import overlap
 from bipot.progress import terminal
-from bipot.scene import Scene, upsetting
+from bipot.scene import Scene
 from bipot.system import System
-from bipot.traction import consistent_tractions
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
+from studies import corner
 from studies.accuracy.limits import extrapolated
+from studies.accuracy.plan import FAST, Job, Plan
 from studies.accuracy.row import Row
+from studies.accuracy.scatter import scatters
+from studies.accuracy.smooth import AT, QUANTITIES
 from studies.command import command, say
-from studies.corner import alternation
-from studies.element_types import ElementType
 from studies.outputs import add_options, opened
 from studies.pool import completed
 from studies.tables import text, write_csv
@@ -48,63 +50,33 @@ NODAL = "nodal"
 CUTS = 3
 """Few: no run that comes to its end has taken one, and a fold is not come round."""
 
+COURSE = (AT, *QUANTITIES, "landed")
+"""Reduction, what has a limit, and carrying nodes of the side after each increment."""
+
 MARKS = (0.10, 0.20, 0.30, 0.40, 0.45)
-SHOWN = ("mu", "element", "elements", "reduction", "force_N", "contact_radius_mm", "line", "p_min_MPa", "seconds")
-Key = tuple[float, str, int, float]
-
-
-@dataclass(frozen=True)
-class Job:
-    """One run: ``elements`` are those of a side, ``increments`` those after the start-up."""
-
-    mu: float
-    kind: ElementType
-    elements: int
-    increments: int
-
-    def scene(self) -> Scene:
-        """The cylinder."""
-        kind = self.kind
-        return upsetting(mu=self.mu, elements=self.elements, element=kind.element, volume=kind.volume)
-
-
-@dataclass(frozen=True)
-class Plan:
-    """What is run: coefficients, element types with the sides of their quadratic mesh, increments."""
-
-    mus: tuple[float, ...] = (0.0, 0.1, 0.3)
-    kinds: tuple[ElementType, ...] = (
-        ElementType.Q8,
-        ElementType.Q4P0,
-        ElementType.Q8P1,
-        ElementType.Q9P1,
-        ElementType.T6,
-    )
-    sides: tuple[int, ...] = (5, 10, 20, 40)
-    increments: int = 90
-
-    def jobs(self) -> list[Job]:
-        """All runs, the short ones first; without friction the field is homogeneous, and a small mesh tells."""
-        return [
-            Job(mu, kind, side * (1 if kind.element.quadratic else 2), self.increments)
-            for side in self.sides
-            for mu in self.mus
-            for kind in self.kinds
-            if mu > 0 or side == self.sides[0]
-        ]
-
-
-FAST = Plan(mus=(0.1,), kinds=(ElementType.Q8, ElementType.Q4P0), sides=(2, 4), increments=9)
+SHOWN = (
+    "mu",
+    "element",
+    "layout",
+    "elements",
+    "reduction",
+    "force_N",
+    "contact_radius_mm",
+    "line",
+    "p_min_MPa",
+    "seconds",
+)
+Key = tuple[float, str, str, int, float]
 
 
 def key(row: Row) -> Key:
     """What tells one row from another."""
-    return row.mu, row.element, row.elements, row.reduction
+    return row.mu, row.element, row.layout, row.elements, row.reduction
 
 
-def named(mu: float, element: str, elements: int, reduction: float) -> str:
-    """The tractions of a row in mesh.h5."""
-    return f"mu{mu:g} {element} {elements} {reduction:g}"
+def named(mu: float, element: str, layout: str, elements: int, reduction: float) -> str:
+    """The curves of a row in mesh.h5."""
+    return f"mu{mu:g} {element} {layout} {elements} {reduction:g}"
 
 
 def name(row: Row) -> str:
@@ -123,16 +95,17 @@ def profile(system: System, accepted: Accepted) -> dict[str, Floats]:
 
 def alternating(system: System, accepted: Accepted, force: float) -> tuple[float, float]:
     """``line`` and ``corner`` along what was the top at rest; no number of fewer than five nodes."""
-    r, points, nodes = accepted.solved.r, system.candidates, accepted.state.nodes
-    pressure, _ = consistent_tractions(points, nodes, r, carries(r))
-    top = np.isin(points.node, system.body.scene.mesh.boundary_nodes("top"))
-    line = np.flatnonzero(top & np.isfinite(pressure))
-    line = line[np.argsort(nodes[points.node[line], 0])]
-    if len(line) < 5:
+    along = corner.profile(system, accepted)
+    if len(along.radius) < 5:
         return float("nan"), float("nan")
-    mean = force / (np.pi * nodes[points.node[line], 0].max() ** 2)
-    amplitude = alternation(pressure[line])
+    mean = force / (np.pi * along.radius[-1] ** 2)
+    amplitude = corner.alternation(along.consistent_pressure)
     return float(np.sqrt(np.mean(amplitude**2))) / mean, float(amplitude[-1]) / mean
+
+
+def beside(system: System) -> Ints:
+    """Candidates that were beside the punch at rest, not on it."""
+    return np.flatnonzero(~np.isin(system.candidates.node, system.body.scene.mesh.boundary_nodes("top")))
 
 
 def overlapping(scene: Scene, accepted: Accepted) -> float:
@@ -142,31 +115,38 @@ def overlapping(scene: Scene, accepted: Accepted) -> float:
 
 
 def run(job: Job) -> list[tuple[Row, dict[str, Floats]]]:
-    """Rows and tractions of a run, as far as it comes."""
+    """Rows of a run, as far as it comes, with the tractions there and the course until then."""
     scene, begin = job.scene(), (FIRST / REDUCTION if job.mu else 0.0)
     schedule = Schedule(job.increments, begin, landings=tuple(mark / REDUCTION for mark in MARKS[:-1]))
     system, out = system_of(scene), list[tuple[Row, dict[str, Floats]]]()
+    side = beside(system)
+    course = list[tuple[float, ...]]()
     passes = cuts = fallbacks = 0
     seconds = 0.0
     try:
         for accepted in march(scene, schedule, Control(Newton(), (Tangent(), Dissipation()), cuts=CUTS)):
             passes, cuts, seconds = passes + accepted.passes, cuts + accepted.cuts, seconds + accepted.seconds
             fallbacks += accepted.form is not Newton.name
-            reduction = round(accepted.state.tau * REDUCTION, 9)
+            reduction, force = round(accepted.state.tau * REDUCTION, 9), float(-accepted.tool_force(0)[1])
+            nodes, carrying = accepted.state.nodes, carries(accepted.solved.r)
+            radius = float(nodes[:, 0].max())
+            contact = float(nodes[system.candidates.node[carrying], 0].max(initial=0.0))
+            course.append((reduction, force, radius, contact, float(carrying[side].sum())))
             if reduction not in MARKS:
                 continue
-            along, force = profile(system, accepted), float(-accepted.tool_force(0)[1])
+            along = profile(system, accepted) | dict(zip(COURSE, np.array(course).T, strict=True))
             row = Row(
                 job.mu,
                 job.kind.value,
                 NODAL,
                 job.elements,
+                job.layout.value,
                 system.body.space.size,
                 accepted.number,
                 reduction,
                 force,
-                float(accepted.state.nodes[:, 0].max()),
-                float(along["radius"].max()),
+                radius,
+                contact,
                 *alternating(system, accepted, force),
                 float(along["pressure"].min()),
                 float(along["pressure"].max()),
@@ -178,7 +158,7 @@ def run(job: Job) -> list[tuple[Row, dict[str, Floats]]]:
             )
             out.append((row, along))
     except IncrementFailed:
-        # Where it ends is what the study tells: a corner of a quadratic element would fold there.
+        # Where it ends is what the study tells: an element would fold there.
         pass
     return out
 
@@ -191,7 +171,7 @@ def runs(jobs: Sequence[Job], workers: int) -> Iterator[list[tuple[Row, dict[str
         for done, rows in enumerate(completed(run, jobs, workers)):
             yield rows
             last = rows[-1][0] if rows else None
-            told = last and f"mu = {last.mu:g}, {last.element}, {last.elements} elements"
+            told = last and f"mu = {last.mu:g}, {last.element} {last.layout}, {last.elements} elements"
             progress.advance((done + 1) / len(jobs), told or "")
     finally:
         progress.close()
@@ -205,19 +185,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--out", type=Path, default=Path("results/accuracy"))
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument("--fast", action="store_true", help="two small meshes, two elements, few increments")
+    parser.add_argument("--fast", action="store_true", help="two small meshes, three elements, few increments")
     add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    order = [(j.mu, j.kind.value, j.elements, mark) for j in plan.jobs() for mark in MARKS]
+    order = [(j.mu, j.kind.value, j.layout.value, j.elements, mark) for j in plan.jobs() for mark in MARKS]
     fixed = {"increments": plan.increments}
-    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, curve=name)
+    made = ("limits.csv", "scatter.csv")
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, curve=name, derived=made)
     # One that would fold is run again: that it has ended is in no row.
-    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.elements, MARKS[-1]) not in table]
+    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.layout.value, j.elements, MARKS[-1]) not in table]
     for found in runs(left, asked.jobs):
         table.add(*(row for row, _ in found), curves={name(row): along for row, along in found})
-    limits = extrapolated(table.rows)
-    write_csv(asked.out / "limits.csv", limits)
+    curves = {row: table.curves[name(row)] for row in table.rows}
+    limits = extrapolated(table.rows, curves)
+    for file, found in zip(made, (limits, scatters(table.rows, curves, REDUCTION)), strict=True):
+        write_csv(asked.out / file, found)
     say(text(table.rows, SHOWN))
     if limits:
         say(text(limits, ("mu", "reduction", "quantity", "value", "band")))

@@ -13,6 +13,7 @@ class Row:
     element: str
     sampling: str
     elements: int
+    layout: str
     unknowns: int
     increments: int
     reduction: float

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import NAME
 from studies.accuracy.row import Row
+from studies.accuracy.scatter import Scatter
 from studies.tables import read_rows
 
 Lines = tuple[list[str], list[list[str]]]
@@ -38,16 +40,34 @@ def _with_band(limit: Limit | None) -> str:
 def of_meshes(results: Path) -> Lines:
     """Force and evenness of the pressure, a row a mesh."""
     rows = read_rows(results / f"{NAME}.csv", Row)
-    found = {(row.element, row.elements, row.mu, row.reduction): row for row in rows}
+    found = {(row.element, row.layout, row.elements, row.mu, row.reduction): row for row in rows}
     columns = [(mu, part) for mu in sorted({row.mu for row in rows if row.mu > 0}) for part in SHOWN]
     head = [f"mu {mu:g}, {100 * part:g} %: {what}" for mu, part in columns for what in ("force [N]", "line")]
-    meshes = dict.fromkeys((row.element, row.elements) for row in sorted(rows, key=lambda row: row.elements))
     lines = list[list[str]]()
-    for element in dict.fromkeys(element for element, _ in meshes):
-        for side in (side for of, side in meshes if of == element):
-            cells = [_shown(found.get((element, side, *column))) for column in columns]
-            lines.append([element, str(side), *(cell for pair in cells for cell in pair)])
-    return ["element", "a side", *head], lines
+    for mesh in _by_series(rows):
+        cells = [_shown(found.get((*mesh, *column))) for column in columns]
+        lines.append([*map(str, mesh), *(cell for pair in cells for cell in pair)])
+    return ["element", "layout", "a side", *head], lines
+
+
+def of_scatter(results: Path) -> Lines:
+    """Landings and the largest jump of the force at the largest coefficient, a row a mesh that comes to the end."""
+    rows = read_rows(results / "scatter.csv", Scatter)
+    shown = [row for row in rows if row.mu == max(row.mu for row in rows)]
+    found = {(row.element, row.layout, row.elements): row for row in shown}
+    lines = [
+        [*map(str, mesh), f"{100 * row.first_landing:.1f} %", str(row.landings), f"{100 * row.scatter:.1f} %"]
+        for mesh in _by_series(shown)
+        for row in [found[mesh]]
+    ]
+    return ["element", "layout", "a side", "first landing", "nodes landed", "largest jump"], lines
+
+
+def _by_series(rows: Sequence[Row] | Sequence[Scatter]) -> list[tuple[str, str, int]]:
+    """Element, layout and elements a side of every mesh: series after series, each from coarse to fine."""
+    meshes = dict.fromkeys((row.element, row.layout, row.elements) for row in rows)
+    series = list(dict.fromkeys((element, layout) for element, layout, _ in meshes))
+    return sorted(meshes, key=lambda mesh: (series.index(mesh[:2]), mesh[2]))
 
 
 def _shown(row: Row | None) -> tuple[str, str]:

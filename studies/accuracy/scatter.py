@@ -1,0 +1,74 @@
+r"""How far the force jumps as nodes of the side land on the punch, beside the smooth curve.
+
+With F_i after increment i, its reduction x_i, and r_i = ln(F_i / F_{i-1}) / (x_i - x_{i-1}), the change beyond the
+smooth one is
+
+    |ln(F_i / F_{i-1}) - (x_i - x_{i-1}) median(r_{i-7} .. r_{i+7})|,
+
+of the increments that there are; the scatter is the largest of it from the increment on in which the first node lands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.typing import Floats
+from studies.accuracy.row import Row
+
+HALF = 7
+"""Increments on either side over which the smooth rate is found."""
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """Row of scatter.csv: reduction at the first landing, how many nodes landed, the largest jump and where it is."""
+
+    mu: float
+    element: str
+    layout: str
+    elements: int
+    first_landing: float
+    landings: int
+    scatter: float
+    reduction: float
+
+
+def jumps(reduction: Floats, force: Floats) -> Floats:
+    """Changes (i,) of ln force beyond the smooth ones, of increments between points (i + 1,).
+
+    >>> jumps(np.arange(4.0), np.exp(np.arange(4.0))).round(12).tolist()
+    [0.0, 0.0, 0.0]
+    """
+    change, length = np.diff(np.log(force)), np.diff(reduction)
+    rate = change / length
+    smooth = [np.median(rate[max(0, i - HALF) : i + HALF + 1]) for i in range(len(rate))]
+    return np.abs(change - length * smooth)
+
+
+def scatters(rows: Sequence[Row], courses: Mapping[Row, Mapping[str, Floats]], end: float) -> list[Scatter]:
+    """Of the runs that come to the ``end`` and in which a node lands."""
+    out = list[Scatter]()
+    for row in rows:
+        course = courses[row]
+        landed = course["landed"]
+        if row.reduction != end or not landed.any():
+            continue
+        first = int(np.flatnonzero(landed)[0])
+        sizes = jumps(course["at"], course["force_N"])[max(first - 1, 0) :]
+        largest = max(first - 1, 0) + int(sizes.argmax())
+        out.append(
+            Scatter(
+                row.mu,
+                row.element,
+                row.layout,
+                row.elements,
+                float(course["at"][first]),
+                int(landed.max()),
+                float(sizes.max()),
+                float(course["at"][largest + 1]),
+            )
+        )
+    return out
