@@ -29,27 +29,27 @@ from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
 from studies.accuracy.limits import Limit, courses_of, limit
 from studies.accuracy.mesh import NAME, REDUCTION
 from studies.accuracy.mesh import name as named
-from studies.accuracy.row import Row
+from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.smooth import AT, smoothed
 from studies.element_types import ElementType
 from studies.outputs import read_curves
 from studies.tables import read_rows
 
 Curves = Mapping[Row, Mapping[str, Any]]
-Kind = tuple[ElementType, Layout]
 
 COMMAND = "python -m studies.accuracy.mesh --out {out}"
 FORCE = "force_N"
-PAPERS: Kind = (ElementType.Q8, Layout.TENSOR)
-BEST: Kind = (ElementType.Q4P0, Layout.TENSOR)
-FINEST: Kind = (ElementType.Q4P0, Layout.FANNED)
+PAPERS = Discretisation(ElementType.Q8)
+BEST = Discretisation(ElementType.Q4P0)
+FINEST = Discretisation(ElementType.Q4P0, Layout.FANNED)
+Q8P1, Q9P1 = Discretisation(ElementType.Q8P1, Layout.FANNED), Discretisation(ElementType.Q9P1, Layout.FANNED)
 PURPLE, ORANGE = "#CC79A7", "#E69F00"
-LOOKS: dict[Kind, dict[str, Any]] = {
+LOOKS: dict[Discretisation, dict[str, Any]] = {
     PAPERS: {"color": VERMILLION, "marker": "o", "label": "Q8 (the paper's)"},
     BEST: {"color": BLUE, "marker": "s", "label": "Q4/P0"},
     FINEST: {"color": ORANGE, "marker": "v", "ls": "--", "label": "Q4/P0, fanned"},
-    (ElementType.Q8P1, Layout.FANNED): {"color": GREEN, "marker": "^", "ls": "--", "label": "Q8/P1, fanned"},
-    (ElementType.Q9P1, Layout.FANNED): {"color": PURPLE, "marker": "D", "ls": "--", "label": "Q9/P1, fanned"},
+    Q8P1: {"color": GREEN, "marker": "^", "ls": "--", "label": "Q8/P1, fanned"},
+    Q9P1: {"color": PURPLE, "marker": "D", "ls": "--", "label": "Q9/P1, fanned"},
 }
 GRID = np.linspace(0.02, REDUCTION, 87)
 """Reductions of the band."""
@@ -159,10 +159,9 @@ def _keys(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
     return list(found.values()), list(found)
 
 
-def _of(rows: Sequence[Row], kind: Kind) -> list[Row]:
-    """Those of an element in a layout at the end, from coarse to fine."""
-    told = kind[0].value, kind[1].value, REDUCTION
-    mine = [row for row in rows if (row.element, row.layout, row.reduction) == told]
+def _of(rows: Sequence[Row], kind: Discretisation) -> list[Row]:
+    """Those of a discretisation at the end, from coarse to fine."""
+    mine = [row for row in rows if (row.of, row.reduction) == (kind, REDUCTION)]
     return sorted(mine, key=lambda row: row.elements)
 
 

@@ -35,6 +35,7 @@ from bipot.laws.hardening import Hardening
 from bipot.layout import Layout
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
+from bipot.tools import Sampling
 from studies.element_types import ElementType
 from studies.hardening_words import hardening_from_text, hardening_usage
 from studies.outputs import add_options
@@ -86,6 +87,7 @@ class Case:
     element: ElementType
     quadrature: Quadrature
     layout: Layout
+    sampling: Sampling
     increments: int | None
     form: FormName
     solver: str
@@ -114,6 +116,7 @@ class Case:
             quadrature=self.quadrature,
             configuration=self.configuration,
             layout=self.layout,
+            sampling=self.sampling,
         )
 
     def curve(self) -> Hardening:
@@ -185,6 +188,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
     layouts = [layout.value for layout in Layout]
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")
+    samplings = [sampling.value for sampling in Sampling]
+    p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument(
         "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
@@ -221,6 +226,7 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             kind,
             kind.quadrature if arguments.quadrature is None else Quadrature(arguments.quadrature),
             Layout(arguments.layout),
+            Sampling(arguments.sampling),
             increments,
             FormName(arguments.form),
             arguments.solver or DEFAULT_SOLVER,

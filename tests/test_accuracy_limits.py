@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import fields
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from bipot.layout import Layout
 from studies.accuracy.limits import TRUSTED, Level, bracketed, extrapolated, limit, told
 from studies.accuracy.mesh import MARKS
-from studies.accuracy.row import Row
+from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.scatter import jumps, scatters
 from studies.accuracy.smooth import EXPONENTS, smoothed
 from studies.element_types import ElementType
@@ -76,20 +77,20 @@ def test_errors_of_any_order_from_one_on_are_within_the_band(order):
 
 def meshes(*edges):
     """Of every trusted series, with so many edges between nodes a side."""
-    return [Level(name, n // (2 if name[0].element.quadratic else 1)) for name in TRUSTED for n in edges]
+    return [Level(name, n // (2 if name.element.element.quadratic else 1)) for name in TRUSTED for n in edges]
 
 
 def test_the_finest_spacing_counts_that_both_families_have_with_its_double():
     values = {mesh: float(mesh.edges) for mesh in meshes(20, 40)}
     assert set(told(values).values()) == {(40.0, 20.0)}
-    alone = Level((ElementType.Q4P0, Layout.TENSOR), 80)
+    alone = Level(Discretisation(ElementType.Q4P0), 80)
     assert told(values | {alone: 80.0}) == told(values)
-    joined = Level((ElementType.Q8P1, Layout.FANNED), 40)
+    joined = Level(Discretisation(ElementType.Q8P1, Layout.FANNED), 40)
     assert told(values | {alone: 80.0, joined: 80.0}) == {alone: (80.0, 40.0), joined: (80.0, 40.0)}
-    linear = {mesh: value for mesh, value in values.items() if mesh.name[0] is ElementType.Q4P0}
+    linear = {mesh: value for mesh, value in values.items() if mesh.of.element is ElementType.Q4P0}
     assert told(linear) == {}
     assert told(dict.fromkeys(meshes(40), 1.0)) == {}
-    odd = {Level((ElementType.Q4P0, Layout.TENSOR), n): 1.0 for n in (7, 3)}
+    odd = {Level(Discretisation(ElementType.Q4P0), n): 1.0 for n in (7, 3)}
     assert told(values | odd) == told(values)
 
 
@@ -104,7 +105,7 @@ def synthetic(rng, apart=0.0):
         def logarithm(x):
             rolled = 0.2 * np.clip((x - 0.02) / 0.43, 0, None) ** 1.4
             teeth = (mesh.edges * rolled + own) % 1 - 0.5
-            return smooth(x) + (slopes[mesh.name] - 0.8 * teeth) / mesh.edges
+            return smooth(x) + (slopes[mesh.of] - 0.8 * teeth) / mesh.edges
 
         return logarithm
 
@@ -132,9 +133,10 @@ def test_the_limit_is_within_its_band_where_elements_jump_together(apart, share)
 
 def row(mu, mesh, reduction):
     """Of the table; what no limit depends on is zero."""
-    kind, layout = mesh.name
-    told = {"mu": mu, "element": kind.value, "layout": layout.value, "elements": mesh.elements, "reduction": reduction}
-    return Row(**(dict.fromkeys((one.name for one in fields(Row)), 0) | told))
+    kind, layout, sampling = mesh.of
+    told = {"element": kind.value, "layout": layout.value, "sampling": sampling.value, "elements": mesh.elements}
+    none: dict[str, Any] = dict.fromkeys((one.name for one in fields(Row)), 0)
+    return Row(**none | told | {"mu": mu, "reduction": reduction})
 
 
 def test_limits_are_told_by_coefficient_and_reduction_as_far_as_runs_come():
@@ -142,7 +144,7 @@ def test_limits_are_told_by_coefficient_and_reduction_as_far_as_runs_come():
     curves = {}
     for mesh, whole in courses.items():
         for mark in (0.2, 0.45):
-            if mesh.name[0] is ElementType.Q4P0 or mark < 0.45:
+            if mesh.of.element is ElementType.Q4P0 or mark < 0.45:
                 kept = whole["at"] <= mark
                 one = {name: values[kept] for name, values in whole.items()}
                 curves[row(0.3, mesh, mark)] = one | {"max_radius_mm": one[FORCE], "contact_radius_mm": one[FORCE]}
@@ -165,7 +167,7 @@ def test_jumps_count_from_the_first_landing_on_in_runs_that_end():
     at = np.linspace(0.0, 0.45, 91)
     force = np.exp(at) * np.where(at > 0.0999, 1.10, 1.0) * np.where(at > 0.2999, 1.02, 1.0)
     landed = np.where(at > 0.1999, 1.0, 0.0) + np.where(at > 0.2999, 1.0, 0.0)
-    mesh = Level((ElementType.Q8P1, Layout.FANNED), 20)
+    mesh = Level(Discretisation(ElementType.Q8P1, Layout.FANNED), 20)
     whole, short, never = row(0.3, mesh, 0.45), row(0.3, mesh, 0.4), row(0.1, mesh, 0.45)
     given = {"at": at, FORCE: force, "landed": landed}
     (one,) = scatters([whole, short, never], {whole: given, short: given, never: given | {"landed": 0 * landed}}, 0.45)

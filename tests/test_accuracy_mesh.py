@@ -10,7 +10,7 @@ from bipot.layout import Layout
 from paper_figs import fig_mesh
 from studies.accuracy import mesh, plan
 from studies.accuracy.limits import Limit
-from studies.accuracy.row import Row
+from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.scatter import Scatter
 from studies.element_types import ElementType
 from studies.outputs import read_curves
@@ -27,21 +27,23 @@ def results(tmp_path_factory):
 
 
 def test_the_element_that_does_not_lock_is_softer_and_its_pressure_is_even(results):
-    rows = {(r["element"], r["layout"], r["elements"], r["reduction"]): r for r in read_csv(results / "mesh.csv", "")}
+    rows = {(str(r.of), r.elements, r.reduction): r for r in read_rows(results / "mesh.csv", Row)}
     assert len(rows) == len(plan.FAST.jobs()) * len(mesh.MARKS)
     for side in (3, 6):
-        papers, best = rows["q8", "tensor", side, 0.45], rows["q4p0", "tensor", 2 * side, 0.45]
-        assert best["force_N"] < 0.985 * papers["force_N"]
-        assert best["line"] < 0.1 * papers["line"]
-        assert best["p_min_MPa"] > papers["p_min_MPa"] > 0
-        assert best["overlap_mm"] < 1e-12
+        papers, best = rows["q8 tensor nodes", side, 0.45], rows["q4p0 tensor nodes", 2 * side, 0.45]
+        assert best.force_N < 0.985 * papers.force_N
+        assert best.line < 0.1 * papers.line
+        assert best.p_min_MPa > papers.p_min_MPa > 0
+        assert best.overlap_mm < 1e-12
 
 
 def test_profiles_carry_the_force_and_obey_the_law(results):
     found = read_curves(results / "mesh.h5")
     for row in read_rows(results / "mesh.csv", Row):
         along = found[mesh.name(row)]
-        assert (np.diff(along["radius"]) > 0).all()
+        apart = np.diff(along["radius"])
+        # Of two weighted points at a crease each is of its side.
+        assert (apart > 0).all() or (row.sampling == "weighted" and (apart >= 0).all())
         assert (np.abs(along["shear"]) <= row.mu * along["pressure"] * (1 + 1e-9)).all()
         assert (np.diff(along["at"]) > 0).all()
         assert (along["at"][-1], along["force_N"][-1]) == (row.reduction, row.force_N)
@@ -54,25 +56,25 @@ def test_profiles_carry_the_force_and_obey_the_law(results):
             assert force == pytest.approx(row.force_N, rel=0.12)
 
 
-@pytest.mark.parametrize("series", plan.ALL, ids=lambda one: f"{one.kind.value} {one.layout.value}")
+@pytest.mark.parametrize("series", plan.ALL, ids=lambda one: str(one.of))
 def test_without_friction_every_element_is_exact(series):
     """F = sigma_Y pi R^2 in logarithmic strain: 42815.427 N at 45 %."""
-    *_, (end, _) = mesh.run(plan.Job(0.0, series.kind, 2, 90, series.layout))
+    *_, (end, _) = mesh.run(plan.Job(0.0, series.of, 2, 90))
     assert end.reduction == 0.45
     assert end.force_N == pytest.approx(42815.427, rel=2e-6)
 
 
 def test_a_run_that_would_fold_is_told_as_far_as_it_comes():
-    found = mesh.run(plan.Job(0.3, ElementType.Q9P1, 3, 9))
+    found = mesh.run(plan.Job(0.3, Discretisation(ElementType.Q9P1), 3, 9))
     assert 0 < len(found) < len(mesh.MARKS)
-    whole = mesh.run(plan.Job(0.3, ElementType.Q9P1, 3, 9, Layout.FANNED))
+    whole = mesh.run(plan.Job(0.3, Discretisation(ElementType.Q9P1, Layout.FANNED), 3, 9))
     assert [row.reduction for row, _ in whole] == list(mesh.MARKS)
 
 
 def test_limits_and_jumps_are_written_from_the_rows(results):
     limits = read_rows(results / "limits.csv", Limit)
     assert len(limits) == 3 * len(mesh.MARKS)
-    assert {limit.meshes for limit in limits} == {"q4p0 tensor 12, q4p0 fanned 12, q8p1 fanned 6"}
+    assert {limit.meshes for limit in limits} == {"q4p0 tensor nodes 12, q4p0 fanned nodes 12, q8p1 fanned nodes 6"}
     for row in read_rows(results / "mesh.csv", Row):
         force = next(one for one in limits if (one.quantity, one.reduction) == ("force_N", row.reduction))
         if row.element == "q4p0":
@@ -140,16 +142,16 @@ def test_the_default_element_is_near_the_kept_limits_with_pressures_above_zero(m
 def test_the_kept_jumps_shrink_with_the_mesh():
     """In the mean over the elements by half, from 40 edges between nodes a side to 80 (mu = 0.3)."""
     kept = {
-        (row.element, row.layout, row.elements): row.scatter
+        (row.element, row.layout, row.sampling, row.elements): row.scatter
         for row in read_rows(KEPT / "scatter.csv", Scatter)
         if row.mu == 0.3 and row.element != "q8"
     }
     pairs = [
-        (size, kept[element, layout, 2 * n])
-        for (element, layout, n), size in kept.items()
-        if n == 20 and element != "q4p0"
+        (size, kept[element, layout, sampling, 2 * n])
+        for (element, layout, sampling, n), size in kept.items()
+        if n == 20 and element != "q4p0" and sampling == "nodes"
     ]
-    pairs += [(kept["q4p0", layout, 40], kept["q4p0", layout, 80]) for layout in ("tensor", "fanned")]
+    pairs += [(kept["q4p0", layout, "nodes", 40], kept["q4p0", layout, "nodes", 80]) for layout in ("tensor", "fanned")]
     assert len(pairs) == 4
     ratios = [fine / coarse for coarse, fine in pairs]
     assert np.mean(ratios) == pytest.approx(0.5, abs=0.1)

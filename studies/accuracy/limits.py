@@ -23,35 +23,34 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.layout import Layout
-from studies.accuracy.row import Row
+from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.smooth import QUANTITIES, WIDER, Course, smoothed
 from studies.element_types import ElementType
 
 TRUSTED = (
-    (ElementType.Q4P0, Layout.TENSOR),
-    (ElementType.Q4P0, Layout.FANNED),
-    (ElementType.Q8P1, Layout.FANNED),
-    (ElementType.Q9P1, Layout.FANNED),
+    Discretisation(ElementType.Q4P0),
+    Discretisation(ElementType.Q4P0, Layout.FANNED),
+    Discretisation(ElementType.Q8P1, Layout.FANNED),
+    Discretisation(ElementType.Q9P1, Layout.FANNED),
 )
 """What does not lock, and what only a fine mesh may fold."""
 
-Name = tuple[ElementType, Layout]
 Pair = tuple[float, float]
 
 
 class Level(NamedTuple):
-    """An element in a layout, and how many of them lie along a side."""
+    """A discretisation, and how many elements of it lie along a side."""
 
-    name: Name
+    of: Discretisation
     elements: int
 
     @property
     def edges(self) -> int:
         """Edges between nodes a side."""
-        return self.elements * (2 if self.name[0].element.quadratic else 1)
+        return self.elements * (2 if self.of.element.element.quadratic else 1)
 
     def __str__(self) -> str:
-        return f"{self.name[0].value} {self.name[1].value} {self.elements}"
+        return f"{self.of} {self.elements}"
 
 
 @dataclass(frozen=True)
@@ -85,14 +84,14 @@ def told(values: Mapping[Level, float]) -> dict[Level, Pair]:
     It is the finest spacing on which, and on whose double, series of both families have a value; series that have none
     there are left out. Empty where there is no such spacing.
     """
-    spaced = {(mesh.name, mesh.edges): value for mesh, value in values.items()}
+    spaced = {(mesh.of, mesh.edges): value for mesh, value in values.items()}
     for fine in sorted({mesh.edges for mesh in values}, reverse=True):
         both = {
-            mesh: (value, spaced[mesh.name, fine // 2])
+            mesh: (value, spaced[mesh.of, fine // 2])
             for mesh, value in values.items()
-            if mesh.edges == fine and fine % 2 == 0 and (mesh.name, fine // 2) in spaced
+            if mesh.edges == fine and fine % 2 == 0 and (mesh.of, fine // 2) in spaced
         }
-        if len({mesh.name[0].element.quadratic for mesh in both}) == 2:
+        if len({mesh.of.element.element.quadratic for mesh in both}) == 2:
             return both
     return {}
 
@@ -112,9 +111,8 @@ def courses_of(rows: Sequence[Row], curves: Mapping[Row, Course]) -> dict[float,
     """The courses of what is trusted by coefficient, each as far as the last row of its run."""
     out = dict[float, dict[Level, Course]]()
     for row in sorted(rows, key=lambda row: row.reduction):
-        name = ElementType(row.element), Layout(row.layout)
-        if name in TRUSTED and row.mu > 0:
-            out.setdefault(row.mu, {})[Level(name, row.elements)] = curves[row]
+        if row.of in TRUSTED and row.mu > 0:
+            out.setdefault(row.mu, {})[Level(row.of, row.elements)] = curves[row]
     return out
 
 

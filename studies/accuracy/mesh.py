@@ -3,11 +3,12 @@ r"""The paper's upsetting as the mesh is refined, with every element, and what i
     python -m studies.accuracy.mesh [--fast] [--resume | --overwrite] [--jobs N] [--out DIR]
 
 The seed's cylinder at mu = 0, 0.1 and 0.3, in equal increments after the start-up, 5 to 40 elements a side for a
-quadratic element and twice as many for a linear one, between lines or fanned out (:class:`~bipot.layout.Layout`).
-``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and 45 % of each run that comes so far (one that does not stops where an
-element would fold), ``DIR/mesh.h5`` the recovered tractions along the punch at each and the course of the force until
-then, ``DIR/limits.csv`` what the runs tend to (:mod:`studies.accuracy.limits`), and ``DIR/scatter.csv`` how far the
-force jumps as nodes land (:mod:`studies.accuracy.scatter`).
+quadratic element and twice as many for a linear one, between lines or fanned out (:class:`~bipot.layout.Layout`), with
+contact at nodes or in weighted means (:class:`~bipot.tools.Sampling`). ``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and
+45 % of each run that comes so far (one that does not stops where an element would fold), ``DIR/mesh.h5`` the tractions
+along the punch at each and the course of the force until then, ``DIR/limits.csv`` what the runs tend to
+(:mod:`studies.accuracy.limits`), and ``DIR/scatter.csv`` how far the force jumps as nodes land
+(:mod:`studies.accuracy.scatter`).
 
 ``line`` and ``corner`` are the alternating part of the nodal pressure of the consistent mass over its mean, as in
 :mod:`studies.corner`; ``p_min_MPa`` and ``p_max_MPa`` are of the recovered pressure that results hold and figures show,
@@ -36,7 +37,7 @@ from bipot.typing import Floats, Ints
 from studies import corner
 from studies.accuracy.limits import extrapolated
 from studies.accuracy.plan import FAST, Job, Plan
-from studies.accuracy.row import Row
+from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.scatter import scatters
 from studies.accuracy.smooth import AT, QUANTITIES
 from studies.command import command, say
@@ -46,7 +47,6 @@ from studies.tables import text, write_csv
 from studies.upsetting_case import FIRST
 
 NAME, REDUCTION = "mesh", 0.45
-NODAL = "nodal"
 CUTS = 3
 """Few: no run that comes to its end has taken one, and a fold is not come round."""
 
@@ -58,6 +58,7 @@ SHOWN = (
     "mu",
     "element",
     "layout",
+    "sampling",
     "elements",
     "reduction",
     "force_N",
@@ -66,17 +67,17 @@ SHOWN = (
     "p_min_MPa",
     "seconds",
 )
-Key = tuple[float, str, str, int, float]
+Key = tuple[float, Discretisation, int, float]
 
 
 def key(row: Row) -> Key:
     """What tells one row from another."""
-    return row.mu, row.element, row.layout, row.elements, row.reduction
+    return row.mu, row.of, row.elements, row.reduction
 
 
-def named(mu: float, element: str, layout: str, elements: int, reduction: float) -> str:
+def named(mu: float, of: Discretisation, elements: int, reduction: float) -> str:
     """The curves of a row in mesh.h5."""
-    return f"mu{mu:g} {element} {layout} {elements} {reduction:g}"
+    return f"mu{mu:g} {of} {elements} {reduction:g}"
 
 
 def name(row: Row) -> str:
@@ -137,10 +138,10 @@ def run(job: Job) -> list[tuple[Row, dict[str, Floats]]]:
             along = profile(system, accepted) | dict(zip(COURSE, np.array(course).T, strict=True))
             row = Row(
                 job.mu,
-                job.kind.value,
-                NODAL,
+                job.of.element.value,
+                job.of.sampling.value,
                 job.elements,
-                job.layout.value,
+                job.of.layout.value,
                 system.body.space.size,
                 accepted.number,
                 reduction,
@@ -171,7 +172,7 @@ def runs(jobs: Sequence[Job], workers: int) -> Iterator[list[tuple[Row, dict[str
         for done, rows in enumerate(completed(run, jobs, workers)):
             yield rows
             last = rows[-1][0] if rows else None
-            told = last and f"mu = {last.mu:g}, {last.element} {last.layout}, {last.elements} elements"
+            told = last and f"mu = {last.mu:g}, {last.of}, {last.elements} elements"
             progress.advance((done + 1) / len(jobs), told or "")
     finally:
         progress.close()
@@ -185,16 +186,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--out", type=Path, default=Path("results/accuracy"))
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument("--fast", action="store_true", help="two small meshes, three elements, few increments")
+    parser.add_argument("--fast", action="store_true", help="two small meshes, four discretisations, few increments")
     add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
-    order = [(j.mu, j.kind.value, j.layout.value, j.elements, mark) for j in plan.jobs() for mark in MARKS]
+    order = [(j.mu, j.of, j.elements, mark) for j in plan.jobs() for mark in MARKS]
     fixed = {"increments": plan.increments}
     made = ("limits.csv", "scatter.csv")
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, curve=name, derived=made)
     # One that would fold is run again: that it has ended is in no row.
-    left = [j for j in plan.jobs() if (j.mu, j.kind.value, j.layout.value, j.elements, MARKS[-1]) not in table]
+    left = [j for j in plan.jobs() if (j.mu, j.of, j.elements, MARKS[-1]) not in table]
     for found in runs(left, asked.jobs):
         table.add(*(row for row, _ in found), curves={name(row): along for row, along in found})
     curves = {row: table.curves[name(row)] for row in table.rows}

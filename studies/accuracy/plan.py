@@ -1,4 +1,4 @@
-"""What the mesh study runs: series of meshes, each of one element in one layout, at several coefficients."""
+"""What the mesh study runs: series of meshes, each of one discretisation, at several coefficients."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from bipot.layout import Layout
 from bipot.scene import Scene, upsetting
+from bipot.tools import Sampling
+from studies.accuracy.row import Discretisation
 from studies.element_types import ElementType
 
 SIDES = (5, 10, 20, 40)
@@ -16,10 +18,9 @@ COARSE = SIDES[:2]
 
 @dataclass(frozen=True)
 class Series:
-    """An element in a layout, with the sides that a quadratic element of it would have."""
+    """A discretisation, with the sides that a quadratic element of it would have."""
 
-    kind: ElementType
-    layout: Layout
+    of: Discretisation
     sides: tuple[int, ...] = SIDES
 
 
@@ -28,27 +29,36 @@ class Job:
     """One run: ``elements`` are those of a far side, ``increments`` those after the start-up."""
 
     mu: float
-    kind: ElementType
+    of: Discretisation
     elements: int
     increments: int
-    layout: Layout = Layout.TENSOR
 
     def scene(self) -> Scene:
         """The cylinder."""
-        element, volume = self.kind.element, self.kind.volume
-        return upsetting(mu=self.mu, elements=self.elements, element=element, volume=volume, layout=self.layout)
+        kind, layout, sampling = self.of
+        return upsetting(
+            mu=self.mu,
+            elements=self.elements,
+            element=kind.element,
+            volume=kind.volume,
+            layout=layout,
+            sampling=sampling,
+        )
 
 
 ALL = (
-    Series(ElementType.Q8, Layout.TENSOR),
-    Series(ElementType.Q4P0, Layout.TENSOR),
-    Series(ElementType.Q8P1, Layout.TENSOR, COARSE),
-    Series(ElementType.Q9P1, Layout.TENSOR, COARSE),
-    Series(ElementType.T6, Layout.TENSOR, COARSE),
-    Series(ElementType.Q4P0, Layout.FANNED),
-    Series(ElementType.Q8P1, Layout.FANNED),
-    Series(ElementType.Q9P1, Layout.FANNED),
-    Series(ElementType.T6, Layout.FANNED, COARSE),
+    Series(Discretisation(ElementType.Q8)),
+    Series(Discretisation(ElementType.Q4P0)),
+    Series(Discretisation(ElementType.Q8P1), COARSE),
+    Series(Discretisation(ElementType.Q9P1), COARSE),
+    Series(Discretisation(ElementType.T6), COARSE),
+    Series(Discretisation(ElementType.Q4P0, Layout.FANNED)),
+    Series(Discretisation(ElementType.Q8P1, Layout.FANNED)),
+    Series(Discretisation(ElementType.Q9P1, Layout.FANNED)),
+    Series(Discretisation(ElementType.T6, Layout.FANNED), COARSE),
+    Series(Discretisation(ElementType.Q8, Layout.TENSOR, Sampling.WEIGHTED), SIDES[:3]),
+    Series(Discretisation(ElementType.Q8P1, Layout.FANNED, Sampling.WEIGHTED), SIDES[:3]),
+    Series(Discretisation(ElementType.Q9P1, Layout.FANNED, Sampling.WEIGHTED), SIDES[:3]),
 )
 """Of what would fold in the corner only coarse meshes: finer ones end earlier."""
 
@@ -65,7 +75,7 @@ class Plan:
         """All runs, the short ones first; without friction the field is homogeneous, and a small mesh tells."""
         sides = sorted({side for series in self.series for side in series.sides})
         return [
-            Job(mu, one.kind, side * (1 if one.kind.element.quadratic else 2), self.increments, one.layout)
+            Job(mu, one.of, side * (1 if one.of.element.element.quadratic else 2), self.increments)
             for side in sides
             for mu in self.mus
             for one in self.series
@@ -76,10 +86,11 @@ class Plan:
 FAST = Plan(
     mus=(0.1,),
     series=(
-        Series(ElementType.Q8, Layout.TENSOR, (3, 6)),
-        Series(ElementType.Q4P0, Layout.TENSOR, (3, 6)),
-        Series(ElementType.Q4P0, Layout.FANNED, (3, 6)),
-        Series(ElementType.Q8P1, Layout.FANNED, (3, 6)),
+        Series(Discretisation(ElementType.Q8), (3, 6)),
+        Series(Discretisation(ElementType.Q4P0), (3, 6)),
+        Series(Discretisation(ElementType.Q4P0, Layout.FANNED), (3, 6)),
+        Series(Discretisation(ElementType.Q8P1, Layout.FANNED), (3, 6)),
+        Series(Discretisation(ElementType.Q8P1, Layout.FANNED, Sampling.WEIGHTED), (4,)),
     ),
     increments=18,
 )

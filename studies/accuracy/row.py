@@ -1,8 +1,24 @@
-"""What the mesh study writes of a run at a reduction."""
+"""What the mesh study writes of a run at a reduction, and what tells one series of meshes from another."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
+
+from bipot.layout import Layout
+from bipot.tools import Sampling
+from studies.element_types import ElementType
+
+
+class Discretisation(NamedTuple):
+    """An element in a layout, and where its contact is posed."""
+
+    element: ElementType
+    layout: Layout = Layout.TENSOR
+    sampling: Sampling = Sampling.NODES
+
+    def __str__(self) -> str:
+        return " ".join(word.value for word in self)
 
 
 @dataclass(frozen=True)
@@ -29,3 +45,8 @@ class Row:
     cuts: int
     fallbacks: int
     seconds: float
+
+    @property
+    def of(self) -> Discretisation:
+        """What it is a mesh of."""
+        return Discretisation(ElementType(self.element), Layout(self.layout), Sampling(self.sampling))

@@ -29,6 +29,7 @@ class Scatter:
     mu: float
     element: str
     layout: str
+    sampling: str
     elements: int
     first_landing: float
     landings: int
@@ -64,6 +65,7 @@ def scatters(rows: Sequence[Row], courses: Mapping[Row, Mapping[str, Floats]], e
                 row.mu,
                 row.element,
                 row.layout,
+                row.sampling,
                 row.elements,
                 float(course["at"][first]),
                 int(landed.max()),

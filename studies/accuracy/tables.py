@@ -12,6 +12,7 @@ from studies.accuracy.scatter import Scatter
 from studies.tables import read_rows
 
 Lines = tuple[list[str], list[list[str]]]
+Mesh = tuple[str, str, str, int]
 SHOWN = (0.2, 0.45)
 NONE = "–"
 
@@ -40,34 +41,39 @@ def _with_band(limit: Limit | None) -> str:
 def of_meshes(results: Path) -> Lines:
     """Force and evenness of the pressure, a row a mesh."""
     rows = read_rows(results / f"{NAME}.csv", Row)
-    found = {(row.element, row.layout, row.elements, row.mu, row.reduction): row for row in rows}
+    found = {(*_mesh(row), row.mu, row.reduction): row for row in rows}
     columns = [(mu, part) for mu in sorted({row.mu for row in rows if row.mu > 0}) for part in SHOWN]
     head = [f"mu {mu:g}, {100 * part:g} %: {what}" for mu, part in columns for what in ("force [N]", "line")]
     lines = list[list[str]]()
     for mesh in _by_series(rows):
         cells = [_shown(found.get((*mesh, *column))) for column in columns]
         lines.append([*map(str, mesh), *(cell for pair in cells for cell in pair)])
-    return ["element", "layout", "a side", *head], lines
+    return ["element", "layout", "contact", "a side", *head], lines
 
 
 def of_scatter(results: Path) -> Lines:
     """Landings and the largest jump of the force at the largest coefficient, a row a mesh that comes to the end."""
     rows = read_rows(results / "scatter.csv", Scatter)
     shown = [row for row in rows if row.mu == max(row.mu for row in rows)]
-    found = {(row.element, row.layout, row.elements): row for row in shown}
+    found = {_mesh(row): row for row in shown}
     lines = [
         [*map(str, mesh), f"{100 * row.first_landing:.1f} %", str(row.landings), f"{100 * row.scatter:.1f} %"]
         for mesh in _by_series(shown)
         for row in [found[mesh]]
     ]
-    return ["element", "layout", "a side", "first landing", "nodes landed", "largest jump"], lines
+    return ["element", "layout", "contact", "a side", "first landing", "nodes landed", "largest jump"], lines
 
 
-def _by_series(rows: Sequence[Row] | Sequence[Scatter]) -> list[tuple[str, str, int]]:
-    """Element, layout and elements a side of every mesh: series after series, each from coarse to fine."""
-    meshes = dict.fromkeys((row.element, row.layout, row.elements) for row in rows)
-    series = list(dict.fromkeys((element, layout) for element, layout, _ in meshes))
-    return sorted(meshes, key=lambda mesh: (series.index(mesh[:2]), mesh[2]))
+def _by_series(rows: Sequence[Row] | Sequence[Scatter]) -> list[Mesh]:
+    """Every mesh: series after series, each from coarse to fine."""
+    meshes = dict.fromkeys(map(_mesh, rows))
+    series = list(dict.fromkeys(mesh[:-1] for mesh in meshes))
+    return sorted(meshes, key=lambda mesh: (series.index(mesh[:-1]), mesh[-1]))
+
+
+def _mesh(row: Row | Scatter) -> Mesh:
+    """Element, layout, sampling of contact and elements a side."""
+    return row.element, row.layout, row.sampling, row.elements
 
 
 def _shown(row: Row | None) -> tuple[str, str]:
