@@ -159,6 +159,20 @@ def test_the_layout_is_of_the_mesh_and_of_the_stored_run(tmp_path, capsys):
     assert "layout = fanned, not tensor" in capsys.readouterr().err
 
 
+def test_the_sampling_is_of_the_tool_and_of_the_stored_run_which_resumes(tmp_path, monkeypatch, capsys):
+    line = ["--mu", "0.3", "--sampling", "weighted"]
+    assert study(tmp_path / "whole", *line) == 0
+    with monkeypatch.context() as patched:
+        patched.setattr(upsetting, "march", broken(KeyboardInterrupt()))
+        assert study(tmp_path / "parts", *line) == 130
+    assert study(tmp_path / "parts", *line, "--resume") == 0
+    resumed, whole = (open_results(tmp_path / name / "mu0.3") for name in ("parts", "whole"))
+    assert resumed.parameters["sampling"] == "weighted"
+    np.testing.assert_array_equal(resumed["force_N"], whole["force_N"])
+    assert study(tmp_path / "parts", "--mu", "0.3", "--resume") == 2
+    assert "sampling = weighted, not nodes" in capsys.readouterr().err
+
+
 def test_an_interrupted_study_resumes_to_the_history_of_a_whole_one(tmp_path, monkeypatch):
     assert study(tmp_path / "whole", "--mu", "0.3") == 0
     with monkeypatch.context() as patched:
