@@ -19,18 +19,20 @@ from bipot import (
     block,
     march,
 )
+from bipot.pacing import error_estimate
+from bipot.tensors import norm
 
 METAL = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 700.0))
 BASE, LEFT = Support("base", 1), Support("left", 0)
 WALL, DRIVEN_WALL = Support("right", 0), Prescribed("right", 0, 0.05)
 
 
-def pressed(sampling, *supports, element=Element.Q8, mu=0.3, slide=0.1):
+def pressed(sampling, *supports, element=Element.Q8, mu=0.3, slide=0.1, press=0.05):
     """A block on its base that a tool presses, and then slides along where ``slide`` says so."""
     tool = FlatTool(
         point=(0.0, 4.0),
         normal=(0.0, -1.0),
-        travel=(slide, -0.05),
+        travel=(slide, -press),
         path=((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0))),
         candidates=("top",),
         mu=mu,
@@ -69,3 +71,12 @@ def test_a_mean_cut_by_a_plane_of_symmetry_is_that_of_the_whole_body(element):
     for part, both in zip(march(half, Schedule(5, 0.01)), march(whole, Schedule(5, 0.01)), strict=True):
         assert part.tool_force(0) == pytest.approx(both.tool_force(0), rel=1e-6, abs=1e-3)
         assert part.energies.friction == pytest.approx(both.energies.friction, rel=1e-6)
+
+
+def test_round_off_in_a_body_that_rests_does_not_choose_the_increments():
+    """A tool that slides on strains the block no more: its increments double until the path is at its end."""
+    scene = pressed(Sampling.NODES, LEFT, element=Element.Q4, slide=0.3, press=0.2)
+    slide = march(scene, Schedule(accuracy=1e-4))
+    rests = [accepted for accepted in slide if norm(accepted.state.du).max() < 1e-9]
+    assert len(rests) > 1
+    assert max(error_estimate(accepted.start, accepted.solved) for accepted in rests) < 1e-12
