@@ -29,7 +29,7 @@ import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
-from bipot.sampling import Points, points
+from bipot.sampling import Points, creased, points
 from bipot.scene import Scene, free_along
 from bipot.tensors import norm
 from bipot.tools import ACROSS
@@ -228,7 +228,7 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
     moving = [_moving(scene, space, k, own) for k, own in enumerate(found)]
     chosen = [moves[:, 0] for moves in moving]
-    rests = [_mirrored(scene, k, own.node) for k, own in enumerate(found)]
+    rests = [_mirrored(scene, k, own) for k, own in enumerate(found)]
     none, mu = np.empty(0, dtype=bool), [np.empty(0)]
     for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
         mu.append(np.array([tool.mu_at.get(a, tool.mu) for a in own.node[moves].tolist()], dtype=np.float64))
@@ -259,13 +259,16 @@ def _moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
     return out
 
 
-def _mirrored(scene: Scene, number: int, nodes: Ints) -> Bools:
-    """Whether slip and shear are zero at nodes (a,), where the body beyond them slips the other way.
+def _mirrored(scene: Scene, number: int, own: Points) -> Bools:
+    """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
 
-    These are nodes of planes of symmetry across the tangent, and of a ring's axis.
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
     """
-    _, tangent = frames(np.array(scene.tools[number].normal))
-    return ~free_along(~scene.mirrored[nodes], tangent)
+    tangent = frames(np.array(scene.tools[number].normal))[1]
+    rests = scene.mirrored[own.node]
+    for plane in scene.planes:
+        rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
+    return ~free_along(~rests, tangent)
 
 
 def _movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
