@@ -15,7 +15,7 @@ int psi_p N_k dA = 0 for k other than p: weighted gaps are those of the nodes, a
 
 Where a boundary turns by more than :data:`CREASE` the mean stops: at a corner of the body, of which one side lies on
 the tool and the other goes up, both sides have a point of their own. So have a side and its mirror image beyond a plane
-of symmetry.
+of symmetry, and all edges where parts of the body meet in one node.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 def _ends(nodes: Floats, lines: Ints) -> tuple[Ints, Ints]:
     """Points (f, 2) at the ends of quadratic edges (f, 3), and their nodes (p,).
 
-    One where edges go on, two at a crease.
+    One where two edges go on, or one ends; one for each edge at a crease and where more than two meet.
     """
     away = _away(nodes, lines)
     ends = lines[:, [0, 2]]
@@ -98,13 +98,14 @@ def _ends(nodes: Floats, lines: Ints) -> tuple[Ints, Ints]:
     first = np.cumsum(count) - count
     way = away.reshape(-1, 2)[order]
     second = np.minimum(first + 1, len(order) - 1)
-    # Edges that go straight on leave their node in opposite directions.
-    split = (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
-    number = np.repeat(np.cumsum(1 + split) - 1 - split, count)
-    number[second[split]] += 1
+    # Edges that go straight on leave their node in opposite directions; of three or more none goes on.
+    split = (count > 2) | (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
+    parts = np.where(split, count, 1)
+    own = np.repeat(split, count) * (np.arange(len(order)) - np.repeat(first, count))
+    number = np.repeat(np.cumsum(parts) - parts, count) + own
     edges = np.empty(len(order), dtype=np.intp)
     edges[order] = number
-    return edges.reshape(-1, 2), np.repeat(node, 1 + split)
+    return edges.reshape(-1, 2), np.repeat(node, parts)
 
 
 def _away(nodes: Floats, lines: Ints) -> Floats:

@@ -21,6 +21,7 @@ from bipot import (
     march,
 )
 from bipot.pacing import error_estimate
+from bipot.sampling import points
 from bipot.tensors import norm
 
 METAL = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 700.0))
@@ -86,3 +87,21 @@ def test_round_off_in_a_body_that_rests_does_not_choose_the_increments():
     rests = [accepted for accepted in slide if norm(accepted.state.du).max() < 1e-9]
     assert len(rests) > 1
     assert max(error_estimate(accepted.start, accepted.solved) for accepted in rests) < 1e-12
+
+
+def test_where_parts_of_the_body_meet_in_a_node_every_edge_has_its_own_mean():
+    """A block with two holes that share a corner: of its four edges none goes on as another."""
+    whole = block(4.0, 4.0, 4, 4, element=Element.Q8)
+    middles = whole.nodes[whole.elements[:, :4]].mean(axis=1)
+    out = (np.abs(middles - 1.5) < 0.1).all(axis=1) | (np.abs(middles - 2.5) < 0.1).all(axis=1)
+    used, cells = np.unique(whole.elements[~out], return_inverse=True)
+    around = [cell[[k, 4 + k, (k + 1) % 4]] for cell in whole.elements[out] for k in range(4)]
+    names = {"base": whole.boundary("base"), "hole": np.array(around)}
+    mesh = Mesh(whole.nodes[used], cells.reshape(-1, 8), {name: np.searchsorted(used, e) for name, e in names.items()})
+    tool = FlatTool((0.0, -1.0), (0.0, 1.0), (0.0, 0.0), ("hole",), 0.1, sampling=Sampling.WEIGHTED)
+    own = points(mesh, Geometry.PLANE_STRAIN, tool)
+    (shared,) = np.flatnonzero((mesh.nodes == [2.0, 2.0]).all(axis=1))
+    assert (own.node == shared).sum() == 4
+    # each is the mean of one edge's nodes, as at the other corners
+    assert (np.bincount(own.edges.ravel()) == 1).all()
+    assert np.diff(own.weights.indptr).tolist() == [3] * 16
