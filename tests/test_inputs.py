@@ -38,6 +38,7 @@ NAN, INF = float("nan"), float("inf")
         (lambda: scene(configuration="midpoint"), "scene.configuration = 'midpoint'"),
         (lambda: scene(configuration=Geometry.PLANE_STRAIN), "must be a Configuration, e.g. Configuration.MIDPOINT"),
         (lambda: scene(quadrature="gauss2"), "e.g. Quadrature.GAUSS2"),
+        (lambda: upsetting(mu=0.1, sampling="weighted"), "'weighted': must be a Sampling, e.g. Sampling.WEIGHTED"),  # type: ignore[arg-type]
         (lambda: upsetting(mu=0.1, quadrature="gauss2"), "scene.quadrature = 'gauss2'"),
         (lambda: upsetting(mu=0.1, configuration="paper"), "scene.configuration = 'paper'"),
         (lambda: Tangent(kind="continuum"), "tangent.kind = 'continuum': must be a TangentKind"),
