@@ -14,6 +14,9 @@ from bipot.increment import Solved, advance
 from bipot.response import State
 from bipot.typing import Bools, as_array, read_only
 
+SHORTEST = 1e-20
+"""Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
+
 
 @dataclass(frozen=True)
 class Course:
@@ -90,7 +93,7 @@ class Course:
     def _require_length(self, name: str) -> None:
         value, field = getattr(self, name), f"course.{name}"
         require_number(value, field)
-        require(math.isnan(value) or 0 < value <= 1, field, value, "NaN, or in (0, 1]")
+        require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
 
 
 def largest_force(state: State) -> float:

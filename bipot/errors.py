@@ -128,7 +128,7 @@ def require_type(value: object, kind: type, field: str, *, optional: bool = Fals
     allowed = f"{article} {kind.__name__}"
     if issubclass(kind, Enum):
         meant = [member for member in kind if str(value).lower() in (str(member.value).lower(), member.name.lower())]
-        allowed += f", e.g. {next(iter(meant or kind))}"
+        allowed += f", e.g. {kind.__name__}.{next(iter(meant or kind)).name}"
     require(False, field, value, allowed + (" or None" if optional else ""))
 
 

@@ -53,6 +53,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     Raises:
         SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a force on a tool that touches nothing,
             a material that does not flow or hardens for ever.
+        InfeasibleProgram: any multiple is carried, by elements that lock, supports or tools.
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
     """
     require_type(scene, Scene, "scene")

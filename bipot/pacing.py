@@ -37,12 +37,16 @@ from bipot.iterate import Increment
 from bipot.response import State
 from bipot.schedule import SAME
 from bipot.system import System
+from bipot.tensors import norm
 
 TURNED = 1.6e-3
 """Change of velocity squared that still is a bend."""
 
 ONSET, YIELDING, BEGUN = 1.4, 12.0, 0.4
 """First strain over sqrt(accuracy), and over yield stress by Young's modulus; the second increment over the first."""
+
+RESTS = 1e-6
+"""A body whose nodes all move by less than this fraction of what its increment may be expected to move them rests."""
 
 UNDRIVEN = 0.05
 """First pseudo-time where no tool or support goes a path."""
@@ -83,7 +87,9 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
     speed = float(np.vdot(velocity, velocity))
-    if not (start.length > 0 and speed > 0) or at_kink(increment.system, start.tau):
+    # What round-off moves turns as it likes, as under a tool that slides over a body that it no longer strains.
+    moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length
+    if not (start.length > 0 and moves) or at_kink(increment.system, start.tau):
         return 0.0
     change = velocity - start.velocity
     return min(float(np.vdot(change, change)) / speed, TURNED)

@@ -14,7 +14,8 @@ a gap may be below zero where another is above (:mod:`bipot.overlap`). On linear
 int psi_p N_k dA = 0 for k other than p: weighted gaps are those of the nodes, and both choices are one.
 
 Where a boundary turns by more than :data:`CREASE` the mean stops: at a corner of the body, of which one side lies on
-the tool and the other goes up, both sides have a point of their own.
+the tool and the other goes up, both sides have a point of their own. So have a side and its mirror image beyond a plane
+of symmetry, and all edges where parts of the body meet in one node.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from bipot.fem.surface import edge_mass
 from bipot.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools import FlatTool, Sampling
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 
 CREASE = 0.5
 """Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
@@ -88,22 +89,40 @@ def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 def _ends(nodes: Floats, lines: Ints) -> tuple[Ints, Ints]:
     """Points (f, 2) at the ends of quadratic edges (f, 3), and their nodes (p,).
 
-    One where edges go on, two at a crease.
+    One where two edges go on, or one ends; one for each edge at a crease and where more than two meet.
     """
-    x = nodes[lines]
-    # At s = 0 and 1 the parabola leaves the edge along these.
-    away = np.stack([4 * x[:, 1] - 3 * x[:, 0] - x[:, 2], 4 * x[:, 1] - x[:, 0] - 3 * x[:, 2]], axis=1)
-    away /= norm(away)[..., None]
+    away = _away(nodes, lines)
     ends = lines[:, [0, 2]]
     node, inverse, count = np.unique(ends, return_inverse=True, return_counts=True)
     order = np.argsort(inverse.ravel(), kind="stable")
     first = np.cumsum(count) - count
     way = away.reshape(-1, 2)[order]
     second = np.minimum(first + 1, len(order) - 1)
-    # Edges that go straight on leave their node in opposite directions.
-    creased = (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
-    number = np.repeat(np.cumsum(1 + creased) - 1 - creased, count)
-    number[second[creased]] += 1
+    # Edges that go straight on leave their node in opposite directions; of three or more none goes on.
+    split = (count > 2) | (count == 2) & (-np.vecdot(way[first], way[second]) < CREASE)
+    parts = np.where(split, count, 1)
+    own = np.repeat(split, count) * (np.arange(len(order)) - np.repeat(first, count))
+    number = np.repeat(np.cumsum(parts) - parts, count) + own
     edges = np.empty(len(order), dtype=np.intp)
     edges[order] = number
-    return edges.reshape(-1, 2), np.repeat(node, 1 + creased)
+    return edges.reshape(-1, 2), np.repeat(node, parts)
+
+
+def _away(nodes: Floats, lines: Ints) -> Floats:
+    """Unit vectors (f, 2, d) along which quadratic edges (f, 3), parabolas, go from their ends."""
+    x = nodes[lines]
+    away = np.stack([4 * x[:, 1] - 3 * x[:, 0] - x[:, 2], 4 * x[:, 1] - x[:, 0] - 3 * x[:, 2]], axis=1)
+    return away / norm(away)[..., None]
+
+
+def creased(mesh: Mesh, own: Points, direction: int) -> Bools:
+    """Whether at points (p,) on a plane of symmetry across ``direction`` the mean stops: their mirror images begin.
+
+    The mean of a node by itself is that of its mirror image too.
+    """
+    out = np.zeros(len(own.node), dtype=bool)
+    if own.weighted:
+        # Of an edge and its mirror image w . w' = 1 - 2 w_d^2.
+        turns = 2 * _away(mesh.nodes, own.lines)[..., direction] ** 2 - 1 < CREASE
+        np.logical_or.at(out, own.edges, turns)
+    return out

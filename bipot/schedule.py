@@ -32,8 +32,8 @@ class Schedule:
 
     Raises:
         SceneError: a count below one or above :data:`MOST`, a start-up that does not fit into [0, 1), a landing outside
-            (start-up, 1), an accuracy outside [:data:`FINEST`, :data:`COARSEST`], both or none of increments and
-            accuracy.
+            (start-up, 1) or within :data:`SAME` of its ends or of another, an accuracy outside [:data:`FINEST`,
+            :data:`COARSEST`], both or none of increments and accuracy.
     """
 
     increments: int | None = None
@@ -60,8 +60,10 @@ class Schedule:
         begin = self._start_up()[-1]
         for landing in self.landings:
             require_number(landing, "landing")
-            require(begin < landing < 1, "landing", landing, f"in ({begin:.4g}, 1), after the start-up")
-        require(len(set(self.landings)) == len(self.landings), "landings", self.landings, "different")
+            allowed = f"in ({begin:.4g}, 1), after the start-up, and {SAME:g} from its ends"
+            require(begin + SAME < landing < 1 - SAME, "landing", landing, allowed)
+        apart = np.diff(sorted(self.landings)).min(initial=1.0)
+        require(apart > SAME, "landings", self.landings, f"different by more than {SAME:g}")
 
     def _require_accuracy(self, accuracy: float) -> None:
         """Refuse one that is none, and what it leaves nothing to say for."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.course import Course
+from bipot.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
@@ -20,9 +20,6 @@ from bipot.typing import Bools, Floats
 
 PLACED = 1e-9
 """How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
-
-SHORTEST = 1e-20
-"""Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
 
 YIELDED = 1e-8
 """How far a stress may be outside the yield surface, or its pressure off what elements hold, relative to it."""

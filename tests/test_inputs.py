@@ -38,6 +38,7 @@ NAN, INF = float("nan"), float("inf")
         (lambda: scene(configuration="midpoint"), "scene.configuration = 'midpoint'"),
         (lambda: scene(configuration=Geometry.PLANE_STRAIN), "must be a Configuration, e.g. Configuration.MIDPOINT"),
         (lambda: scene(quadrature="gauss2"), "e.g. Quadrature.GAUSS2"),
+        (lambda: upsetting(mu=0.1, sampling="weighted"), "'weighted': must be a Sampling, e.g. Sampling.WEIGHTED"),  # type: ignore[arg-type]
         (lambda: upsetting(mu=0.1, quadrature="gauss2"), "scene.quadrature = 'gauss2'"),
         (lambda: upsetting(mu=0.1, configuration="paper"), "scene.configuration = 'paper'"),
         (lambda: Tangent(kind="continuum"), "tangent.kind = 'continuum': must be a TangentKind"),
@@ -107,6 +108,9 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Schedule(2, landings=0.5), "landings = 0.5: must be a tuple of numbers"),
         (lambda: Schedule(2, landings=("0.5",)), "landing = '0.5': must be a number"),
         (lambda: Schedule(2, landings=(0.5, 0.5)), "landings = .*: must be different"),
+        (lambda: Schedule(2, landings=(0.5, 0.5 + 1e-12)), "landings = .*: must be different by more than 1e-09"),
+        (lambda: Schedule(accuracy=1e-3, landings=(5e-324,)), "landing = 5e-324: must be in .* 1e-09 from its ends"),
+        (lambda: Schedule(2, landings=(1 - 1e-12,)), "landing = .*: must be in .* 1e-09 from its ends"),
         (lambda: Support("base", True), "support.direction = True"),
         (lambda: Support("base", 1.0), "support.direction = 1.0"),
         (lambda: Support(1, 1), "support.boundary = 1: must be a str"),

@@ -32,7 +32,7 @@ from bipot import (
     ring,
 )
 from bipot.elements import Element
-from bipot.errors import ProgramError
+from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.fem.elements import tabulated
 from bipot.fem.projection import VolumeChange
 from bipot.programs.limit import LimitProgram
@@ -171,3 +171,24 @@ def test_a_march_reaches_what_is_just_below():
 def test_what_has_no_limit_load_is_refused(make, words):
     with pytest.raises(SceneError, match=words):
         make()
+
+
+def locked():
+    """A tube of elements that hold their volume at every point: bilinear ones have no such motion around an axis."""
+    return Scene(
+        mesh=ring(100.0, 200.0, 10.0, 6, 1),
+        geometry=Geometry.AXISYMMETRIC,
+        material=VonMises(STEEL, Perfect(240.0)),
+        supports=(Support("base", 1), Support("top", 1)),
+        loads=(Pressure("bore", 1.0),),
+        volume=VolumeChange.AS_IS,
+    )
+
+
+def test_a_mesh_that_locks_is_said_to_carry_whatever_it_is_given(monkeypatch):
+    with pytest.raises(InfeasibleProgram, match="elements that lock, supports or tools carry any multiple"):
+        limit_load(locked())
+    # where interior points end without an answer there is no motion to choose among
+    monkeypatch.setattr(LimitProgram, "motion", refused_before_the_basis)
+    with pytest.raises(InfeasibleProgram, match="elements that lock"):
+        limit_load(locked())

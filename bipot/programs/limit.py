@@ -40,6 +40,12 @@ KEPT = 1e-9
 curved elements that lock, a solver may leave 3e-7, and the limit load 1.5 % too low."""
 
 
+UNMOVED = (
+    "no motion that the load drives keeps the volume of the elements and closes no contact: "
+    "elements that lock, supports or tools carry any multiple of it"
+)
+
+
 @dataclass(frozen=True)
 class Mechanism:
     """A motion v (n,) of a body by which a load gains one, judged: everything over that gain.
@@ -128,11 +134,18 @@ class LimitProgram:
         """The answer (n,) to the sparse program as it stands.
 
         Raises:
-            ProgramError: there is none.
+            InfeasibleProgram: no motion that the load drives keeps the volume.
+            ProgramError: no answer.
         """
+        largest = np.abs(self.force).max(initial=0.0)
+        if not largest > 0:
+            raise InfeasibleProgram(UNMOVED)
         # However small or large the load, the program is one of numbers about one.
-        program = replace(self, force=self.force / np.abs(self.force).max())
-        answer, _ = solver.solve(program.conic(), accuracy)
+        program = replace(self, force=self.force / largest)
+        try:
+            answer, _ = solver.solve(program.conic(), accuracy)
+        except InfeasibleProgram as none:
+            raise InfeasibleProgram(UNMOVED) from none
         return answer.block(Block.DISPLACEMENT)
 
     def judged(self, v: Floats) -> Mechanism:
