@@ -111,7 +111,7 @@ def _farthest(c: Collapse, k: int) -> float:
     """
     contacts, direction = c.contacts, c.led.direction[k]
     mine = c.touching & (contacts.tool == c.led.tool[k])
-    welded, v = mine & np.isinf(contacts.mu), c.motion[contacts.node]
+    welded, v = mine & np.isinf(contacts.mu), contacts.mean(c.motion)
     ways = [v[welded] @ direction]
     for sign in (-1.0, 1.0):
         leaning = contacts.normal + sign * np.where(np.isinf(contacts.mu), 0.0, contacts.mu)[:, None] * contacts.tangent
@@ -129,10 +129,10 @@ def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
 
     That by more than contacts open by as they slip: the body itself slips without opening.
     """
-    contacts, way = c.contacts, np.zeros((len(c.contacts.node), 2))
+    contacts, way = c.contacts, np.zeros((len(c.contacts.tool), 2))
     for number, direction, gone in zip(c.led.tool, c.led.direction, ways, strict=True):
         way[contacts.tool == number] = gone * direction
-    v = c.motion[contacts.node] - way
+    v = contacts.mean(c.motion) - way
     opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
     welded = np.isinf(contacts.mu)
     dilated = np.where(welded, 0.0, contacts.mu) * slip
