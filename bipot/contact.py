@@ -53,10 +53,12 @@ LEAST_MOTION = 1e-6
 
 @dataclass(frozen=True)
 class Candidates:
-    """Points that may touch a tool, tool by tool: ``node``, ``tool``, ``tangent_free`` and coefficient ``mu`` (c,).
+    """Points that may touch a tool, tool by tool: ``node``, ``tool`` and coefficient ``mu`` (c,).
 
     ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
-    ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none.
+    ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are
+    those with friction: a node of theirs may move along the tangent, and no symmetry makes slip and shear zero.
+    ``tangent_held`` (c,) are those of which supports hold all nodes.
     """
 
     scene: Scene
@@ -67,6 +69,7 @@ class Candidates:
     node: Ints
     tool: Ints
     tangent_free: Bools
+    tangent_held: Bools
     mu: Floats
 
     @cached_property
@@ -223,18 +226,17 @@ def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    chosen, tangent_free, mu = list[Bools](), [np.empty(0, dtype=bool)], [np.empty(0)]
-    for k, own in enumerate(found):
-        node = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
-        moves = np.zeros(len(own.node), dtype=bool)
-        moves[node[_movable(scene, space, k, np.asarray(own.weights.indices, np.intp))[:, 0]]] = True
-        chosen.append(moves)
-        tangent_free.append(_movable(scene, space, k, own.node)[moves, 1])
-        tool = scene.tools[k]
+    moving = [_moving(scene, space, k, own) for k, own in enumerate(found)]
+    chosen = [moves[:, 0] for moves in moving]
+    rests = [_mirrored(scene, k, own.node) for k, own in enumerate(found)]
+    none, mu = np.empty(0, dtype=bool), [np.empty(0)]
+    for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
         mu.append(np.array([tool.mu_at.get(a, tool.mu) for a in own.node[moves].tolist()], dtype=np.float64))
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
+    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(moving, chosen, strict=True))])
+    mirrored = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,
         space=space,
@@ -243,9 +245,27 @@ def candidates(scene: Scene, space: Space) -> Candidates:
         weights=sp.csr_matrix(sp.vstack([sp.csr_matrix((0, len(scene.mesh.nodes))), *weights])),
         node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
         tool=np.repeat(np.arange(len(found)), counts),
-        tangent_free=np.concatenate(tangent_free),
+        tangent_free=slides & ~mirrored,
+        tangent_held=~slides,
         mu=np.concatenate(mu),
     )
+
+
+def _moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
+    """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`_movable`."""
+    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+    out = np.zeros((len(own.node), 2), dtype=bool)
+    np.logical_or.at(out, owner, _movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
+    return out
+
+
+def _mirrored(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether slip and shear are zero at nodes (a,), where the body beyond them slips the other way.
+
+    These are nodes of planes of symmetry across the tangent, and of a ring's axis.
+    """
+    _, tangent = frames(np.array(scene.tools[number].normal))
+    return ~free_along(~scene.mirrored[nodes], tangent)
 
 
 def _movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:

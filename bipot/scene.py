@@ -125,6 +125,17 @@ class Scene:
         return 2 ** len(self.planes)
 
     @cached_property
+    def mirrored(self) -> Bools:
+        """Which displacements (a, d) are held because the body beyond the node moves the other way."""
+        out = np.zeros(self.mesh.nodes.shape, dtype=bool)
+        for support in self.supports:
+            if isinstance(support, Symmetry):
+                out[self.mesh.boundary_nodes(support.boundary), support.direction] = True
+        if self.geometry is Geometry.AXISYMMETRIC:
+            out[:, 0] = self._on_axis
+        return out
+
+    @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
@@ -194,15 +205,20 @@ class Scene:
                 once = f"such that node {dof // 2} has one displacement along {dof % 2}"
                 require(said.setdefault(dof, own) == own, "scene.supports", self.supports, once)
 
+    @property
+    def _on_axis(self) -> Bools:
+        """Which nodes (a,) of a meridian are on the axis."""
+        r = self.mesh.nodes[:, 0]
+        return r <= AXIS * r.max()
+
     def _check_axis(self) -> None:
         """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
         if self.geometry is Geometry.AXISYMMETRIC:
-            r = self.mesh.nodes[:, 0]
-            loose = np.setdiff1d(2 * np.flatnonzero(r <= AXIS * r.max()), self.held)[:1] // 2
+            loose = np.setdiff1d(2 * np.flatnonzero(self._on_axis), self.held)[:1] // 2
             what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
             require(not loose.size, "scene.supports", self.supports, what)
             moving = [s for s in self.supports if isinstance(s, Prescribed) and s.displacement and s.direction == 0]
-            driven = [s.boundary for s in moving if (r[self.mesh.boundary_nodes(s.boundary)] <= AXIS * r.max()).any()]
+            driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
 
     def _check_candidates(self, tool: FlatTool, label: str) -> None:

@@ -49,15 +49,16 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c,) along the tangent where supports hold or drive it; zero where it is free, or next to normal.
+    """Slips (c,) along the tangent where supports hold or drive all of it; zero elsewhere, or next to normal.
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
-    moved = candidates.approach(travel, driven[candidates.node])
+    drawn = candidates.mean(driven)
+    moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.
-    lengths = norm(travel)[candidates.tool] + norm(driven[candidates.node])
+    lengths = norm(travel)[candidates.tool] + norm(drawn)
     small = np.abs(moved[:, 1]) <= ALIGNED * lengths
-    return np.where(candidates.tangent_free | small, 0.0, -moved[:, 1])
+    return np.where(candidates.tangent_held & ~small, -moved[:, 1], 0.0)
 
 
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:

@@ -24,7 +24,8 @@ node is on the envelope. At the axis of a ring A_i vanishes, and with it the for
 quadratic tractions, but its inverse has negative entries: where forces alternate from corner to mid-side its nodal
 values change sign and leave the cone. It serves where that oscillation, or an error in the mass norm, is measured.
 
-Where a support holds the tangent, the shear is zero by symmetry: the support carries that force, not the tool.
+Where a support holds the tangent, or symmetry, the shear is zero: the support carries that force, not the tool. Of a
+mean a support holds the tangent where it holds that of all its nodes; where only of some, it rubs by the others.
 """
 
 from __future__ import annotations
