@@ -21,7 +21,7 @@ from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
 from studies.fuzz_points import Points, held_nodes, posed
-from studies.independent_contact import TOUCHING, moves
+from studies.independent_contact import TOUCHING
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
 from studies.independent_loads import Applied, nodal_loads
 
@@ -106,14 +106,13 @@ class Pushed:
 
 def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     """The forces of an accepted increment."""
-    start, end = accepted.start, accepted.state
-    c, r = _contacts(scene, posed(scene, setting), start, end), end.forces
-    # Where the tangent is held it is that of the node at which the point is.
-    asked = (prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))[c.node]
+    start, end, points = accepted.start, accepted.state, posed(scene, setting)
+    c, r = _contacts(scene, points, start, end), end.forces
+    asked = c.mean(prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))
     slip = np.vecdot(c.tangent, c.motion - asked)
     # That support and tool go together is a difference of round-off.
     together = np.abs(slip) <= TOGETHER * (np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
-    held = ~moves(~setting.held[c.node], c.led, c.tangent) & ~together
+    held = points.fixed & ~together
     rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(slip)
     friction = r[:, 1] + rubbed * r[:, 0]
     return Pushed(c.tool, c.vectors(np.column_stack([r[:, 0], friction])), bool(rubbed.any()))
@@ -187,6 +186,7 @@ def _contacts(scene: Scene, points: Points, start: State, end: State) -> Contact
     return Contacts(
         node=node,
         weights=points.weights,
+        rubs=points.rubs,
         tool=tool,
         normal=normal[tool],
         mu=mu,

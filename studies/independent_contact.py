@@ -47,10 +47,9 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     c, du = step.contacts, step.contacts.mean(step.displacement)
     before = np.vecdot(c.normal, c.mean(step.start.nodes)) - c.offset
     gap, blur = _gap(step, before)
-    rubs = moves(~s.held[c.node], c.led, c.tangent)
-    slip = np.where(rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
+    slip = np.where(c.rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
     tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
-    mu = np.where(np.isinf(c.mu) | ~rubs, 0.0, c.mu)
+    mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
     rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held)
     r = step.end.forces
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))

@@ -52,12 +52,13 @@ class Setting:
 class Contacts:
     """Candidates in an increment: normal, coefficient, offset n . x of the plane at start and end, its motion.
 
-    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,), whose supports let it slide or not.
+    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,). ``rubs`` (c,) says if it has friction.
     ``tool`` (c,) numbers their tools, ``led`` (c, 2) is the direction of the force that drives it, zero without one.
     """
 
     node: Ints
     weights: Floats
+    rubs: Bools
     tool: Ints
     normal: Floats
     mu: Floats

@@ -97,6 +97,8 @@ def test_candidates_and_held_nodes_are_the_library_s_whatever_is_drawn():
         np.testing.assert_allclose(found.weights, known.weights.toarray(), rtol=0, atol=1e-13)
         np.testing.assert_array_equal(held.node, np.concatenate(known.held))
         weighted += known.weighted
+        np.testing.assert_array_equal(found.rubs, known.tangent_free)
+        np.testing.assert_array_equal(found.fixed, known.tangent_held)
     assert weighted > 5
 
 
@@ -224,11 +226,11 @@ def test_weighted_contact_under_forces_and_supports_that_move_passes():
     assert misstated(run.scene, run.steps, measures) == []
 
 
-def contact_of(weights, normal=(0.0, 1.0)):
+def contact_of(weights):
+    """A mean that a tool touches from below."""
     none, one = np.zeros((1, 2)), np.zeros(1)
-    return Contacts(
-        np.zeros(1, np.intp), np.array([weights]), np.zeros(1, np.intp), np.array([normal]), one, one, one, none, none
-    )
+    way, first = np.array([[0.0, 1.0]]), np.zeros(1, np.intp)
+    return Contacts(first, np.array([weights]), np.ones(1, bool), first, way, one, one, one, none, none)
 
 
 def test_the_stiffness_of_a_point_is_that_of_its_node_or_of_its_nodes_together():
