@@ -7,10 +7,11 @@ r_p dual to it the nodes take D_pk r_p. There are two choices of D:
     weighted    D_pk = int psi_p N_k dA / int psi_p dA: one point an end of an edge.
 
 psi_p are the functions that are linear along each edge, 1 at p and 0 at the other ends; dA is that of rest, on a ring
-too. A pressure p(s) = sum_p p_p psi_p gives the nodal forces int p N_k dA = sum_p D_pk r_p with r_p = p_p int psi_p dA:
-what the law says of r_p it says of the pressure at p, and by convexity of all between. On quadratic edges there are
-half as many points as nodes, which is a stable pair, and pressures do not alternate from corner to mid-side; in between
-a gap may be below zero where another is above (:mod:`bipot.overlap`). On linear edges psi_p are the dual functions,
+too, and int is Gauss' rule of three points, exact on straight edges with the middle node in the middle. A pressure
+p(s) = sum_p p_p psi_p gives the nodal forces int p N_k dA = sum_p D_pk r_p with r_p = p_p int psi_p dA: what the law
+says of r_p it says of the pressure at p, and by convexity of all between. On quadratic edges there are half as many
+points as nodes, which is a stable pair, and pressures do not alternate from corner to mid-side; in between a gap may be
+below zero where another is above (:mod:`bipot.overlap`). On linear edges psi_p are the dual functions,
 int psi_p N_k dA = 0 for k other than p: weighted gaps are those of the nodes, and both choices are one.
 
 Where a boundary turns by more than :data:`CREASE` the mean stops: at a corner of the body, of which one side lies on

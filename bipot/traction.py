@@ -156,15 +156,20 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
 
 
 def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
-    """Edges (f, n) on the contact line of the tool of that ``number``, as candidate numbers.
+    """Edges (f, n) on the contact line of the tool of that ``number``, as candidate numbers."""
+    return candidates.number[number][candidates.points[number].edges[on_line(candidates, number, closed)]]
+
+
+def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
+    """Which edges (f,) of the boundaries of the tool of that ``number`` are on its contact line.
 
     Of nodes at least two are closed, of weighted points one: its traction goes on to the next. An edge of which one is
     no candidate is left out: a support carries part of its force.
     """
     points = candidates.points[number]
     edges = candidates.number[number][points.edges]
-    edges = edges[(edges >= 0).all(axis=1)]
-    return edges[closed[edges].sum(axis=1) >= (1 if points.weighted else 2)]
+    many = np.where(edges >= 0, closed[edges], False).sum(axis=1) if len(closed) else np.zeros(len(edges))
+    return (edges >= 0).all(axis=1) & (many >= (1 if points.weighted else 2))
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:

@@ -46,13 +46,17 @@ def claim_of(error: BaseException) -> Claim | None:
 
 
 def proofs(scene: Scene, claim: Claim) -> list[Proof]:
-    """The study's own judgements of the motion as it is claimed, of the rigid motion in it, and of tools alone."""
+    """The study's own judgements of the motion as it is claimed, of the rigid motion in it, and of tools alone.
+
+    Those that touch nothing rest; then the motion and the rigid motion once more, where such tools follow the body.
+    """
     setting, state = setting_of(scene), claim.state
     placed = scene.mesh.nodes if setting.small else state.nodes
     loads, led = loads_at(scene, setting, placed, claim.tau)[0], led_of(scene, claim.tau, state)
     collapse = Collapse(placed, claim.motion, loads, led, *candidates_at(scene, setting, state))
     motions = claim.motion, rigid_part(setting, placed, claim.motion), np.zeros_like(claim.motion)
-    return [judged(setting, replace(collapse, motion=motion)) for motion in motions]
+    cases = [(motion, False) for motion in motions] + [(motion, True) for motion in motions[:2]]
+    return [judged(setting, replace(collapse, motion=motion, following=follows)) for motion, follows in cases]
 
 
 def refuted(scene: Scene, claim: Claim) -> list[str]:

@@ -20,7 +20,8 @@ from bipot.response import State
 from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
-from studies.independent_contact import TOUCHING, moves
+from studies.fuzz_points import Points, held_nodes, posed
+from studies.independent_contact import TOUCHING
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
 from studies.independent_loads import Applied, nodal_loads
 
@@ -50,27 +51,12 @@ def setting_of(scene: Scene) -> Setting:
     )
 
 
-def nodes_of(scene: Scene, setting: Setting, movable: bool = True) -> tuple[Ints, Ints]:
-    """Node and tool (c,) of every candidate: a node of a tool's boundaries, of which one can move along the normal.
-
-    Of the others, which supports hold along that while no force drives the tool so, if not ``movable``.
-    """
-    nodes, tools, led = [], [], directions(scene)
-    for k, tool in enumerate(scene.tools):
-        mine = np.unique(np.concatenate([scene.mesh.boundaries[name].ravel() for name in tool.candidates]))
-        normal = np.broadcast_to(tool.normal, (len(mine), 2))
-        asked = moves(~setting.held[mine], led[k], normal) == movable
-        nodes.append(mine[asked])
-        tools.append(np.full(int(asked.sum()), k))
-    return np.concatenate(nodes), np.concatenate(tools)
-
-
 def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) -> Step:
     """The increment as stored; ``largest`` is the largest contact force of the run up to its end."""
-    node, tool = nodes_of(scene, setting)
+    points = posed(scene, setting)
     start, end = accepted.start, accepted.state
-    if len(node) != len(end.forces):
-        raise ValueError(f"{len(end.forces)} contact forces for {len(node)} candidate nodes")
+    if len(points.node) != len(end.forces):
+        raise ValueError(f"{len(end.forces)} contact forces for {len(points.node)} candidates")
     stored: Any = getattr(end, "du", None)
     flow = start.flow
     return Step(
@@ -78,8 +64,8 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         end=_moment(end),
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
-        contacts=_contacts(scene, node, tool, start, end),
-        held=_contacts(scene, *nodes_of(scene, setting, movable=False), start, end),
+        contacts=_contacts(scene, points, start, end),
+        held=_contacts(scene, held_nodes(scene, setting), start, end),
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
@@ -120,27 +106,23 @@ class Pushed:
 
 def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     """The forces of an accepted increment."""
-    node, tool = nodes_of(scene, setting)
-    start, end = accepted.start, accepted.state
-    c, r = _contacts(scene, node, tool, start, end), end.forces
-    asked = (prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))[node]
+    start, end, points = accepted.start, accepted.state, posed(scene, setting)
+    c, r = _contacts(scene, points, start, end), end.forces
+    asked = c.mean(prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))
     slip = np.vecdot(c.tangent, c.motion - asked)
     # That support and tool go together is a difference of round-off.
     together = np.abs(slip) <= TOGETHER * (np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
-    held = ~moves(~setting.held[node], c.led, c.tangent) & ~together
+    held = points.fixed & ~together
     rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(slip)
     friction = r[:, 1] + rubbed * r[:, 0]
-    return Pushed(tool, r[:, :1] * c.normal + friction[:, None] * c.tangent, bool(rubbed.any()))
+    return Pushed(c.tool, c.vectors(np.column_stack([r[:, 0], friction])), bool(rubbed.any()))
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
-    """Contact forces as vectors (tools, a, d)."""
-    node, tool = nodes_of(scene, setting)
-    normal = np.array([t.normal for t in scene.tools])[tool]
-    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-    out = np.zeros((len(scene.tools), *scene.mesh.nodes.shape))
-    out[tool, node] = state.forces[:, :1] * normal + state.forces[:, 1:] * tangent
-    return out
+    """Contact forces as vectors (tools, a, d) on nodes: those of means are as unique as these."""
+    c = _contacts(scene, posed(scene, setting), state, state)
+    mine = c.tool == np.arange(len(scene.tools))[:, None]
+    return np.stack([c.on_nodes(own[:, None] * c.vectors(state.forces)) for own in mine])
 
 
 def _loads(scene: Scene, setting: Setting, start: State, end: State) -> tuple[Floats, Floats, Floats]:
@@ -158,8 +140,8 @@ def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Float
 
 def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
     """The candidates at a state that a next increment starts from, and which (c,) of them touch."""
-    there = _contacts(scene, *nodes_of(scene, setting), state, state)
-    gap = np.vecdot(there.normal, state.nodes[there.node]) - there.offset
+    there = _contacts(scene, posed(scene, setting), state, state)
+    gap = np.vecdot(there.normal, there.mean(state.nodes)) - there.offset
     return there, gap <= TOUCHING * setting.size
 
 
@@ -196,12 +178,15 @@ def _moment(state: State) -> Moment:
     return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
 
 
-def _contacts(scene: Scene, node: Ints, tool: Ints, start: State, end: State) -> Contacts:
+def _contacts(scene: Scene, points: Points, start: State, end: State) -> Contacts:
     normal = np.array([t.normal for t in scene.tools])
     point = np.array([t.point for t in scene.tools])
+    node, tool = points.node, points.tool
     mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
     return Contacts(
         node=node,
+        weights=points.weights,
+        rubs=points.rubs,
         tool=tool,
         normal=normal[tool],
         mu=mu,

@@ -26,9 +26,10 @@ from bipot.mesh import Mesh
 from bipot.paths import Amplitude, Path
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.tools import FlatTool, Sampling
 from studies.fuzz_driven import forced, prescribed
 from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule, volume
+from studies.fuzz_points import sampled
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
@@ -48,10 +49,11 @@ class Drawn:
 
     @property
     def kind(self) -> str:
-        """The body, and what drives it beside tools that go their paths."""
+        """The body, whether contact is posed in weighted means, and what drives it beside tools that go their paths."""
         forced = any(tool.driven_by is not None for tool in self.scene.tools)
         moved = any(isinstance(support, Prescribed) for support in self.scene.supports)
-        return self.body + " by force" * forced + " by supports" * moved
+        weighted = any(tool.sampling is Sampling.WEIGHTED for tool in self.scene.tools)
+        return self.body + " weighted" * weighted + " by force" * forced + " by supports" * moved
 
 
 def draw(seed: int) -> Drawn:
@@ -61,7 +63,7 @@ def draw(seed: int) -> Drawn:
     size, stress = 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
     mesh = in_other_elements(np.random.default_rng([seed, 4]), distorted(rng, made(rng, body, size)))
     travel = size * _travel(rng)
-    tools = _tools(rng, body, mesh, travel)
+    tools = sampled(np.random.default_rng([seed, 9]), mesh, _tools(rng, body, mesh, travel))
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.PLANE_STRAIN if body == "block" else Geometry.AXISYMMETRIC,

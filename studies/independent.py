@@ -9,13 +9,14 @@ the size of the body, is then judged as any other.
 * elastic: sigma - R sigma_n R' - 2 G dev (de - de_p) - K tr de 1, over the largest stress of the body;
 * flow: what is left of (de_p, dp) by a (carried flow, its dp) + gamma n, 0 <= a <= 1, gamma >= 0, n the unit deviator
   of the stress, times 2 G over sigma_Y; and gamma > 0 only on the yield surface;
-* penetration: (-gap)+ over the size of the body, at every candidate;
+* penetration: (-gap)+ over the size of the body, at every candidate, which is the mean of nodes that the study makes
+  itself (:mod:`studies.independent_sampling`), as are slips and what nodes take of contact forces;
 * inside: the same at the nodes of the tools' boundaries that supports hold along the normal, where no force pushes;
 * driven: |sum_c r . d - F| over F, of each tool that a force F drives along d, F and contacts of the modelled part;
 * placed: how far held nodes are from where supports ask for them, and tools from where they were plus their advance,
   over the size of the body; the same of the increment's displacements of held nodes over its largest motion;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
-  the node;
+  the point (:func:`studies.independent_contact.point_stiffness`);
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
 * plastic, friction: what the increment dissipates over the largest energy of an increment so far.
 """
@@ -128,9 +129,8 @@ def _blur(s: Setting, step: Step, placed: Placed, u: Floats) -> Floats:
 def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     c, count = step.contacts, len(step.end.nodes)
     element = element_forces(placed, with_fitted_trace(s, step.end.stress, placed.volume))
-    forces = step.end.forces[:, :1] * c.normal + step.end.forces[:, 1:] * c.tangent
-    residual = nodal(s.elements, element, count) - step.loads[1]
-    np.subtract.at(residual, c.node, forces)
+    forces = c.vectors(step.end.forces)
+    residual = nodal(s.elements, element, count) - step.loads[1] - c.on_nodes(forces)
     residual[s.held] = 0.0
     # What the body carried at the start counts: unloading ends where forces are what solving has left of them.
     carried = [element, element_forces(placed, step.start.stress)]
@@ -138,8 +138,7 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     scale = max(float((nodal(s.elements, np.linalg.norm(f, axis=-1), count) + acting).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
     round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
-    np.add.at(round_off, c.node, EPS * np.linalg.norm(forces, axis=1))
-    round_off += EPS * step.loads[2]
+    round_off += EPS * (c.on_nodes_at_most(np.linalg.norm(forces, axis=1)) + step.loads[2])
     return beyond(np.linalg.norm(residual, axis=1), round_off, scale)
 
 

@@ -44,18 +44,13 @@ class ContactMeasures:
 
 def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     """Measure the candidates of an increment whose end is ``placed``."""
-    c, du = step.contacts, step.displacement[step.contacts.node]
-    before = np.vecdot(c.normal, step.start.nodes[c.node]) - c.offset
+    c, du = step.contacts, step.contacts.mean(step.displacement)
+    before = np.vecdot(c.normal, c.mean(step.start.nodes)) - c.offset
     gap, blur = _gap(step, before)
-    free = ~s.held[c.node]
-    rubs = moves(free, c.led, c.tangent)
-    slip = np.where(rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
+    slip = np.where(c.rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
     tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
-    mu = np.where(np.isinf(c.mu) | ~rubs, 0.0, c.mu)
-    stiffness = nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes))[c.node]
-    # Of a held node that a tool is driven against, the stiffness that it would have.
-    n = c.normal * np.where(moves(free, 0 * c.led, c.normal)[:, None], free, True)
-    rho = np.einsum("ci,cij,cj->c", n, stiffness, n)
+    mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
+    rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held)
     r = step.end.forces
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
     mean = (step.start.forces + r) / 2
@@ -76,18 +71,33 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     )
 
 
-def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
-    """Whether node, whose components (c, 2) are ``free``, or tool, by a force along ``led``, goes along ``direction``.
+def point_stiffness(c: Contacts, nodal: Floats, free: Bools) -> Floats:
+    r"""rho = sum_a w_a^2 k_a / (sum_a w_a^2)^2 (c,) of the nodes a that give way, k_a = n . K_aa n, n the normal.
 
-    All (c, 2) but the answer (c,).
+    In k_a it is the normal's components that are ``free`` (a, 2). A force r on the mean loads node a by w_a r. Where
+    nodes give way in that proportion, v_a = w_a n / sum w^2, the mean does by n, and with neighbours at rest that costs
+    rho: so much force is a gap or slip of the mean. Of one node it is k_a. The law is met for every rho or for none: it
+    is but the scale by which lengths are compared with forces, and of means it is larger than that of their nodes.
+    Of held nodes that a tool is driven against it is the stiffness that they would have.
     """
-    return (free & (np.abs(direction) > FREE)).any(axis=1) | (np.abs(np.vecdot(led, direction)) > FREE)
+    gives = (c.weights != 0) & moves(free, np.zeros((1, 1, 2)), c.normal[:, None])
+    stuck = ~gives.any(axis=1)
+    n = c.normal[:, None] * (free | stuck[:, None, None])
+    share = np.where(gives | stuck[:, None], c.weights, 0.0) ** 2
+    return (share * np.einsum("cai,aij,caj->ca", n, nodal, n)).sum(axis=1) / share.sum(axis=1) ** 2
+
+
+def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
+    """Whether node, of which components (..., 2) are ``free``, or tool, by a force along ``led``, goes ``direction``.
+
+    All (..., 2) but the answer (...).
+    """
+    return (free & (np.abs(direction) > FREE)).any(axis=-1) | (np.abs(np.vecdot(led, direction)) > FREE)
 
 
 def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
-    """Of the nodes at the end from the planes (c,), by their positions, and its round-off."""
-    x = nodes[c.node]
-    return np.vecdot(c.normal, x) - c.offset_end, EPS * (np.abs(x).max(axis=1) + np.abs(c.offset_end))
+    """Of the candidates at the end from the planes (c,), by positions of nodes, and its round-off."""
+    return np.vecdot(c.normal, c.mean(nodes)) - c.offset_end, EPS * (c.sizes(nodes) + np.abs(c.offset_end))
 
 
 def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
@@ -97,7 +107,7 @@ def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
     if step.gap is None:
         return gap, blur
     agrees: Bools = np.abs(step.gap - gap) <= 2 * blur
-    moved = np.abs(step.displacement[c.node]).max(axis=1) + np.abs(c.motion).max(axis=1) + np.abs(before)
+    moved = c.sizes(step.displacement) + np.abs(c.motion).max(axis=1) + np.abs(before)
     return np.where(agrees, step.gap, gap), np.where(agrees, np.minimum(EPS * moved, blur), 0.0)
 
 

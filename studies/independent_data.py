@@ -50,12 +50,15 @@ class Setting:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Candidates in an increment: node, normal, coefficient, offset n . x of the plane at start and end, its motion.
+    """Candidates in an increment: normal, coefficient, offset n . x of the plane at start and end, its motion.
 
+    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,). ``rubs`` (c,) says if it has friction.
     ``tool`` (c,) numbers their tools, ``led`` (c, 2) is the direction of the force that drives it, zero without one.
     """
 
     node: Ints
+    weights: Floats
+    rubs: Bools
     tool: Ints
     normal: Floats
     mu: Floats
@@ -68,6 +71,27 @@ class Contacts:
     def tangent(self) -> Floats:
         """(n_2, -n_1)."""
         return np.column_stack([self.normal[:, 1], -self.normal[:, 0]])
+
+    def mean(self, nodal: Floats) -> Floats:
+        """A nodal field (a, d) at the candidates (c, d)."""
+        return self.weights @ nodal
+
+    def sizes(self, nodal: Floats) -> Floats:
+        """Size (c,) of what the mean of a nodal field (a, d) is summed of, once for each of its terms."""
+        terms = np.count_nonzero(self.weights, axis=1)
+        return terms * (np.abs(self.weights) @ np.abs(nodal)).max(axis=1)
+
+    def vectors(self, forces: Floats) -> Floats:
+        """Forces (c, 2) along normal and tangent as vectors (c, 2)."""
+        return forces[:, :1] * self.normal + forces[:, 1:] * self.tangent
+
+    def on_nodes(self, vectors: Floats) -> Floats:
+        """What nodes (a, d) take of ``vectors`` (c, d) on the candidates, as much of each as they have in its mean."""
+        return self.weights.T @ vectors
+
+    def on_nodes_at_most(self, sizes: Floats) -> Floats:
+        """The ``sizes`` (c, ...) of forces on the candidates, as nodes (a, ...) take them whatever their directions."""
+        return np.abs(self.weights).T @ sizes
 
 
 @dataclass(frozen=True)

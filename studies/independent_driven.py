@@ -15,7 +15,7 @@ from studies.independent_element import Placed, element_forces, nodal, place
 def driven(step: Step) -> float:
     """Largest |sum_c r . d - F| over F of the tools that forces drive; 0 without one."""
     led, c, r = step.led, step.contacts, step.end.forces
-    vectors = r[:, :1] * c.normal + r[:, 1:] * c.tangent
+    vectors = c.vectors(r)
     worst = [0.0]
     for tool, direction, force in zip(led.tool, led.direction, led.force, strict=True):
         along = vectors[c.tool == tool] @ direction
@@ -52,9 +52,8 @@ def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, floa
     c, mean, size = step.contacts, np.zeros(asked.shape), np.zeros(asked.shape)
     for configuration, moment, loads in parts:
         element = element_forces(configuration, moment.stress)
-        pushes = moment.forces[:, :1] * c.normal + moment.forces[:, 1:] * c.tangent
-        mean += (nodal(s.elements, element, len(asked)) - loads) / 2
-        size += (nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)) / 2
-        np.subtract.at(mean, c.node, pushes / 2)
-        np.add.at(size, c.node, np.abs(pushes) / 2)
+        pushes = c.vectors(moment.forces)
+        mean += (nodal(s.elements, element, len(asked)) - loads - c.on_nodes(pushes)) / 2
+        terms = nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)
+        size += (terms + c.on_nodes_at_most(np.abs(pushes))) / 2
     return float(np.vdot(mean, asked)), float(np.vdot(size, np.abs(asked)))

@@ -31,7 +31,8 @@ FREE = 1e-12
 class Collapse:
     """What is claimed: ``motion`` (a, 2) of the nodes ``placed`` (a, 2) under nodal ``loads`` (a, 2), forces on tools.
 
-    ``contacts`` are all candidates, ``touching`` (c,) says which of them touch.
+    ``contacts`` are all candidates, ``touching`` (c,) says which of them touch. Driven tools that touch nothing rest,
+    or follow the body where they are ``following``: they go as far as they can without coming nearer to it.
     """
 
     placed: Floats
@@ -40,6 +41,7 @@ class Collapse:
     led: Led
     contacts: Contacts
     touching: Bools
+    following: bool = False
 
 
 @dataclass(frozen=True)
@@ -107,11 +109,13 @@ def _farthest(c: Collapse, k: int) -> float:
     """The longest way of a driven tool along its force on which no contact is overtaken.
 
     Each contact asks (n . v - w n . d) >= mu |t . v - w t . d|, two inequalities of the way w, a weld for w = d . v.
-    Where none ends it the tool rests if it would land on the body, and else makes the whole gain one at least.
+    Where none ends it the tool rests, or follows, if it would land on the body, and else makes the whole gain one at
+    least.
     """
     contacts, direction = c.contacts, c.led.direction[k]
-    mine = c.touching & (contacts.tool == c.led.tool[k])
-    welded, v = mine & np.isinf(contacts.mu), c.motion[contacts.node]
+    own, v = contacts.tool == c.led.tool[k], contacts.mean(c.motion)
+    mine = own & c.touching
+    welded = mine & np.isinf(contacts.mu)
     ways = [v[welded] @ direction]
     for sign in (-1.0, 1.0):
         leaning = contacts.normal + sign * np.where(np.isinf(contacts.mu), 0.0, contacts.mu)[:, None] * contacts.tangent
@@ -120,8 +124,10 @@ def _farthest(c: Collapse, k: int) -> float:
         ways.append(np.vecdot(leaning, v)[ends] / resists[ends])
     if sum(map(len, ways)):
         return float(np.concatenate(ways).min())
-    lands = c.led.normal[k] @ direction > FREE
-    return 0.0 if lands else (1 + abs(float(np.vdot(c.loads, c.motion)))) / float(c.led.force[k])
+    lands = c.led.normal[k] @ direction
+    if lands > FREE and c.following:
+        return float((v[own] @ c.led.normal[k]).min() / lands)
+    return 0.0 if lands > FREE else (1 + abs(float(np.vdot(c.loads, c.motion)))) / float(c.led.force[k])
 
 
 def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
@@ -129,10 +135,10 @@ def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
 
     That by more than contacts open by as they slip: the body itself slips without opening.
     """
-    contacts, way = c.contacts, np.zeros((len(c.contacts.node), 2))
+    contacts, way = c.contacts, np.zeros((len(c.contacts.tool), 2))
     for number, direction, gone in zip(c.led.tool, c.led.direction, ways, strict=True):
         way[contacts.tool == number] = gone * direction
-    v = c.motion[contacts.node] - way
+    v = contacts.mean(c.motion) - way
     opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
     welded = np.isinf(contacts.mu)
     dilated = np.where(welded, 0.0, contacts.mu) * slip

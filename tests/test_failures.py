@@ -1,5 +1,7 @@
 """How an increment ends that cannot be solved: as a certificate or as a sentence, never as a raw exception."""
 
+from dataclasses import replace
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -29,6 +31,7 @@ from bipot.mesh import block, cylinder
 from bipot.programs.delassus import Reduced
 from bipot.scene import upsetting
 from bipot.supports import Support
+from bipot.tools import Sampling
 from studies import upsetting as study
 from tests.scenes import posed, scene, tool
 
@@ -102,6 +105,21 @@ def test_contact_penalty_where_little_or_nothing_touches(changes, area, edge):
     nodes = 2 * round(area / edge) + 1
     K = contact_penalty(system_of(scene(**changes)).candidates)
     assert K == pytest.approx(210e3 * area / (nodes * edge))
+
+
+@pytest.mark.parametrize("at_rest", [0.0, 0.1], ids=["touching", "apart"])
+def test_contact_penalty_of_weighted_points_beside_nodes(at_rest):
+    """Three points on top, one more at the corner of two boundaries; five nodes below."""
+    punch = tool(point=(0.0, 1.0 + at_rest), sampling=Sampling.WEIGHTED)
+    base = tool(point=(0.0, -at_rest), normal=(0.0, 1.0), travel=(0.0, 0.0), candidates=("base",))
+    held = {"supports": (Support("left", 0),)}
+    for tools, area, points in (((punch,), 1.0, 3), ((punch, base), 2.0, 8)):
+        K = contact_penalty(system_of(scene(tools=tools, **held)).candidates)
+        assert K == pytest.approx(210e3 * area / (points * 0.5))
+    if at_rest:
+        both = replace(punch, candidates=("top", "right"))
+        K = contact_penalty(system_of(scene(tools=(both,), **held)).candidates)
+        assert K == pytest.approx(210e3 * 2.0 / (6 * 0.5))
 
 
 @pytest.mark.parametrize(

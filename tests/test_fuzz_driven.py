@@ -20,7 +20,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Force
+from bipot.tools import FlatTool, Force, Sampling
 from studies import fuzz_driven, fuzz_judge, fuzz_whole
 from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import setting_of, step_of
@@ -189,6 +189,18 @@ def test_a_body_that_flies_until_it_lands_proves_nothing():
     assert any("lands" in what for what in refuted(scene, claim))
     wall = FlatTool((10.0, 0.0), (-1.0, 0.0), (0.0, 0.0), ("right",), 0.0)
     assert refuted(replace(scene, tools=(wall,)), claim) == []
+
+
+@pytest.mark.parametrize("sampling", Sampling)
+@pytest.mark.parametrize(("below", "proved"), [(1500.0, True), (900.0, False)])
+def test_a_body_that_is_pushed_together_with_a_tool_it_does_not_touch_yet_never_rests(below, proved, sampling):
+    """Whether the punch has landed or not: it is pushed down by 1000."""
+    scene = pressed_block(Support("left", 0), force=(0.0, -1000.0))
+    punch, base = (replace(tool, sampling=sampling) for tool in scene.tools)
+    tools = replace(punch, point=(0.0, 10.0 + 1e-3)), replace(base, driven_by=Force((0.0, below)))
+    up = np.where(np.arange(2) == 1, 1 / 500, 0.0) * np.ones_like(scene.mesh.nodes)
+    scene = replace(scene, tools=tools)
+    assert (refuted(scene, Claim(system_of(scene).rest(), up, 0.0, 1.0)) == []) == proved
 
 
 def test_forces_and_motions_are_drawn_without_changing_other_scenes(monkeypatch):

@@ -24,7 +24,7 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
-from bipot.traction import contact_edges
+from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
@@ -132,9 +132,9 @@ class Uzawa:
 
 
 def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
-    """Nodal penalty K = factor E A/(m h), the same for every node.
+    """Penalty K = factor E A/(m h) of a node or weighted point, the same for all.
 
-    A and m are area and number of nodes of the initial contact line (edges of candidates closed at rest; of all
+    A and m are area and number of points of the initial contact line (edges of candidates closed at rest; of all
     candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
     penetration of factor E/h on average. Tributary areas would do no better: they vanish at the axis.
 
@@ -146,20 +146,24 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
     closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))), scene.mesh.size)
-    nodes = next(edges for edges in _lines(candidates, closed) if len(edges))
-    area = edge_mass(scene.mesh.nodes, nodes, scene.geometry).sum()
-    ends = scene.mesh.nodes[nodes[:, [0, -1]]]
+    lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
+    area = edge_mass(scene.mesh.nodes, lines, scene.geometry).sum()
+    ends = scene.mesh.nodes[lines[:, [0, -1]]]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
-    return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / len(np.unique(nodes)))
+    return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 
 
-def _lines(candidates: Candidates, closed: Bools) -> Iterator[Ints]:
-    """Edges (f, n), as node numbers, of the closed candidates, of all candidates, of all that may touch."""
-    scene = candidates.scene
-    for chosen in (closed, np.ones_like(closed)):
-        edges = [candidates.node[contact_edges(candidates, k, chosen)] for k in range(len(scene.tools))]
-        yield np.concatenate(edges)
-    yield np.concatenate([scene.mesh.edges(*tool.candidates) for tool in scene.tools])
+def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, int]]:
+    """Edges (f, n), as node numbers, and their points: of closed candidates, of all candidates, of all that may touch.
+
+    Tools may be of nodes and of weighted points: what they have in common are nodes of edges.
+    """
+    tools = range(len(candidates.points))
+    closed_or_all = [[on_line(candidates, k, chosen) for k in tools] for chosen in (closed, np.ones_like(closed))]
+    for chosen in (*closed_or_all, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
+        pairs = list(zip(candidates.points, chosen, strict=True))
+        lines = np.concatenate([own.lines[mine] for own, mine in pairs])
+        yield lines, sum(len(np.unique(own.edges[mine])) for own, mine in pairs)
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:

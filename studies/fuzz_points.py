@@ -1,0 +1,110 @@
+"""Where contact is posed in a drawn scene: drawn, and read a second time of supports and tools."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.mesh import Mesh
+from bipot.scene import Scene
+from bipot.supports import Symmetry
+from bipot.tools import FlatTool, Sampling
+from bipot.typing import Bools, Floats, Ints
+from studies.fuzz_meshes import Rng
+from studies.fuzz_placed import directions
+from studies.independent_contact import moves
+from studies.independent_data import Setting
+from studies.independent_sampling import Means, around_ends, at_nodes
+
+WEIGHTED = 0.4
+"""Of the scenes of quadratic elements have contact in weighted means: at all of their tools, or at one of two."""
+
+ON_AXIS = 1e-9
+"""A radius below this fraction of the largest is none."""
+
+
+@dataclass(frozen=True)
+class Points:
+    """Points at a ``node`` (c,) that touch a ``tool`` (c,) or not, as the mean of nodes by ``weights`` (c, a).
+
+    ``fixed`` (c,) are those of which supports hold all nodes along the tangent, and no force moves the tool so. Others
+    rub (``rubs``), but for those where the body beyond them slips the other way: on an axis, or a plane of symmetry.
+    """
+
+    node: Ints
+    tool: Ints
+    weights: Floats
+    fixed: Bools
+    rubs: Bools
+
+
+def sampled(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool, ...]:
+    """The tools with contact in weighted means, sometimes at one alone; friction node by node is that of ends then."""
+    if not mesh.element.quadratic or rng.random() >= WEIGHTED:
+        return tools
+    alone = int(rng.integers(len(tools))) if rng.random() < 0.3 else None
+    return tuple(_weighted(mesh, tool) if alone in (None, k) else tool for k, tool in enumerate(tools))
+
+
+def _weighted(mesh: Mesh, tool: FlatTool) -> FlatTool:
+    ends = np.concatenate([mesh.boundaries[name][:, [0, -1]] for name in tool.candidates])
+    mu_at = {node: mu for node, mu in tool.mu_at.items() if node in ends}
+    return replace(tool, sampling=Sampling.WEIGHTED, mu_at=mu_at)
+
+
+def posed(scene: Scene, setting: Setting) -> Points:
+    """Every candidate: a point of a tool's edges of which a node, or the tool by a force, goes along the normal."""
+    found = list[Means]()
+    for tool, movable in zip(scene.tools, _movable(scene, setting, _normals(scene)), strict=True):
+        every = _points(setting, tool, _edges(scene, tool))
+        asked = ((every.weights != 0) & movable).any(axis=1)
+        found.append(Means(every.node[asked], every.weights[asked]))
+    return _by_tool(scene, setting, found)
+
+
+def held_nodes(scene: Scene, setting: Setting) -> Points:
+    """The nodes of the tools' boundaries that supports hold along the normal while no force drives the tool so."""
+    pairs = zip(scene.tools, _movable(scene, setting, _normals(scene)), strict=True)
+    held = [np.setdiff1d(_edges(scene, tool), np.flatnonzero(movable)) for tool, movable in pairs]
+    return _by_tool(scene, setting, [at_nodes(nodes, len(setting.rest)) for nodes in held])
+
+
+def _by_tool(scene: Scene, setting: Setting, found: list[Means]) -> Points:
+    node, weights = (np.concatenate([getattr(own, name) for own in found]) for name in ("node", "weights"))
+    tool = np.repeat(np.arange(len(found)), [len(own.node) for own in found])
+    tangents = _normals(scene)[:, ::-1] * (1.0, -1.0)
+    slides = ((weights != 0) & _movable(scene, setting, tangents)[tool]).any(axis=1)
+    beyond = moves(~_mirrored(scene, setting)[node], np.zeros((1, 2)), tangents[tool])
+    return Points(node, tool, weights, ~slides, slides & beyond)
+
+
+def _edges(scene: Scene, tool: FlatTool) -> Ints:
+    return np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
+
+
+def _points(setting: Setting, tool: FlatTool, edges: Ints) -> Means:
+    """All points of a tool's ``edges``. On linear ones means are nodes."""
+    if tool.sampling is Sampling.WEIGHTED and edges.shape[1] == 3:
+        return around_ends(setting.rest, edges, setting.axisymmetric)
+    return at_nodes(np.unique(edges), len(setting.rest))
+
+
+def _normals(scene: Scene) -> Floats:
+    return np.array([tool.normal for tool in scene.tools])
+
+
+def _movable(scene: Scene, setting: Setting, ways: Floats) -> Bools:
+    """Whether a node can move along a tool's way of ``ways`` (tools, 2), or that tool by a force (tools, a)."""
+    return moves(~setting.held, directions(scene)[:, None], ways[:, None])
+
+
+def _mirrored(scene: Scene, setting: Setting) -> Bools:
+    """Which displacements (a, 2) the body beyond an axis or a plane of symmetry has the other way."""
+    radius = setting.rest[:, 0]
+    on_axis = setting.axisymmetric & (radius <= ON_AXIS * radius.max())
+    out = np.column_stack([on_axis, np.zeros(len(radius), dtype=bool)])
+    for support in scene.supports:
+        if isinstance(support, Symmetry):
+            out[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+    return out
