@@ -185,6 +185,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
     layouts = [layout.value for layout in Layout]
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")
+    p.add_argument("--beside", action="store_true", help="run q4p0 at the same node spacing, too, in OUT/q4p0")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument(
         "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
