@@ -1,6 +1,6 @@
 r"""The seed paper's example: a cylinder upset between rigid punches with exact Coulomb friction.
 
-    python -m studies.upsetting --mu 0.1 0.3 [--form tangent|dissipation|newton|penalty|uzawa|delassus] [--beside] [--out DIR]
+    python -m studies.upsetting --mu 0.1 0.3 [--beside] [--form tangent|dissipation|newton|penalty|uzawa|delassus]
 
 A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %. For each mu the folder
 ``DIR/mu{mu}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.vtkhdf`` (fields, for

@@ -1,4 +1,4 @@
-"""The same case with the element that may be trusted: Q4/P0 between lines, at the node spacing of what was asked for."""
+"""The same case with the element that may be trusted: Q4/P0 between lines, at the node spacing of what was asked."""
 
 from __future__ import annotations
 
