@@ -22,8 +22,8 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.fem.orientation import STRAIGHT
 from bipot.results import History
-from paper_figs.common import PUNCH, WIDTH
-from paper_figs.shown import Group, friction, letters, make, named, paired, per_cent, said, stopped
+from paper_figs.common import PUNCH
+from paper_figs.shown import Group, letters, make, paired, titled, width_of
 from studies.quality import quality, stretch_ratios
 
 ARROW = 0.085
@@ -32,8 +32,8 @@ ARROW = 0.085
 BELOW, ABOVE = 0.24, 0.14
 """Room under the plane of symmetry for the scale of arrows, and that of the punch, over the largest radius at rest."""
 
-WORDS = 0.98
-"""Height of what is written above and below a panel, inches."""
+WORDS, MARGIN = 0.98, 0.5
+"""Height of what is written above and below a panel, width of what is beside it, inches."""
 
 
 def draw(groups: list[Group]) -> Figure:
@@ -43,9 +43,9 @@ def draw(groups: list[Group]) -> Figure:
     size = max(float(run.mesh.nodes[:, 0].max()) for run in runs)
     right, top = np.max([run.state().nodes.max(axis=0) for run in runs], axis=0)
     xlim, ylim = (-0.03 * size, right + 1.8 * ARROW * size), (-BELOW * size, top + ABOVE * size)
-    width = WIDTH / 2 - 0.5
-    height = width * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
-    figure = Figure(figsize=(WIDTH * len(lines[0]) / 2, len(lines) * (height + WORDS)), layout="constrained")
+    width = width_of(len(lines[0]))
+    height = (width / len(lines[0]) - MARGIN) * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
+    figure = Figure(figsize=(width, len(lines) * (height + WORDS)), layout="constrained")
     axes = figure.subplots(len(lines), len(lines[0]), squeeze=False)
     cells = [(ax, run) for line, row in zip(axes, lines, strict=True) for ax, run in zip(line, row, strict=True)]
     named_by = letters()
@@ -64,18 +64,17 @@ def draw(groups: list[Group]) -> Figure:
 def panel(ax: Axes, run: History, letter: str, size: float) -> None:
     """Mesh, punch, arrows, and what the mesh is worth."""
     state, mesh = run.state(), run.mesh
-    height = state.nodes[:, 1].max()
+    height = float(mesh.nodes[:, 1].max() * (1 - run["reduction"][-1]))
     plot.mesh(state.nodes, mesh.elements, ax, color="0.68", lw=0.5)
     for edges in mesh.boundaries.values():
         plot.boundary(state.nodes, edges, ax, lw=0.8)
     speed = abs(float(run.scene["tools"][0]["travel"][1]))
     arrows = plot.vectors(state.nodes, state.velocity / speed, ax, ARROW * size, color="#004B77")
-    ax.add_patch(Rectangle((-1, height), 3 * state.nodes.max(), height, **PUNCH))
+    ax.add_patch(Rectangle((-size, height), 3 * float(state.nodes.max()) + size, size, **PUNCH))
     key: dict[str, Any] = {"labelpos": "E", "coordinates": "data", "labelsep": 0.06, "fontproperties": {"size": 7.5}}
     ax.quiverkey(arrows, 0.12 * size, -0.6 * BELOW * size, ARROW * size, "punch speed", **key)
     ax.set_aspect("equal")
-    what = f"{named(run)}, {said(friction(run))}"
-    ax.set_title(f"({letter}) {what}\nreduction {per_cent(run['reduction'][-1])}{stopped(run, ' (stopped)')}")
+    ax.set_title(titled(letter, run, len(run) - 1))
     ax.set_xlabel(f"$r$ [mm]\n{worth(run)}", linespacing=1.35, fontsize=7.2)
 
 
@@ -86,9 +85,9 @@ def worth(run: History) -> str:
     stretch = float(stretch_ratios(nodes, mesh.elements, mesh.nodes).max())
     uniform = (1 - run["reduction"][-1]) ** -1.5
     straight = abs(now) < STRAIGHT
-    value, means = ("0", "straight angle on punch") if straight else (f"{now:.2f}", "folded below 0")
+    value, means = ("0", "straight angle on punch") if straight else (f"{now:.2g}", "folded below 0")
     return (
-        f"smallest Jacobian ratio {value} (at rest {rest:.2f}; {means})\n"
+        f"smallest Jacobian ratio {value} (at rest {rest:.2g}; {means})\n"
         f"largest stretch ratio {stretch:.1f} (at rest 1; without friction {uniform:.1f})"
     )
 

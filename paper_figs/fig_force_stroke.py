@@ -26,6 +26,9 @@ from paper_figs.shown import Group, cylinder_of, has_closed_forms, landings, mak
 from studies.known_limits import limits_of
 
 MARKS = 9
+LONG = 54
+"""Letters of a label of which no two stand side by side."""
+
 SETTLED = 0.02
 """Reduction before which the right panel, of the plastic range, leaves the rise of the force below its frame."""
 
@@ -33,7 +36,7 @@ ASKED: dict[str, Any] = {"ls": "-", "lw": 1.1, "ms": 4, "mfc": "white", "mew": 0
 BESIDE: dict[str, Any] = {"ls": (0, (5, 1.5)), "lw": 1.7}
 LIMIT: dict[str, Any] = {"ms": 4, "mec": "black", "mew": 0.7, "ecolor": "black", "capsize": 2.5, "zorder": 4}
 LANDING: dict[str, Any] = {"ls": "", "marker": "v", "ms": 6, "mew": 0.9, "mfc": "#F0E442", "mec": "black", "zorder": 5}
-LANDS = "nodes of the side land on the punch"
+LANDS = "a node of the side lands on the punch"
 
 
 def draw(groups: list[Group]) -> Figure:
@@ -51,7 +54,8 @@ def draw(groups: list[Group]) -> Figure:
     left.set_title("(a) force")
     right.set_title("(b) force over the section of constant volume")
     handles, labels = keys(left)
-    figure.legend(handles, labels, loc="outside lower center", ncols=2)
+    columns = 2 if max(map(len, labels)) < LONG else 1
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
     return figure
 
 

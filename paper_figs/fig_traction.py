@@ -23,9 +23,9 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.laws.coulomb import Status
 from bipot.results import History
-from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH
+from paper_figs.common import BLUE, GREY, VERMILLION
 from paper_figs.contact_line import Line, contact_line
-from paper_figs.shown import Group, friction, letters, make, named, paired, per_cent, said, stopped
+from paper_figs.shown import Group, friction, letters, make, paired, titled, width_of
 
 EARLY = 0.2
 STRIP = 0.12
@@ -51,30 +51,31 @@ MARKS: dict[Status, dict[str, Any]] = {
 def draw(groups: list[Group]) -> Figure:
     """Panels early and at the end of the stroke: those of a coefficient one below the other, its runs side by side."""
     cells = paired(groups, [stages(run) for group in groups for run in group.runs])
-    figure = Figure(figsize=(WIDTH * len(cells[0]) / 2, 2.15 * len(cells) + 0.9), layout="constrained")
-    axes = figure.subplots(len(cells), len(cells[0]), sharex=True, sharey=True, squeeze=False)
-    drawn = list[tuple[Axes, History, Line]]()
+    columns = len(cells[0])
+    figure = Figure(figsize=(width_of(columns), 2.15 * len(cells) + 0.9), layout="constrained")
+    axes = figure.subplots(len(cells), columns, sharex=True, sharey=True, squeeze=False)
+    drawn, letter = list[tuple[Axes, History, Line]](), letters()
     for ax, cell in zip(axes.flat, [cell for line in cells for cell in line], strict=True):
         if cell is None:
             ax.set_axis_off()
             continue
         run, row = cell
         drawn.append((ax, run, contact_line(run, row)))
-        ax.set_title(title(run, row))
+        ax.set_title(titled(next(letter), run, row))
     highest = max((float(line.edge_pressure.max(initial=0.0)) for _, _, line in drawn), default=0.0) or 1.0
     axes[0, 0].set(ylim=(BELOW * highest, ABOVE * highest))
     # No ticks in the strip of statuses.
     axes[0, 0].set_yticks([tick for tick in axes[0, 0].get_yticks() if -0.1 * highest <= tick <= ABOVE * highest])
-    for (ax, run, line), letter in zip(drawn, letters(), strict=False):
+    for ax, run, line in drawn:
         panel(ax, friction(run), line)
-        ax.set_title(f"({letter}) {ax.get_title()}\n{words(line, ax.get_ylim())}", fontsize=8)
+        ax.set_title(f"{ax.get_title()}\n{words(line, ax.get_ylim())}", fontsize=8)
         ax.tick_params(labelbottom=True)
     for column in axes.T:
         lowest = [ax for ax in column if ax.axison][-1]
         lowest.set_xlabel("current radius $r$ [mm]")
     axes[0, 0].set_xlim(-0.15, None)
     figure.supylabel("contact traction [MPa]", fontsize=9)
-    figure.legend(handles=legend(drawn), loc="outside lower center", ncols=4)
+    figure.legend(handles=legend(drawn), loc="outside lower center", ncols=2 * columns)
     return figure
 
 
@@ -83,12 +84,6 @@ def stages(run: History) -> list[tuple[History, int] | None]:
     last = len(run) - 1
     early = int(np.abs(run["reduction"] - EARLY).argmin())
     return [(run, early) if early < last else None, (run, last)]
-
-
-def title(run: History, row: int) -> str:
-    """Mesh, coefficient, reduction."""
-    at = f"{per_cent(run['reduction'][row])}{stopped(run, ' (stopped)') if row == len(run) - 1 else ''}"
-    return f"{named(run)}, {said(friction(run))}, {at}"
 
 
 def panel(ax: Axes, mu: float, line: Line) -> None:
@@ -116,7 +111,7 @@ def words(line: Line, frame: tuple[float, float]) -> str:
     out = int(((marks < lowest) | (marks > frame[1])).sum())
     left = f"; {out} mark{'s' if out > 1 else ''} outside the frame" if out else ""
     where = "at points" if line.weighted else "nodal"
-    return f"{where} $p$ from {line.pressure.min():.0f} to {line.pressure.max():.0f} MPa{left}"
+    return f"{where} $p$ {line.pressure.min():.0f} to {line.pressure.max():.0f} MPa{left}"
 
 
 def bounded(mu: float) -> bool:

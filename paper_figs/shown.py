@@ -15,15 +15,15 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from bipot.contact import carries
 from bipot.errors import BipotError, ResultsError
-from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
 from bipot.typing import Ints
 from paper_figs.closed_forms import Cylinder
-from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILLION, save
+from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILLION, WIDTH, save
 from studies.known_limits import is_upsetting, of_run
 from studies.run_names import friction_of, is_papers, name_of
 from studies.upsetting_beside import BESIDE
@@ -42,6 +42,12 @@ COLOURS = (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY)
 MARKERS = ("o", "s", "^", "D", "p", "h", "*")
 DOTS: tuple[Any, ...] = (":", (0, (4, 1.2, 1, 1.2, 1, 1.2)), (0, (1, 1, 3, 1)), (0, (5, 1, 1, 1)), (0, (2, 1, 2, 3)))
 """Six, seven and five: no two coefficients look the same."""
+
+ALONE = 4.6
+"""Width of a figure that has but one panel in a line, inches."""
+
+LONGEST = 50
+"""Letters in a line of a title."""
 
 NO_LANDING = 1e-3
 """Of the punch's travel in an increment: what has no larger gap has not left the punch, and does not land."""
@@ -160,6 +166,20 @@ def stopped(run: History, words: str) -> str:
     return "" if run.complete else words
 
 
+def titled(letter: str, run: History, row: int) -> str:
+    """Title of a panel: mesh, coefficient, reduction; in two lines where one would not hold it."""
+    at = f"{said(friction(run))}, {per_cent(run['reduction'][row])}"
+    if row == len(run) - 1:
+        at += stopped(run, " (stopped)")
+    first = f"({letter}) {named(run)}"
+    return f"{first}, {at}" if len(first) + len(at) < LONGEST else f"{first},\n{at}"
+
+
+def width_of(columns: int) -> float:
+    """Of a figure with one panel or two in a line, inches."""
+    return WIDTH if columns > 1 else ALONE
+
+
 def letters() -> Iterator[str]:
     """Of panels: a, b, .. z, a1, b1, .."""
     return (f"{letter}{turn or ''}" for turn in count() for letter in ascii_lowercase)
@@ -194,21 +214,21 @@ def _in_pairs(left: Sequence[T | None], right: Sequence[T | None]) -> list[list[
 
 
 def landings(run: History) -> Ints:
-    """Rows in which a node that was beside the punch at rest, or has left it since, comes to carry a force.
+    """Rows in which a candidate that was beside the punch at rest comes to carry a force, from a gap.
 
     Gaps below :data:`NO_LANDING` of the punch's mean travel in an increment are none.
     """
-    mesh, (tool,) = run.mesh, run.scene["tools"]
-    nodes = mesh.boundary_nodes(*tool["candidates"])
-    height = mesh.nodes[:, 1]
-    side = nodes[height[nodes] < (1 - LEVEL) * height.max()]
-    none = NO_LANDING * height.max() * float(run["reduction"][-1]) / len(run)
-    largest, rows = np.zeros(len(side)), list[int]()
+    height = float(run.mesh.nodes[:, 1].max())
+    gap = run.start.state.gap
+    side, largest = gap > LEVEL * height, gap
+    none = NO_LANDING * height * float(run["reduction"][-1]) / len(run)
+    rows = list[int]()
     for row in range(len(run)):
-        closed = np.isin(run.nodal("status", row)[side], (Status.STICK, Status.SLIP))
-        if (closed & (largest > none)).any():
+        state = run.state(row)
+        closed = carries(state.forces)
+        if (side & closed & (largest > none)).any():
             rows.append(row)
-        largest = np.where(closed, 0.0, np.fmax(largest, run.nodal("gap", row)[side]))
+        largest = np.where(closed, 0.0, np.maximum(largest, state.gap))
     return np.array(rows, dtype=np.intp)
 
 

@@ -152,7 +152,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     finally:
         if done:
             say(table(done))
-            say(against_limits([result.history for result in done]))
+            if forces := against_limits([result.history for result in done]):
+                say(forces)
             say(f"results in {asked.out.resolve()}")
     return 0
 

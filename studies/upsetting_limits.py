@@ -15,15 +15,18 @@ from studies.run_names import element_of, friction_of, side_of
 DIGITS = 9
 """Of reductions: what is the same one."""
 
-TITLE = "force_N against the limit of refined meshes and half the width of its band"
-MEANINGS = (
-    "between increments F (1 - reduction) is linear; off: of the force from the limit, blank where none is known",
-    "the limit is that of the smooth curve through the jumps of nodes that land, which a run's force follows",
+TITLE = "force_N at reductions, between increments with F (1 - reduction) linear; blank where none is known"
+MEANING = (
+    "limit, +-: what refined meshes tend to, without the jumps of nodes that land, and half the width of its band;"
+    " off: of the run's force, which jumps, from it"
 )
 
 
 def against_limits(runs: Sequence[History], path: Path = KEPT) -> str:
-    """Forces at the reductions of the limits and at the ends of the runs, and their distances from the limits."""
+    """Forces at the reductions of the limits and at the ends of the runs, and their distances from the limits.
+
+    Nothing of runs of one element without limits: what they have to tell is in the table of runs.
+    """
     names = list(dict.fromkeys(map(_name, runs)))
     lines = [["mu", "reduction", "limit", "+-", *(cell for name in names for cell in (name, "off"))]]
     for mu in dict.fromkeys(map(_mu, runs)):
@@ -32,9 +35,11 @@ def against_limits(runs: Sequence[History], path: Path = KEPT) -> str:
         ends = {round(float(run["reduction"][-1]), DIGITS) for run in mine}
         marks = sorted({mark for mark in limits if mark <= max(ends)} | ends)
         lines += [_line(mu, mark, limits.get(mark), {_name(run): run for run in mine}, names) for mark in marks]
+    if len(names) == 1 and not any(limits_of(run, path) for run in runs):
+        return ""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     rows = ["  ".join(cell.rjust(width) for cell, width in zip(line, widths, strict=True)) for line in lines]
-    return "\n".join([TITLE, *rows, *MEANINGS])
+    return "\n".join([TITLE, *rows, MEANING])
 
 
 def force_at(run: History, reduction: float) -> float | None:
