@@ -74,7 +74,10 @@ class Panel:
     def finish(self, groups: Sequence[Group]) -> None:
         """Labels, frame, and what the frame leaves out."""
         height, ax = cylinder_of(groups[0].run).height, self.ax
-        ax.set(xlabel="stroke [mm]", xlim=(0, None), ylabel="punch force $F$ [kN]", ylim=(0, None))
+        # A little below 0, which leaves room between the zeros of both scales.
+        ax.set(
+            xlabel="stroke [mm]", xlim=(0, None), ylabel="punch force $F$ [kN]", ylim=(-0.03 * ax.get_ylim()[1], None)
+        )
         factor = 100 / height
         top = ax.secondary_xaxis("top", functions=(lambda s: np.multiply(s, factor), lambda p: np.divide(p, factor)))
         top.set_xlabel("reduction in height [%]")

@@ -15,7 +15,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from bipot.contact import carries
+from bipot.contact import carries, frames
 from bipot.errors import BipotError, ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History
@@ -214,21 +214,22 @@ def _in_pairs(left: Sequence[T | None], right: Sequence[T | None]) -> list[list[
 
 
 def landings(run: History) -> Ints:
-    """Rows in which a candidate that was beside the punch at rest comes to carry a force, from a gap.
+    """Rows in which a node that was beside the punch at rest comes to carry a force, from a distance.
 
-    Gaps below :data:`NO_LANDING` of the punch's mean travel in an increment are none.
+    Distances below :data:`NO_LANDING` of the punch's mean travel in an increment are none.
     """
-    height = float(run.mesh.nodes[:, 1].max())
-    gap = run.start.state.gap
-    side, largest = gap > LEVEL * height, gap
+    mesh, (tool,) = run.mesh, run.scene["tools"]
+    z, nodes = mesh.nodes[:, 1], mesh.boundary_nodes(*tool["candidates"])
+    height, frame = float(z.max()), frames(np.array(tool["normal"]))
+    side = nodes[z[nodes] < (1 - LEVEL) * height]
     none = NO_LANDING * height * float(run["reduction"][-1]) / len(run)
-    rows = list[int]()
-    for row in range(len(run)):
-        state = run.state(row)
-        closed = carries(state.forces)
-        if (side & closed & (largest > none)).any():
+    rows, largest = list[int](), height - z[side]
+    for row, reduction in enumerate(run["reduction"]):
+        closed = carries(run.nodal("contact_force", row)[:, :2] @ frame.T)[side]
+        if (closed & (largest > none)).any():
             rows.append(row)
-        largest = np.where(closed, 0.0, np.maximum(largest, state.gap))
+        off = height * (1 - reduction) - z[side] - run.nodal("displacement", row)[side, 1]
+        largest = np.where(closed, 0.0, np.maximum(largest, off))
     return np.array(rows, dtype=np.intp)
 
 
