@@ -46,7 +46,7 @@ DOTS: tuple[Any, ...] = (":", (0, (4, 1.2, 1, 1.2, 1, 1.2)), (0, (1, 1, 3, 1)), 
 ALONE = 4.6
 """Width of a figure that has but one panel in a line, inches."""
 
-LONGEST = 50
+LONGEST = 56
 """Letters in a line of a title."""
 
 NO_LANDING = 1e-3
