@@ -13,7 +13,7 @@ export MPLBACKEND := Agg
 .PHONY: run test suite lint types bench clean
 
 run: $(VENV)/.run
-	$(BIN)/python -m studies.upsetting --mu 0.1 0.3 --overwrite --out $(OUT)
+	$(BIN)/python -m studies.upsetting --mu 0.1 0.3 --beside --overwrite --out $(OUT)
 	$(BIN)/python -m paper_figs.fig1_mesh --results $(OUT)
 	$(BIN)/python -m paper_figs.fig2_velocity --results $(OUT)
 	$(BIN)/python -m paper_figs.fig_force_stroke --results $(OUT)

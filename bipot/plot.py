@@ -69,11 +69,14 @@ def traction_profile(
     marker: str = ".",
     **style: Any,
 ) -> tuple[LineCollection, Line2D]:
-    """Traction on a contact line: means (f,) as steps between the edges' ends (f, 2), nodal values marked."""
+    """Traction on a contact line between the edges' ends (f, 2), nodal values marked.
+
+    ``means`` (f,) are drawn as steps, values (f, 2) at the ends as straight lines.
+    """
     from matplotlib.collections import LineCollection
 
     axes = _axes(ax)
-    levels = np.stack([ends, np.broadcast_to(means[:, None], ends.shape)], axis=-1)
+    levels = np.stack([ends, np.broadcast_to(means.reshape(len(ends), -1), ends.shape)], axis=-1)
     steps = LineCollection(list(levels), **{"lw": 2.2, **style})
     axes.add_collection(steps)
     (marks,) = axes.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)

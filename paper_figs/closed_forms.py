@@ -3,7 +3,9 @@ r"""Upsetting forces without finite elements, for perfect plasticity at any redu
 Exact, frictionless (homogeneous, logarithmic strain eps = -ln(1 - red), elastic until eps = sY/E):
     R = R0 exp[(eps - sY/E)/2 + nu sY/E],    F = sY pi R^2.
 Slab with Coulomb slip on the rigid-plastic cylinder R = R0/sqrt(1 - red), x = 2 mu R/h:
-    F = sY pi R^2 2 (e^x - 1 - x)/x^2.
+    F = sY pi R^2 2 (e^x - 1 - x)/x^2,
+as long as it slips everywhere: mu times its largest pressure, sY e^x on the axis, is within the shear strength,
+    mu e^x <= 1/sqrt3.
 Upper bound for the cylindrical shape, full sticking:
     F = sY pi R^2 [1 + 2 R/(3 sqrt3 h)].
 """
@@ -15,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import require
-from bipot.typing import Floats
+from bipot.typing import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,16 @@ class Cylinder:
         radius, height = self._rigid_plastic(reduction)
         x = 2 * mu * radius / height
         return self.yield_stress * np.pi * radius**2 * 2 * (np.expm1(x) - x) / x**2
+
+    def slips(self, reduction: Floats, mu: float) -> Bools:
+        """Where the slab, of friction ``mu`` > 0, slips everywhere.
+
+        >>> one = Cylinder(10, 5, 210000, 0.3, 300)
+        >>> [one.slips(np.array([0.0, 0.4, 0.45]), mu).tolist() for mu in (0.1, 0.3, 0.5)]
+        [[True, True, True], [True, True, False], [False, False, False]]
+        """
+        radius, height = self._rigid_plastic(reduction)
+        return np.log(mu * np.sqrt(3)) <= -2 * mu * radius / height
 
     def sticking_bound(self, reduction: Floats) -> Floats:
         """Upper bound of the force for any friction while the cylinder keeps its shape.

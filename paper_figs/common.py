@@ -1,4 +1,4 @@
-"""What the figures share: style, reading of results, writing of PDF and PNG, the command line."""
+"""What the figures share: style, writing of PDF and PNG, the command line of those drawn from a table."""
 
 from __future__ import annotations
 
@@ -11,19 +11,11 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 
 from bipot.errors import ResultsError
-from bipot.results import History
-from bipot.results import open as open_results
-from paper_figs.closed_forms import Cylinder
 from studies.tables import Value, read_csv
-
-MU = (0.1, 0.3)
-COMMAND = "python -m studies.upsetting --mu 0.1 0.3 --out {results}"
 
 # Okabe and Ito: told apart by the colour-blind; line style and marker tell the curves apart in grey.
 BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"
-COLOUR = dict(zip(MU, (BLUE, VERMILLION), strict=True))
-MARKER = dict(zip(MU, ("o", "s"), strict=True))
-DASHES = dict(zip(MU, (":", (0, (4, 1.2, 1, 1.2, 1, 1.2))), strict=True))
+PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 
 PUNCH: dict[str, Any] = {"facecolor": "0.9", "edgecolor": "0.35", "hatch": "////", "lw": 0.8}
 
@@ -44,54 +36,6 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "savefig.dpi": 300,
 }
-
-
-def runs(results: Path) -> list[History]:
-    """The complete runs ``mu0.1`` and ``mu0.3`` under ``results``.
-
-    Raises:
-        ResultsError: one is missing or incomplete; the message names the command that makes them.
-    """
-    command = COMMAND.format(results=results)
-    found = [open_results(results / f"mu{mu:g}", command) for mu in MU]
-    for run in found:
-        if not run.complete:
-            raise ResultsError(f"{run.folder}: the run is incomplete; run: {command}")
-    return found
-
-
-def friction(run: History) -> float:
-    """The Coulomb coefficient of the run."""
-    return float(run.scene["tools"][0]["mu"])
-
-
-def punch_travel(run: History) -> float:
-    """How far the modelled punch travels over the stroke, mm."""
-    return abs(float(run.scene["tools"][0]["travel"][1]))
-
-
-def cylinder_of(run: History) -> Cylinder:
-    """The whole cylinder of which the run models a quarter."""
-    radius, half_height = run.mesh.nodes.max(axis=0)
-    scene = run.scene
-    return Cylinder(2 * half_height, radius, scene["young"], scene["poisson"], scene["yield_stress"])
-
-
-def make(draw: Callable[[list[History]], Figure], name: str, title: str, argv: Sequence[str] | None) -> None:
-    """Read the results, draw, write ``name.pdf`` and ``name.png``; the whole command line of a figure."""
-    parser = argparse.ArgumentParser(description=title, allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path("results/upsetting"), help="folder of mu0.1, mu0.3")
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        found = runs(asked.results)
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    out = asked.out or asked.results / "figures"
-    with mpl.rc_context(STYLE):
-        figure = draw(found)
-        for path in save(figure, out, name):
-            print(path)
 
 
 def save(figure: Figure, out: Path, name: str) -> list[Path]:

@@ -13,8 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
+from bipot.elements import Element
 from bipot.results import History
-from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH, cylinder_of, make
+from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH
+from paper_figs.shown import Group, cylinder_of, make
 
 ARROW = {"arrowstyle": "-|>", "color": "black", "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}
 DIMENSION = {
@@ -27,12 +29,23 @@ DIMENSION = {
 }
 
 
-def draw(found: list[History]) -> Figure:
-    """Both panels, from the mesh at rest of the first run."""
+SHAPES = {
+    Element.T3: "three-node triangles",
+    Element.T6: "six-node triangles",
+    Element.Q4: "four-node quadrilaterals",
+    Element.Q8: "eight-node quadrilaterals",
+    Element.Q9: "nine-node quadrilaterals",
+}
+
+
+def draw(groups: list[Group]) -> Figure:
+    """Both panels, from the mesh at rest of the first run; where others have other meshes, it says whose it is."""
     figure = Figure(figsize=(WIDTH, 3.5), layout="constrained")
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.05))
-    geometry(left, found[0])
-    model(right, found[0])
+    first, *others = groups
+    same = all(np.array_equal(first.run.mesh.nodes, other.run.mesh.nodes) for other in others)
+    geometry(left, first.run)
+    model(right, first.run, "" if same else f" ({first.words})")
     for ax in (left, right):
         ax.set_aspect("equal")
         ax.set_axis_off()
@@ -69,7 +82,7 @@ def geometry(ax: Axes, run: History) -> None:
 
 
 # %% The quarter model
-def model(ax: Axes, run: History) -> None:
+def model(ax: Axes, run: History, whose: str) -> None:
     """Mesh, rollers on the planes of symmetry, contact candidates, punch."""
     mesh, cylinder = run.mesh, cylinder_of(run)
     R, h = cylinder.radius, cylinder.height / 2
@@ -85,11 +98,10 @@ def model(ax: Axes, run: History) -> None:
     ax.text(-0.16 * R, h / 2, "$u_r = 0$ (axis)", rotation=90, ha="right", va="center", color=GREEN)
     ax.text(R / 2, -0.13 * R, "$u_z = 0$ (symmetry plane)", ha="center", va="top", color=GREEN)
     ax.text(1.06 * R, h / 2, "contact candidates", rotation=90, ha="left", va="center", color=VERMILLION)
-    count = len(mesh.elements)
     ax.text(
         0.55 * R,
         -0.27 * R,
-        f"{count} eight-node quadrilaterals, {len(mesh.nodes)} nodes",
+        f"{len(mesh.elements)} {SHAPES[mesh.element]}, {len(mesh.nodes)} nodes{whose}",
         ha="center",
         va="top",
     )

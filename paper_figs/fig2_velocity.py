@@ -1,9 +1,10 @@
-"""Fig. 2: nodal velocity at the end of the stroke on the deformed mesh, for both friction coefficients.
+"""Fig. 2: nodal velocity at the end of the stroke on the deformed mesh, a panel a run, the trustworthy one beside.
 
 Velocities are those of the last increment over the punch speed, du/dtau / |travel|. The paper reads from its
-Fig. 2 that the elements keep their form, so that no remeshing is needed; the measures printed in each panel
-(:mod:`studies.quality`) say how far that is so: the Jacobian ratio (1 a parallelogram, <= 0 folded) and the
-aspect ratio (1 a square), beside that of the frictionless cylinder, (1 - reduction)^(-3/2).
+Fig. 2 that the elements keep their form, so that no remeshing is needed; the measures printed below each panel
+(:mod:`studies.quality`) say how far that is so, beside what they were at rest: the Jacobian ratio (<= 0 folded; 0 where
+an angle between straight edges has become straight, on the punch) and the stretch ratio, beside that of the
+frictionless cylinder, (1 - reduction)^(-3/2).
 
 python -m paper_figs.fig2_velocity [--results results/upsetting] [--out DIR]
 """
@@ -19,54 +20,76 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
+from bipot.fem.orientation import STRAIGHT
 from bipot.results import History
-from paper_figs.common import PUNCH, WIDTH, friction, make, punch_travel
-from studies.quality import quality
+from paper_figs.common import PUNCH
+from paper_figs.shown import Group, letters, make, paired, titled, width_of
+from studies.quality import quality, stretch_ratios
 
-ARROW_MM = 0.42
-"""Length of the arrow of a node as fast as the punch."""
+ARROW = 0.085
+"""Length of the arrow of a node as fast as the punch, over the largest radius at rest."""
+
+BELOW, ABOVE = 0.24, 0.14
+"""Room under the plane of symmetry for the scale of arrows, and that of the punch, over the largest radius at rest."""
+
+WORDS, MARGIN = 0.98, 0.5
+"""Height of what is written above and below a panel, width of what is beside it, inches."""
 
 
-def draw(found: list[History]) -> Figure:
-    """One panel a friction coefficient, on one scale."""
-    figure = Figure(figsize=(WIDTH, 2.45), layout="constrained")
-    axes = figure.subplots(1, len(found), sharex=True, sharey=True)
-    for ax, run, letter in zip(axes, found, "ab", strict=True):
-        panel(ax, run, letter)
-    right, top = np.max([run.state().nodes.max(axis=0) for run in found], axis=0)
-    axes[0].set(xlim=(-0.15, right + 1.8 * ARROW_MM), ylim=(-0.5 * top, 1.14 * top), ylabel="$z$ [mm]")
-    axes[0].set_yticks(np.arange(top + 0.2))
+def draw(groups: list[Group]) -> Figure:
+    """One panel a run on one scale: those of a coefficient side by side."""
+    runs = [run for group in groups for run in group.runs]
+    lines = paired(groups, [[run] for run in runs])
+    size = max(float(run.mesh.nodes[:, 0].max()) for run in runs)
+    right, top = np.max([run.state().nodes.max(axis=0) for run in runs], axis=0)
+    xlim, ylim = (-0.03 * size, right + 1.8 * ARROW * size), (-BELOW * size, top + ABOVE * size)
+    width = width_of(len(lines[0]))
+    height = (width / len(lines[0]) - MARGIN) * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
+    figure = Figure(figsize=(width, len(lines) * (height + WORDS)), layout="constrained")
+    axes = figure.subplots(len(lines), len(lines[0]), squeeze=False)
+    cells = [(ax, run) for line, row in zip(axes, lines, strict=True) for ax, run in zip(line, row, strict=True)]
+    named_by = letters()
+    for ax, run in cells:
+        if run is None:
+            ax.set_axis_off()
+            continue
+        panel(ax, run, next(named_by), size)
+        ax.set(xlim=xlim, ylim=ylim)
+        ax.set_yticks([tick for tick in ax.get_yticks() if 0 <= tick <= ylim[1]])
+    for ax in axes[:, 0]:
+        ax.set_ylabel("$z$ [mm]")
     return figure
 
 
-def panel(ax: Axes, run: History, letter: str) -> None:
+def panel(ax: Axes, run: History, letter: str, size: float) -> None:
     """Mesh, punch, arrows, and what the mesh is worth."""
     state, mesh = run.state(), run.mesh
-    height = state.nodes[:, 1].max()
+    height = float(mesh.nodes[:, 1].max() * (1 - run["reduction"][-1]))
     plot.mesh(state.nodes, mesh.elements, ax, color="0.68", lw=0.5)
     for edges in mesh.boundaries.values():
         plot.boundary(state.nodes, edges, ax, lw=0.8)
-    speed = punch_travel(run)
-    arrows = plot.vectors(state.nodes, state.velocity / speed, ax, ARROW_MM, color="#004B77")
-    ax.add_patch(Rectangle((-1, height), 3 * state.nodes.max(), height, **PUNCH))
-    reduction = run["reduction"][-1]
-    worth = quality(state.nodes, mesh.elements)
-    frictionless = (1 - reduction) ** -1.5
-    words = (
-        f"smallest Jacobian ratio {worth.jacobian.min():.2f} (1: undistorted, 0: folded)\n"
-        f"worst aspect ratio {worth.aspect.max():.1f} (1: square; without friction {frictionless:.1f})"
-    )
-    ax.text(0.02, 0.27, words, transform=ax.transAxes, va="top", linespacing=1.25, fontsize=7.5)
-    key: dict[str, Any] = {
-        "labelpos": "E",
-        "coordinates": "axes",
-        "labelsep": 0.06,
-        "fontproperties": {"size": 7.5},
-    }
-    ax.quiverkey(arrows, 0.078, 0.07, ARROW_MM, "punch speed", **key)
+    speed = abs(float(run.scene["tools"][0]["travel"][1]))
+    arrows = plot.vectors(state.nodes, state.velocity / speed, ax, ARROW * size, color="#004B77")
+    ax.add_patch(Rectangle((-size, height), 3 * float(state.nodes.max()) + size, size, **PUNCH))
+    key: dict[str, Any] = {"labelpos": "E", "coordinates": "data", "labelsep": 0.06, "fontproperties": {"size": 7.5}}
+    ax.quiverkey(arrows, 0.12 * size, -0.6 * BELOW * size, ARROW * size, "punch speed", **key)
     ax.set_aspect("equal")
-    ax.set_title(rf"({letter}) $\mu$ = {friction(run):g}, reduction {100 * reduction:g} %")
-    ax.set_xlabel("$r$ [mm]")
+    ax.set_title(titled(letter, run, len(run) - 1))
+    ax.set_xlabel(f"$r$ [mm]\n{worth(run)}", linespacing=1.35, fontsize=7.2)
+
+
+def worth(run: History) -> str:
+    """The worst elements in words."""
+    mesh, nodes = run.mesh, run.state().nodes
+    now, rest = (float(quality(x, mesh.elements).jacobian.min()) for x in (nodes, mesh.nodes))
+    stretch = float(stretch_ratios(nodes, mesh.elements, mesh.nodes).max())
+    uniform = (1 - run["reduction"][-1]) ** -1.5
+    straight = abs(now) < STRAIGHT
+    value, means = ("0", "straight angle on punch") if straight else (f"{now:.2g}", "folded below 0")
+    return (
+        f"smallest Jacobian ratio {value} (at rest {rest:.2g}; {means})\n"
+        f"largest stretch ratio {stretch:.1f} (at rest 1; without friction {uniform:.1f})"
+    )
 
 
 def main(argv: Sequence[str] | None = None) -> None:

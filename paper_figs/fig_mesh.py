@@ -25,7 +25,7 @@ from bipot.layout import Layout
 from bipot.scene import upsetting
 from bipot.typing import Floats
 from paper_figs.closed_forms import Cylinder
-from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, VERMILLION, WIDTH, save
 from studies.accuracy.limits import Limit, courses_of, limit
 from studies.accuracy.mesh import NAME, REDUCTION
 from studies.accuracy.mesh import name as named
@@ -43,7 +43,6 @@ PAPERS = Discretisation(ElementType.Q8)
 BEST = Discretisation(ElementType.Q4P0)
 FINEST = Discretisation(ElementType.Q4P0, Layout.FANNED)
 Q8P1, Q9P1 = Discretisation(ElementType.Q8P1, Layout.FANNED), Discretisation(ElementType.Q9P1, Layout.FANNED)
-PURPLE, ORANGE = "#CC79A7", "#E69F00"
 LOOKS: dict[Discretisation, dict[str, Any]] = {
     PAPERS: {"color": VERMILLION, "marker": "o", "label": "Q8 (the paper's)"},
     BEST: {"color": BLUE, "marker": "s", "label": "Q4/P0"},

@@ -1,9 +1,10 @@
 r"""Pressure and shear on the contact line, at 20 % and at the end of the stroke, with stick and slip marked.
 
-Tractions are recovered from nodal contact forces (:mod:`bipot.traction`): the mean over each edge is drawn as a step,
-the nodal values r/A as marks. Both obey sign and cone as the forces do. Nodal values alternate between corner and
-mid-side nodes where the element locks; their range, wider than the frame, is written. The envelope is mu p of the edge
-means.
+Where contact is posed at nodes, tractions are recovered from nodal contact forces (:mod:`bipot.traction`): the mean
+over each edge is drawn as a step, the nodal values r/A as marks. Both obey sign and cone as the forces do. Nodal values
+alternate between corner and mid-side nodes where the element locks; their range, and how many marks the frame leaves
+out, are written. Where contact is posed in weighted means, tractions are those of the law at the ends of edges, and
+linear in between. The envelope is mu p of what is drawn along the edges.
 
 python -m paper_figs.fig_traction [--results results/upsetting] [--out DIR]
 """
@@ -11,7 +12,6 @@ python -m paper_figs.fig_traction [--results results/upsetting] [--out DIR]
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,19 +21,24 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.contact import frames
-from bipot.fem.reduction import Geometry
-from bipot.fem.strain import Configuration
 from bipot.laws.coulomb import Status
 from bipot.results import History
-from bipot.traction import edge_tractions
-from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, friction, make
+from paper_figs.common import BLUE, GREY, VERMILLION
+from paper_figs.contact_line import Line, contact_line
+from paper_figs.shown import Group, friction, letters, make, paired, titled, width_of
 
 EARLY = 0.2
-STRIP = 0.11
+STRIP = 0.12
 """Height of the strip of statuses, as a fraction of a panel."""
 
-ENVELOPE: dict[str, Any] = {"lw": 1.0, "ls": (0, (2, 1.5))}
+BELOW, ABOVE = -0.35, 1.25
+"""The frame, over the largest pressure drawn along an edge."""
+
+ENVELOPE: dict[str, Any] = {"lw": 1.0, "ls": (0, (2, 1.5)), "color": "black"}
+ALONG = {False: "edge mean", True: "linear on edges"}
+AT = {False: ("nodal $r_n/A$", "nodal $r_t/A$"), True: ("at points", "at points")}
+"""Of lines that are not weighted, and of those that are."""
+
 EDGED: dict[str, Any] = {"mec": "black", "ms": 3.8, "mew": 0.8, "zorder": 3}
 MARKS: dict[Status, dict[str, Any]] = {
     Status.STICK: {**EDGED, "marker": "s", "mfc": "black", "label": "stick"},
@@ -43,74 +48,50 @@ MARKS: dict[Status, dict[str, Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class Line:
-    """The contact line of one increment: radius, recovered tractions, status (m,) of its nodes, ends (f, 2) and means
-    (f,) of its edges, and the radius of the top corner; mm and MPa.
-    """
-
-    radius: np.ndarray
-    pressure: np.ndarray
-    shear: np.ndarray
-    status: np.ndarray
-    ends: np.ndarray
-    mean_pressure: np.ndarray
-    mean_shear: np.ndarray
-    corner: float
-
-
-def contact_line(run: History, row: int) -> Line:
-    """Read the contact line after the increment of ``row``."""
-    state, mesh, tool = run.state(row), run.mesh, run.scene["tools"][0]
-    at_start = run.scene["configuration"] == Configuration.PAPER.value
-    nodes = state.nodes - state.du if at_start else state.nodes
-    pressure, shear, status = (run.nodal(name, row) for name in ("recovered_pressure", "recovered_shear", "status"))
-    edges = mesh.edges(*tool["candidates"])
-    edges = edges[~np.isnan(pressure[edges]).any(axis=1)]
-    line = np.unique(edges)
-    along = run.nodal("contact_force", row)[:, :2] @ frames(np.array(tool["normal"])).T
-    means = edge_tractions(nodes, edges, Geometry(run.scene["geometry"]), along)
-    return Line(
-        radius=nodes[line, 0],
-        pressure=pressure[line],
-        shear=shear[line],
-        status=status[line],
-        ends=nodes[edges[:, [0, 2]], 0],
-        mean_pressure=means[:, 0],
-        mean_shear=means[:, 1],
-        corner=float(nodes[mesh.boundary_nodes("top"), 0].max()),
-    )
-
-
-def draw(found: list[History]) -> Figure:
-    """Rows: early and end of the stroke; columns: friction coefficients."""
-    figure = Figure(figsize=(WIDTH, 5.2), layout="constrained")
-    axes = figure.subplots(2, len(found), sharex=True, sharey=True)
-    rows = [[int(np.abs(run["reduction"] - EARLY).argmin()) for run in found], [-1] * len(found)]
-    lines = [[contact_line(run, row) for run, row in zip(found, pair, strict=True)] for pair in rows]
-    for k, ax in enumerate(axes.flat):
-        i, j = divmod(k, len(found))
-        panel(ax, friction(found[j]), lines[i][j])
-        reduction = 100 * found[j]["reduction"][rows[i][j]]
-        ax.set_title(rf"({'abcd'[k]}) $\mu$ = {friction(found[j]):g}, reduction {reduction:.1f} %")
-    highest = max(line.mean_pressure.max() for pair in lines for line in pair)
-    axes[0, 0].set(xlim=(-0.15, None), ylim=(-0.36 * highest, 1.6 * highest))
+def draw(groups: list[Group]) -> Figure:
+    """Panels early and at the end of the stroke: those of a coefficient one below the other, its runs side by side."""
+    cells = paired(groups, [stages(run) for group in groups for run in group.runs])
+    columns = len(cells[0])
+    figure = Figure(figsize=(width_of(columns), 2.15 * len(cells) + 0.9), layout="constrained")
+    axes = figure.subplots(len(cells), columns, sharex=True, sharey=True, squeeze=False)
+    drawn, letter = list[tuple[Axes, History, Line]](), letters()
+    for ax, cell in zip(axes.flat, [cell for line in cells for cell in line], strict=True):
+        if cell is None:
+            ax.set_axis_off()
+            continue
+        run, row = cell
+        drawn.append((ax, run, contact_line(run, row)))
+        ax.set_title(titled(next(letter), run, row))
+    highest = max((float(line.edge_pressure.max(initial=0.0)) for _, _, line in drawn), default=0.0) or 1.0
+    axes[0, 0].set(ylim=(BELOW * highest, ABOVE * highest))
     # No ticks in the strip of statuses.
-    axes[0, 0].set_yticks([tick for tick in axes[0, 0].get_yticks() if 0 <= tick <= 1.6 * highest])
-    for ax in axes[-1]:
-        ax.set_xlabel("current radius $r$ [mm]")
-    for ax in axes[:, 0]:
-        ax.set_ylabel("recovered traction [MPa]")
-    figure.legend(handles=legend(), loc="outside lower center", ncols=4)
+    axes[0, 0].set_yticks([tick for tick in axes[0, 0].get_yticks() if -0.1 * highest <= tick <= ABOVE * highest])
+    for ax, run, line in drawn:
+        panel(ax, friction(run), line)
+        ax.set_title(f"{ax.get_title()}\n{words(line, ax.get_ylim())}", fontsize=8)
+        ax.tick_params(labelbottom=True)
+    for column in axes.T:
+        lowest = [ax for ax in column if ax.axison][-1]
+        lowest.set_xlabel("current radius $r$ [mm]")
+    axes[0, 0].set_xlim(-0.15, None)
+    figure.supylabel("contact traction [MPa]", fontsize=9)
+    figure.legend(handles=legend(drawn), loc="outside lower center", ncols=2 * columns)
     return figure
 
 
+def stages(run: History) -> list[tuple[History, int] | None]:
+    """The increment that ends nearest to :data:`EARLY`, None of a run that ends there or before, and the last one."""
+    last = len(run) - 1
+    early = int(np.abs(run["reduction"] - EARLY).argmin())
+    return [(run, early) if early < last else None, (run, last)]
+
+
 def panel(ax: Axes, mu: float, line: Line) -> None:
-    """Steps, nodal marks, envelope, and a strip of statuses below."""
-    plot.traction_profile(line.ends, line.mean_pressure, line.radius, line.pressure, ax, "o", color=BLUE)
-    plot.traction_profile(line.ends, line.mean_shear, line.radius, line.shear, ax, "+", color=VERMILLION)
-    levels = np.repeat(mu * line.mean_pressure, 2).reshape(-1, 2)
-    ax.plot(line.ends.T, levels.T, color="black", **ENVELOPE)
+    """Tractions along edges and at points, envelope, and a strip of statuses below."""
+    plot.traction_profile(line.ends, line.edge_pressure, line.radius, line.pressure, ax, "o", color=BLUE)
+    plot.traction_profile(line.ends, line.edge_shear, line.radius, line.shear, ax, "+", color=VERMILLION)
+    if bounded(mu):
+        ax.plot(line.ends.T, mu * line.edge_pressure.T, **ENVELOPE)
     ax.axvline(line.corner, color=GREY, lw=0.8, ls=":")
     ax.axhline(0, color="0.5", lw=0.5)
     strip = ax.get_xaxis_transform()
@@ -119,21 +100,41 @@ def panel(ax: Axes, mu: float, line: Line) -> None:
     for status, mark in MARKS.items():
         here = line.radius[line.status == status]
         ax.plot(here, np.full(len(here), STRIP / 2), ls="", transform=strip, **mark)
-    words = f"nodal $p$ from {line.pressure.min():.0f} to {line.pressure.max():.0f} MPa"
-    ax.text(0.04, 0.95, words, transform=ax.transAxes, va="top")
 
 
-def legend() -> list[Line2D]:
-    """Handles in the order they are read, column by column."""
-    nodal = {"ls": "", "ms": 4, "mew": 0.8, "mfc": "none"}
+def words(line: Line, frame: tuple[float, float]) -> str:
+    """The range of the points' pressure, and how many marks the frame, with its strip, leaves out."""
+    if not line.radius.size:
+        return "no contact"
+    lowest = frame[0] + STRIP * (frame[1] - frame[0])
+    marks = np.concatenate([line.pressure, line.shear])
+    out = int(((marks < lowest) | (marks > frame[1])).sum())
+    left = f"; {out} mark{'s' if out > 1 else ''} outside the frame" if out else ""
+    where = "at points" if line.weighted else "nodal"
+    return f"{where} $p$ {line.pressure.min():.0f} to {line.pressure.max():.0f} MPa{left}"
+
+
+def bounded(mu: float) -> bool:
+    """Whether there is an envelope to draw: none without friction, nor of a weld."""
+    return 0 < mu < np.inf
+
+
+def legend(drawn: Sequence[tuple[Axes, History, Line]]) -> list[Line2D]:
+    """Handles of what is drawn, in the order they are read, column by column."""
+    lines, mus = [line for _, _, line in drawn], [friction(run) for _, run, _ in drawn]
+    kinds = {line.weighted for line in lines}
+    along = " / ".join(ALONG[weighted] for weighted in sorted(kinds))
+    at = [" / ".join(AT[weighted][k] for weighted in sorted(kinds)) for k in (0, 1)]
+    nodal: dict[str, Any] = {"ls": "", "ms": 4, "mew": 0.8, "mfc": "none"}
+    statuses = {int(status) for line in lines for status in line.status}
     return [
-        Line2D([], [], color=BLUE, lw=2.2, label="pressure $p$, edge mean"),
-        Line2D([], [], color=VERMILLION, lw=2.2, label=r"shear $\tau$, edge mean"),
-        Line2D([], [], color=BLUE, marker="o", label="pressure $p$, nodal $r_n/A$", **nodal),
-        Line2D([], [], color=VERMILLION, marker="+", label=r"shear $\tau$, nodal $r_t/A$", **nodal),
-        Line2D([], [], color="black", label=r"envelope $\mu p$", **ENVELOPE),
+        Line2D([], [], color=BLUE, lw=2.2, label=f"pressure $p$, {along}"),
+        Line2D([], [], color=VERMILLION, lw=2.2, label=rf"shear $\tau$, {along}"),
+        Line2D([], [], color=BLUE, marker="o", label=f"pressure $p$, {at[0]}", **nodal),
+        Line2D([], [], color=VERMILLION, marker="+", label=rf"shear $\tau$, {at[1]}", **nodal),
+        *([Line2D([], [], label=r"envelope $\mu p$", **ENVELOPE)] if any(map(bounded, mus)) else []),
         Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner"),
-        *(Line2D([], [], ls="", **mark) for mark in MARKS.values()),
+        *(Line2D([], [], ls="", **mark) for status, mark in MARKS.items() if status in statuses),
     ]
 
 

@@ -1,11 +1,14 @@
-r"""How far eight-node quadrilaterals are from squares.
+r"""How far elements are from what they were at rest, or from squares.
 
-With J = dx/dxi on the reference square:
+With J = dx/dxi on the reference shape:
 
-    Jacobian ratio = min det J / mean det J       (1: parallelogram; <= 0: folded), a lower bound over the whole square,
+    Jacobian ratio = min det J / mean det J       (1: parallelogram, straight triangle; <= 0: folded), a lower bound,
     aspect ratio   = max sigma_1(J) / sigma_2(J)  (1: square), the ratio of principal stretches: shear counts,
+    stretch ratio  = max sigma_1(F) / sigma_2(F)  (1: the form it had at rest), F = J J_0^-1 with J_0 at rest,
 
-the latter sampled where distortion shows first, at the four corners, and at the 3 x 3 Gauss points.
+the aspect sampled where distortion shows first, at the corners, and at the points of the element's fullest rule; the
+stretch at those points alone, for where an angle between straight edges has become straight, on a tool, it is infinite
+at that corner. In a mesh of squares aspect and stretch ratio are one.
 """
 
 from __future__ import annotations
@@ -15,9 +18,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.elements import Element
-from bipot.fem.elements import Quadrature, tabulated
+from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.orientation import scaled_jacobians
 from bipot.typing import Floats, Ints
+
+FULLEST = {4: Quadrature.GAUSS3, 3: Quadrature.TRIANGLE7}
+"""By the number of corners."""
 
 
 @dataclass(frozen=True)
@@ -29,27 +35,36 @@ class Quality:
 
 
 def quality(nodes: Floats, elements: Ints) -> Quality:
-    """Quality of the elements (e, 8) with nodes (a, 2): four corners anticlockwise, then mid-sides.
+    """Quality of the elements (e, k) with nodes (a, 2): corners anticlockwise, then mid-sides, then the middle.
 
     >>> x = np.array([[0, 0], [2, 0], [2, 1], [0, 1], [1, 0], [2, 0.5], [1, 1], [0, 0.5]])
     >>> quality(x, np.arange(8)[None]).aspect.round(12)
     array([2.])
     """
-    x = nodes[elements]
-    inside = np.einsum("eka,qkb->eqab", x, tabulated(Element.Q8, Quadrature.GAUSS3).gradients)
-    stretch = np.linalg.svd(np.concatenate([inside, corner_jacobians(x)], axis=1), compute_uv=False)
-    with np.errstate(divide="ignore"):
-        aspect = stretch[..., 0] / stretch[..., 1]
-    return Quality(scaled_jacobians(nodes, elements), aspect.max(axis=1))
+    return Quality(scaled_jacobians(nodes, elements), _ratio(jacobians(nodes[elements])))
 
 
-def corner_jacobians(x: Floats) -> Floats:
-    """J (e, 4, 2, 2) at the corners of x (e, 8, 2): the tangents of the two parabolas that meet there.
+def stretch_ratios(nodes: Floats, elements: Ints, rest: Floats) -> Floats:
+    """Stretch ratio (e,) of the elements (e, k) that have come from ``rest`` (a, 2) to ``nodes`` (a, 2).
 
-    Each corner has its own axes, turned by a right angle from the last: det J and singular values are those
-    of the common reference square.
+    >>> x = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 1.0]])
+    >>> stretch_ratios(x * [1.0, 0.5], np.arange(3)[None], x).round(12)
+    array([2.])
     """
-    corner, middle = x[:, :4], x[:, 4:]
-    forth = -3 * corner + 4 * middle - np.roll(corner, -1, axis=1)
-    back = -3 * corner + 4 * np.roll(middle, 1, axis=1) - np.roll(corner, 1, axis=1)
-    return np.stack([forth, back], axis=-1)
+    inside = slice(Element.of(elements.shape[1]).corners, None)
+    now, before = (jacobians(x[elements])[:, inside] for x in (nodes, rest))
+    return _ratio(now @ np.linalg.inv(before))
+
+
+def jacobians(x: Floats) -> Floats:
+    """J (e, q, 2, 2) of elements x (e, k, 2) at their corners, then inside."""
+    element = Element.of(x.shape[1])
+    places = tabulated_at(element, element.places), tabulated(element, FULLEST[element.corners])
+    gradients = np.concatenate([place.gradients for place in places])
+    return np.einsum("eka,qkb->eqab", x, gradients)
+
+
+def _ratio(jacobian: Floats) -> Floats:
+    stretch = np.linalg.svd(jacobian, compute_uv=False)
+    with np.errstate(divide="ignore"):
+        return (stretch[..., 0] / stretch[..., 1]).max(axis=1)

@@ -1,11 +1,12 @@
 r"""The seed paper's example: a cylinder upset between rigid punches with exact Coulomb friction.
 
-    python -m studies.upsetting --mu 0.1 0.3 [--form tangent|dissipation|newton|penalty|uzawa|delassus] [--out DIR]
+    python -m studies.upsetting --mu 0.1 0.3 [--beside] [--form tangent|dissipation|newton|penalty|uzawa|delassus]
 
 A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %. For each mu the folder
 ``DIR/mu{mu}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.vtkhdf`` (fields, for
 ParaView). A folder that holds a run is left alone unless ``--resume`` goes on with it or ``--overwrite`` begins anew.
-The table at the end says how far the answer is from the law.
+``--beside`` runs each case with Q4/P0 too, the element without locking, in ``DIR/q4p0``. The tables at the end say how
+far the answer is from the law, and how far the force is from what refined meshes tend to.
 """
 
 from __future__ import annotations
@@ -30,7 +31,9 @@ from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.scene import Scene
 from studies.command import command, say
+from studies.upsetting_beside import BESIDE, trustworthy
 from studies.upsetting_case import Case, cases, parser
+from studies.upsetting_limits import against_limits
 from studies.upsetting_table import Result, table
 
 UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
@@ -116,7 +119,7 @@ class Planned:
         with self.recorder as recorder:
             if recorder.note:
                 say(f"{recorder.folder}: {recorder.note}", to=sys.stderr)
-            progress.start(f"mu = {self.case.mu:g}, {self.case.form.value}")
+            progress.start(f"mu = {self.case.mu:g}, {self.case.element.value}, {self.case.form.value}")
             try:
                 for accepted in march(self.scene, self.schedule, self.control, recorder.start):
                     # Before it is recorded, so that no recorded increment lacks it when the run is resumed.
@@ -140,12 +143,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run all cases and print one table, of those that are complete where one is not."""
     asked = parser().parse_args(argv)
     done: list[Result] = []
-    planned = [Planned.of(case, asked.out, asked.policy, asked.fclib) for case in cases(asked)]
+    asked_for = [(case, asked.out) for case in cases(asked)]
+    if asked.beside:
+        asked_for += [(trustworthy(case), asked.out / BESIDE) for case, _ in asked_for]
+    planned = [Planned.of(case, out, asked.policy, asked.fclib) for case, out in asked_for]
     try:
         done.extend(one.run() for one in planned)
     finally:
         if done:
             say(table(done))
+            if forces := against_limits([result.history for result in done]):
+                say(forces)
             say(f"results in {asked.out.resolve()}")
     return 0
 

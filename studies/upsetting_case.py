@@ -190,6 +190,7 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")
     samplings = [sampling.value for sampling in Sampling]
     p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
+    p.add_argument("--beside", action="store_true", help="run q4p0 at the same node spacing, too, in OUT/q4p0")
     p.add_argument("--increments", type=int, help="uniform increments after the start-up (default 45, --fast 6)")
     p.add_argument(
         "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"

@@ -8,16 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.results import History
+from studies.run_names import element_of, side_of
 
 ENERGY_WARNING = 0.01
 """Work and energies that differ by more than this fraction of the work are warned of."""
 
-LINE = "{:>6} {:>10} {:>10} {:>10} {:>9} {:>6} {:>6} {:>5} {:>9} {:>9} {:>9} {:>9} {:>8}"
+LINE = "{:>6} {:>8} {:>4} {:>10} {:>10} {:>10} {:>9} {:>6} {:>6} {:>5} {:>9} {:>9} {:>9} {:>9} {:>8}"
 HEADER = (
-    *("mu", "reduction", "force_N", "R_max_mm", "volume", "incr", "passes", "cuts"),
+    *("mu", "element", "side", "reduction", "force_N", "R_max_mm", "volume", "incr", "passes", "cuts"),
     *("equil.", "cone", "gap", "overlap", "seconds"),
 )
 MEANINGS = (
+    "side: elements along a side of the quarter",
     "equil., cone, gap: worst equilibrium, cone violation and relative bipotential gap of the run",
     "overlap: deepest that an edge goes into the punch, between its nodes too, over the body size",
     "seconds: of the increments",
@@ -37,6 +39,8 @@ class Result:
         history = self.history
         return LINE.format(
             f"{self.mu:g}",
+            element_of(history),
+            side_of(history) or "",
             f"{history['reduction'][-1]:.4f}",
             f"{history['force_N'][-1]:.2f}",
             f"{history['max_radius_mm'][-1]:.5f}",
@@ -55,7 +59,7 @@ class Result:
         worst = int(np.abs(error).argmax())
         if abs(error[worst]) <= ENERGY_WARNING:
             return ""
-        at = f"of the work at {100 * self.history['reduction'][worst]:.1f} % reduction"
+        at = f"of the work at {100 * self.history['reduction'][worst]:.1f} % reduction, {element_of(self.history)}"
         return f"warning: mu = {self.mu:g}: energy_error = {100 * error[worst]:.2f} % {at}; use more increments"
 
 

@@ -5,8 +5,9 @@ import pytest
 
 from bipot.elements import Element
 from bipot.fem.elements import RULES, tabulated
+from bipot.layout import Layout
 from bipot.mesh import cylinder
-from studies.quality import corner_jacobians, quality
+from studies.quality import jacobians, quality, stretch_ratios
 
 ELEMENT = np.arange(8)[None]
 SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0], [1, 0.5], [0.5, 1], [0, 0.5]])
@@ -75,4 +76,20 @@ def test_corners_agree_with_the_shape_functions():
     coefficients = np.linalg.lstsq(terms(points), values, rcond=None)[0]
     np.testing.assert_allclose(terms(points) @ coefficients, values, rtol=1e-10)
     corners = terms(SQUARE[:4]) @ coefficients
-    np.testing.assert_allclose(np.linalg.det(corner_jacobians(x[None]))[0], corners, rtol=1e-9)
+    np.testing.assert_allclose(np.linalg.det(jacobians(x[None]))[0, :4], corners, rtol=1e-9)
+
+
+@pytest.mark.parametrize("element", list(Element))
+@pytest.mark.parametrize("layout", [Layout.TENSOR, Layout.FANNED])
+def test_stretch_is_of_the_body_whatever_its_elements(element, layout):
+    mesh = cylinder(5.0, 5.0, 4, 4, element=element, layout=layout)
+    worth = stretch_ratios(mesh.nodes * [1.2, 0.4], mesh.elements, mesh.nodes)
+    np.testing.assert_allclose(worth, 3.0, rtol=1e-9)
+
+
+def test_a_straight_angle_leaves_the_stretch_finite():
+    x = SQUARE[:4].copy()
+    x[2] = [0.5, 0.5]
+    worth = stretch_ratios(x, ELEMENT[:, :4], SQUARE)
+    assert quality(x, ELEMENT[:, :4]).jacobian[0] == pytest.approx(0.0, abs=1e-12)
+    assert 1.5 < worth[0] < 20

@@ -115,6 +115,13 @@ def test_the_two_commands_open_the_readme_and_are_in_the_makefile():
         assert re.search(rf"^{command}:", text(ROOT / "Makefile"), re.MULTILINE)
 
 
+def test_make_run_takes_both_elements_and_draws_every_figure_of_them():
+    (recipe,) = re.findall(r"^run:.*\n((?:\t.*\n)+)", text(ROOT / "Makefile"), re.MULTILINE)
+    assert re.search(r"studies\.upsetting --mu 0\.1 0\.3 .*--beside.* --out \$\(OUT\)\n", recipe)
+    drawn = re.findall(r"paper_figs\.(\w+) --results \$\(OUT\)\n", recipe)
+    assert drawn == ["fig1_mesh", "fig2_velocity", "fig_force_stroke", "fig_traction"]
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_what_a_page_names_exists(page):
     words = text(page)
