@@ -46,6 +46,9 @@ from studies.options import coefficient, count
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
+BEGIN = 0.02
+"""First increment of a history, of the height: one that leaves yield behind errs least (bipot.pacing)."""
+
 LARGE, MEMORY_INCREMENTS, HIGH_FRICTION = 80, 6, 0.3
 FINE, FINE_INCREMENTS, WHOLE = 40, 90, 0.45
 
@@ -73,8 +76,8 @@ def histories(fast: bool) -> list[History]:
     if fast:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
-        History(0.1, 0.45, Schedule(8, first=SMALL / 0.45, settling=1, growth=2.4)),
-        History(0.3, 0.44, Schedule(24, first=SMALL / 0.44, settling=2, growth=2)),
+        History(0.1, 0.45, Schedule(8, first=BEGIN / 0.45, settling=1, growth=1.5)),
+        History(0.3, 0.44, Schedule(26, first=BEGIN / 0.44, settling=1, growth=1.5)),
     ]
 
 
