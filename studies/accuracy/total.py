@@ -1,11 +1,12 @@
 r"""Total error of the paper's upsetting over time: every element and form, and CalculiX in the same run.
 
-    python -m studies.accuracy.total [--fast] [--resume | --overwrite] [--jobs N] [--limits FILE] [--out DIR]
+    python -m studies.accuracy.total [--fast] [--resume | --overwrite] [--limits FILE] [--out DIR]
 
 ``DIR/total.csv`` has a row a run: its error against the mesh-converged limits of the force, so of mesh, increments and
 all else together (:mod:`studies.accuracy.total_row` has the formula), and processor seconds of one thread.
-Each run is a process of its own. ``process_seconds`` are all of it; ``seconds`` of ``bipot`` leave out the start of
-Python and its imports, those of CalculiX nothing. ``DIR/total_ratio.csv`` says what both cost at the same error.
+Each run is a process of its own, one after the other. ``process_seconds`` are all of it; ``seconds`` of ``bipot`` leave
+out the start of Python and its imports, those of CalculiX nothing. ``DIR/total_ratio.csv`` says what both cost at the
+same error.
 
 CalculiX is run where ``ccx`` is installed, on a deck that :mod:`studies.accuracy.deck` writes; elsewhere one sentence
 says that it is left out, and ``--resume`` adds it later. Its contact and friction are penalised, and its ``passes`` are
@@ -33,7 +34,6 @@ from studies.accuracy.total_plan import FAST, Plan
 from studies.accuracy.total_row import FOREIGN, MARKS, OWN, SOLVED, Key, Row, errors, key, limits_of, named, ratios
 from studies.command import command, say
 from studies.outputs import add_options, opened
-from studies.pool import completed
 from studies.tables import text, write_csv
 
 NAME, RATIOS = "total", "total_ratio.csv"
@@ -102,12 +102,12 @@ def foreign(deck: Deck, ccx: str) -> tuple[Calculation, float]:
     return calculation, calculation.seconds
 
 
-def runs(tasks: Sequence[Task], workers: int) -> Iterator[Row]:
+def runs(tasks: Sequence[Task]) -> Iterator[Row]:
     """These runs, with progress."""
     progress = terminal()
     progress.start(f"accuracy.{NAME}")
     try:
-        for done, row in enumerate(completed(run, tasks, workers), 1):
+        for done, row in enumerate(map(run, tasks), 1):
             yield row
             progress.advance(done / len(tasks), f"mu = {row.mu:g}, {row.program}, {named(row)}")
     finally:
@@ -131,7 +131,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
     parser.add_argument("--limits", type=Path, default=LIMITS, help=f"of studies.accuracy.mesh (default {LIMITS})")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
     parser.add_argument("--fast", action="store_true", help="tiny meshes, two forms, once")
     add_options(parser)
     asked = parser.parse_args(argv)
@@ -141,7 +140,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         limits_of(asked.limits, mu)
     order = [key_of(job) for job in (*plan.jobs(), *plan.decks())]
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order, derived=(RATIOS,))
-    for row in runs([task for task in tasks if key_of(task.job) not in table], asked.jobs):
+    for row in runs([task for task in tasks if key_of(task.job) not in table]):
         table.add(row)
     found = ratios(table.rows)
     write_csv(asked.out / RATIOS, found)
