@@ -9,6 +9,7 @@ python -m paper_figs.fig_total_error [--results results/accuracy_total] [--out D
 from __future__ import annotations
 
 import argparse
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -87,12 +88,18 @@ def draw(rows: Sequence[Row]) -> Figure:
     """Measures of time by coefficients."""
     mus = sorted({row.mu for row in rows})
     figure = Figure(figsize=(WIDTH, 7.4), layout="constrained")
-    axes = figure.subplots(len(MEASURES), len(mus), sharey=True, squeeze=False)
+    axes = figure.subplots(len(MEASURES), len(mus), sharex=True, sharey=True, squeeze=False)
     for line, (measure, words) in zip(axes, MEASURES.items(), strict=True):
         for ax, mu in zip(line, mus, strict=True):
             panel(ax, [row for row in rows if row.mu == mu], measure)
-            ax.set(xlabel=words, title=f"$\\mu$ = {mu:g}")
+            ax.set_xlabel(words)
+            ax.tick_params(labelbottom=True)
         line[0].set_ylabel("largest relative error of the force")
+    for ax, mu in zip(axes[0], mus, strict=True):
+        ax.set_title(f"$\\mu$ = {mu:g}")
+    errors = [row.force_error for row in rows if not math.isnan(row.force_error)]
+    # The panels share it.
+    axes[0, 0].set_ylim(min([row.band for row in rows] + errors) / 2, max(errors, default=1.0) * 2)
     found = [ax.get_legend_handles_labels() for ax in axes.flat]
     once = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
     figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=3)
@@ -101,7 +108,7 @@ def draw(rows: Sequence[Row]) -> Figure:
 
 def panel(ax: Axes, rows: Sequence[Row], measure: str) -> None:
     """Points of runs that came to the end, fronts of both programs, the band."""
-    ended = [row for row in rows if row.known == row.known]
+    ended = [row for row in rows if not math.isnan(row.known)]
     looks = {row: look(row) for row in ended}
     for label, style in {found.label: found.style for found in looks.values()}.items():
         chosen = [row for row, found in looks.items() if found.label == label]
@@ -114,8 +121,6 @@ def panel(ax: Axes, rows: Sequence[Row], measure: str) -> None:
             ax.step(*corners, where="post", color=colour, ls=line, lw=1.0, label=f"best of {program}")
     band = max(row.band for row in rows)
     ax.axhspan(1e-9, band, color="0.85", zorder=0, label="within the band of the limit")
-    lowest = min((row.force_error for row in ended), default=band)
-    ax.set_ylim(bottom=min(band, lowest) / 2)
 
 
 def main(argv: Sequence[str] | None = None) -> None:

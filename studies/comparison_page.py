@@ -223,6 +223,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
     "scatter": of_scatter,
     "total_ratio": lambda results: table(*total_tables.of_ratios(results)),
     "total_front": lambda results: table(*total_tables.of_fronts(results)),
+    "total_same_mesh": lambda results: table(*total_tables.of_same_mesh(results)),
     "total_stopped": lambda results: table(*total_tables.of_stopped(results)),
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {

@@ -23,7 +23,7 @@ from studies.tables import read_rows
 OWN, FOREIGN = "bipot", "CalculiX"
 MARKS = (0.10, 0.20, 0.30, 0.40, 0.45)
 SOLVED = "solved"
-LEVELS = (0.02, 0.01, 0.005, 0.0025, 0.001)
+LEVELS = (0.05, 0.02, 0.01, 0.005, 0.0025, 0.001)
 """Errors at which programs are compared."""
 
 Key = tuple[float, str, str, str, str, str, str, int, str]

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bipot.fem.elements import Quadrature
 from studies.accuracy.tables import Lines
 from studies.accuracy.total_row import FOREIGN, MARKS, OWN, SOLVED, Ratio, Row, front, named
+from studies.element_types import ElementType
 from studies.tables import read_rows
+
+SAME = ((ElementType.Q8.value, Quadrature.GAUSS2.value), "CAX8R")
+"""The same element by its names in both programs."""
 
 SHORT = 90
 """Characters of a reason that a page shows."""
@@ -14,7 +19,7 @@ SHORT = 90
 
 def of_ratios(results: Path) -> Lines:
     """Fastest run of each program within an error."""
-    head = ["mu", "error", "bipot", "error", "s", "CalculiX", "error", "s", "ratio", "ratio of processes"]
+    head = ["mu", "error", "bipot", "error", "s (process)", "CalculiX", "error", "s", "ratio", "ratio of processes"]
     rows = [
         [
             f"{one.mu:g}",
@@ -47,6 +52,23 @@ def of_fronts(results: Path) -> Lines:
                 costs = f"{row.seconds:.2f}", f"{row.process_seconds:.2f}"
                 lines.append([f"{mu:g}", program, named(row), *counts, error, _percent(row.end_error), *costs])
     return head, lines
+
+
+def of_same_mesh(results: Path) -> Lines:
+    """Both programs with the same element, Q8 with 2 x 2 points, on the same mesh: the fastest run of each."""
+    rows = [row for row in read_rows(results / "total.csv", Row) if row.outcome == SOLVED]
+    own = [row for row in rows if (row.program, row.element, row.quadrature) == (OWN, *SAME[0])]
+    other = [row for row in rows if (row.program, row.element) == (FOREIGN, SAME[1])]
+    lines = list[list[str]]()
+    for mu, elements in sorted({(row.mu, row.elements) for row in own} & {(row.mu, row.elements) for row in other}):
+        best = [
+            min((row for row in found if (row.mu, row.elements) == (mu, elements)), key=lambda row: row.seconds)
+            for found in (own, other)
+        ]
+        cells = [cell for row in best for cell in (_percent(row.force_error), f"{row.seconds:.2f}")]
+        ratio = best[1].seconds / best[0].seconds
+        lines.append([f"{mu:g}", str(elements), *cells, f"{ratio:.1f}"])
+    return ["mu", "a side", "bipot: error", "s", "CalculiX: error", "s", "ratio"], lines
 
 
 def of_stopped(results: Path) -> Lines:
