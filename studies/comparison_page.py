@@ -18,6 +18,7 @@ from pathlib import Path
 from bipot.errors import ResultsError
 from studies import element_tables, load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
 from studies.accuracy import tables as mesh_tables
+from studies.accuracy import total_tables
 from studies.command import command, say
 from studies.files import replacing
 from studies.speed_jobs import Knob
@@ -220,6 +221,10 @@ TABLES: dict[str, Callable[[Path], str]] = {
     "runs": of_runs,
     "meshes": of_meshes,
     "scatter": of_scatter,
+    "total_ratio": lambda results: table(*total_tables.of_ratios(results)),
+    "total_front": lambda results: table(*total_tables.of_fronts(results)),
+    "total_same_mesh": lambda results: table(*total_tables.of_same_mesh(results)),
+    "total_stopped": lambda results: table(*total_tables.of_stopped(results)),
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,

@@ -1,0 +1,101 @@
+"""One run of ``bipot`` in a process of its own, as a user would start it: ``python -m studies.accuracy.alone JOB``.
+
+``JOB`` is an :class:`Own` as JSON; what comes is a :class:`Came` on one line of standard output.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+
+from bipot.errors import IncrementFailed
+from bipot.fem.elements import Quadrature
+from bipot.layout import Layout
+from bipot.marching import Schedule, march, system_of
+from bipot.scene import Scene, upsetting
+from bipot.tools import Sampling
+from studies.element_types import ElementType
+from studies.methods import Method, Setting, configured
+from studies.upsetting_case import FIRST
+
+REDUCTION = 0.45
+CUTS = 3
+"""Few: a fold is not come round."""
+
+
+@dataclass(frozen=True)
+class Own:
+    """A run: enums by their values, increments by ``accuracy``, or where it is zero so many after a start-up."""
+
+    mu: float
+    form: str
+    element: str
+    quadrature: str
+    layout: str
+    contact: str
+    elements: int
+    accuracy: float
+    increments: int
+
+    def scene(self) -> Scene:
+        """The cylinder."""
+        kind = ElementType(self.element)
+        return upsetting(
+            mu=self.mu,
+            reduction=REDUCTION,
+            elements=self.elements,
+            element=kind.element,
+            volume=kind.volume,
+            quadrature=Quadrature(self.quadrature),
+            layout=Layout(self.layout),
+            sampling=Sampling(self.contact),
+        )
+
+    def schedule(self, marks: Sequence[float]) -> Schedule:
+        """With an end of an increment at each mark."""
+        landings = tuple(mark / REDUCTION for mark in marks if mark < REDUCTION)
+        if self.accuracy:
+            return Schedule(accuracy=self.accuracy, landings=landings)
+        return Schedule(self.increments, FIRST / REDUCTION, landings=landings)
+
+
+@dataclass(frozen=True)
+class Came:
+    """Forces (N) at the marks that were reached, cost and processor seconds of the march, and why it stopped."""
+
+    forces: list[float]
+    unknowns: int
+    increments: int
+    passes: int
+    seconds: float
+    stopped: str
+
+
+def run(job: Own, marks: Sequence[float]) -> Came:
+    """March; seconds count from the making of the scene on, without the imports."""
+    began = time.process_time()
+    scene, control = configured(Method(job.form), job.scene(), Setting())
+    forces, passes, increments, stopped = list[float](), 0, 0, ""
+    try:
+        for accepted in march(scene, job.schedule(marks), replace(control, cuts=CUTS)):
+            passes, increments = passes + accepted.passes, accepted.number
+            if round(accepted.state.tau * REDUCTION, 9) in marks:
+                forces.append(float(-accepted.tool_force(0)[1]))
+    except IncrementFailed as failed:
+        stopped = " ".join(str(failed).split())
+    unknowns = system_of(scene).body.space.size
+    return Came(forces, unknowns, increments, passes, time.process_time() - began, stopped)
+
+
+def main(argv: Sequence[str]) -> int:
+    """Read a job, run it, say what came."""
+    job, *marks = json.loads(argv[0])
+    print(json.dumps(asdict(run(Own(**job), marks))))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
