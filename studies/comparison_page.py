@@ -237,6 +237,7 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "limits": lambda results: table(*mesh_tables.of_limits(results)),
         "upsetting": lambda results: table(*mesh_tables.of_meshes(results)),
         "scatter": lambda results: table(*mesh_tables.of_scatter(results)),
+        "sampling": lambda results: table(*mesh_tables.of_sampling(results)),
     },
 }
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.layout import Layout
+from bipot.tools import Sampling
 from paper_figs import fig_mesh
 from studies.accuracy import mesh, plan
 from studies.accuracy.limits import Limit
@@ -137,6 +138,21 @@ def test_the_default_element_is_near_the_kept_limits_with_pressures_above_zero(m
     )
     assert row.force_N == pytest.approx(force, rel=allowed)
     assert row.p_min_MPa > 0
+
+
+@pytest.mark.parametrize("kind", [ElementType.Q8, ElementType.Q8P1, ElementType.Q9P1])
+def test_forces_of_weighted_contact_tend_to_the_limits_of_contact_at_nodes(kind):
+    """From 5 to 10 to 20 a side: root of the mean square over all reductions and coefficients."""
+    limits = {
+        (one.mu, one.reduction): one.value for one in read_rows(KEPT / "limits.csv", Limit) if one.quantity == "force_N"
+    }
+    off = {5: [], 10: [], 20: []}
+    for row in read_rows(KEPT / "mesh.csv", Row):
+        if row.mu > 0 and row.of.element is kind and row.of.sampling is Sampling.WEIGHTED:
+            off[row.elements].append(row.force_N / limits[row.mu, row.reduction] - 1)
+    coarse, middle, fine = (float(np.sqrt(np.mean(np.square(found)))) for found in off.values())
+    assert fine < middle < coarse
+    assert fine < 0.01
 
 
 def test_the_kept_jumps_shrink_with_the_mesh():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from bipot.tools import Sampling
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import NAME
 from studies.accuracy.row import Row
@@ -14,6 +15,9 @@ from studies.tables import read_rows
 Lines = tuple[list[str], list[list[str]]]
 Mesh = tuple[str, str, str, int]
 SHOWN = (0.2, 0.45)
+BESIDE = 0.4
+"""Reduction at which both samplings are shown: the last that nearly all runs come to."""
+
 NONE = "–"
 
 
@@ -49,6 +53,34 @@ def of_meshes(results: Path) -> Lines:
         cells = [_shown(found.get((*mesh, *column))) for column in columns]
         lines.append([*map(str, mesh), *(cell for pair in cells for cell in pair)])
     return ["element", "layout", "contact", "a side", *head], lines
+
+
+def of_sampling(results: Path) -> Lines:
+    """Where both were run, contact at nodes beside that in weighted means: what pressures do, and edges in between."""
+    rows = read_rows(results / f"{NAME}.csv", Row)
+    limits = {
+        (one.mu, one.reduction): one.value
+        for one in read_rows(results / "limits.csv", Limit)
+        if one.quantity == "force_N"
+    }
+    both = {row.of for row in rows if row.of.sampling is Sampling.WEIGHTED}
+    both |= {of._replace(sampling=Sampling.NODES) for of in both}
+    found = {(*_mesh(row), row.mu): row for row in rows if row.reduction == BESIDE and row.of in both}
+    told = ("force from its limit", "least and largest pressure [MPa]", "overlap [mm]")
+    columns = sorted({mu for mu, _ in limits})
+    head = [f"mu {mu:g}: {what}" for mu in columns for what in told]
+    lines = list[list[str]]()
+    for mesh in _by_series(list(found.values())):
+        cells = [_beside(found.get((*mesh, mu)), limits[mu, BESIDE]) for mu in columns]
+        lines.append([*map(str, mesh), *(cell for told in cells for cell in told)])
+    return ["element", "layout", "contact", "a side", *head], lines
+
+
+def _beside(row: Row | None, limit: float) -> tuple[str, str, str]:
+    if row is None:
+        return NONE, NONE, NONE
+    off = 100 * (row.force_N / limit - 1)
+    return f"{off:+.2f} %", f"{row.p_min_MPa:.0f}, {row.p_max_MPa:.0f}", f"{row.overlap_mm:.1g}"
 
 
 def of_scatter(results: Path) -> Lines:
