@@ -17,6 +17,7 @@ from bipot.layout import Layout
 from bipot.marching import Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.tools import Sampling
+from studies.command import command, say
 from studies.element_types import ElementType
 from studies.methods import Method, Setting, configured
 from studies.upsetting_case import FIRST
@@ -90,12 +91,13 @@ def run(job: Own, marks: Sequence[float]) -> Came:
     return Came(forces, unknowns, increments, passes, time.process_time() - began, stopped)
 
 
-def main(argv: Sequence[str]) -> int:
+@command
+def main(argv: Sequence[str] | None = None) -> int:
     """Read a job, run it, say what came."""
-    job, *marks = json.loads(argv[0])
-    print(json.dumps(asdict(run(Own(**job), marks))))
+    job, *marks = json.loads((sys.argv[1:] if argv is None else argv)[0])
+    say(json.dumps(asdict(run(Own(**job), marks))))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
