@@ -28,6 +28,7 @@ KINDS = {
     "weighted": [({"mu": 0.3, "sampling": Sampling.WEIGHTED}, "")],
     "hardening": [({"mu": 0.1, "hardening": Linear(300.0, 500.0)}, "")],
     "beside": [({"mu": mu}, "") for mu in (0.1, 0.3)] + [({"mu": 0.1, **Q4P0, "elements": 6}, "q4p0")],
+    "weighted beside nodes": [({"mu": 0.3, "sampling": Sampling.WEIGHTED}, ""), ({"mu": 0.3, **Q4P0}, "q4p0")],
 }
 
 
