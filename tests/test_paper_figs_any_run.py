@@ -6,6 +6,7 @@ import pytest
 from bipot.elements import Element
 from bipot.errors import ResultsError
 from bipot.fem.projection import VolumeChange
+from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Linear
 from bipot.layout import Layout
 from bipot.results import open as open_results
@@ -208,6 +209,16 @@ def test_weighted_tractions_are_linear_between_points_and_carry_the_force(made):
     said = labels(drawn(fig_traction, made("weighted")))
     assert r"pressure $p$, linear on edges" in said
     assert not any("mean" in label for label in said)
+
+
+def test_a_point_of_a_crease_that_carries_nothing_is_not_shown_to_slip_as_the_other_one_does(tmp_path):
+    record(tmp_path, upsetting(mu=0.3, elements=8, sampling=Sampling.WEIGHTED), increments=25)
+    line = contact_line(open_results(tmp_path), -1)
+    (corner,) = {radius for radius in line.radius if (line.radius == radius).sum() == 2}
+    carrying, idle = sorted(np.flatnonzero(line.radius == corner), key=lambda k: -line.pressure[k])
+    assert line.pressure[carrying] > 100.0
+    assert line.pressure[idle] == pytest.approx(0.0, abs=1e-6)
+    assert [line.status[carrying], line.status[idle]] == [Status.SLIP, Status.OPEN]
 
 
 def test_envelope_and_statuses_are_in_the_legend_only_where_drawn(made, tmp_path):
