@@ -221,8 +221,10 @@ def test_a_point_of_a_crease_that_carries_nothing_is_not_shown_to_slip_as_the_ot
     assert [line.status[carrying], line.status[idle]] == [Status.SLIP, Status.OPEN]
 
 
-def test_envelope_and_statuses_are_in_the_legend_only_where_drawn(made, tmp_path):
+def test_friction_envelope_and_statuses_are_told_only_where_they_are(made, tmp_path):
     record(tmp_path / "muinf", upsetting(mu=np.inf, elements=3, reduction=0.25))
+    assert not any("Coulomb" in text.get_text() for text in drawn(fig1_mesh, tmp_path).axes[1].texts)
+    assert any("Coulomb" in text.get_text() for text in drawn(fig1_mesh, made("t6")).axes[1].texts)
     said = labels(drawn(fig_traction, tmp_path))
     assert not any("envelope" in label for label in said)
     assert "slip" not in said
