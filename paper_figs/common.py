@@ -38,6 +38,15 @@ STYLE: dict[Any, Any] = {
 }
 
 
+def legend_below(figure: Figure, handles: Sequence[Any], columns: int) -> None:
+    """A legend of labelled handles below the panels, in as many of these columns as stand side by side."""
+    for count in range(columns, 0, -1):
+        legend = figure.legend(handles=handles, loc="outside lower center", ncols=count)
+        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
+
+
 def save(figure: Figure, out: Path, name: str) -> list[Path]:
     """Write the figure as PDF and PNG into ``out``."""
     try:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.contact import carries, frames
+from bipot.contact import carries, frames, touches
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.laws.coulomb import Status
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.sampling import hat_areas, points
@@ -58,18 +59,23 @@ def contact_line(run: History, row: int) -> Line:
 
 
 def _weighted(run: History, row: int, nodes: Floats, corner: float) -> Line:
-    """That of weighted points: fields of nodes hold one of the two points of a crease, so forces are asked."""
+    """That of weighted points: fields of nodes hold one of the two points of a crease, so forces and gaps are asked.
+
+    Where both points of a crease carry, the status of the one that pushes harder is that of both.
+    """
     mesh, (tool,) = run.mesh, run.scene["tools"]
-    geometry, forces = Geometry(run.scene["geometry"]), run.state(row).forces
+    geometry, state = Geometry(run.scene["geometry"]), run.state(row)
     vectors = tuple(tool["point"]), tuple(tool["normal"]), tuple(tool["travel"])
     flat = FlatTool(*vectors, tuple(tool["candidates"]), tool["mu"], sampling=Sampling.WEIGHTED)
     posed = points(mesh, geometry, flat)
     status = run.nodal("status", row)[posed.node]
     candidates = status != NO_CANDIDATE
-    area, r = np.zeros(len(posed.node)), np.zeros((len(posed.node), 2))
+    area, gap, r = np.zeros(len(posed.node)), np.zeros(len(posed.node)), np.zeros((len(posed.node), 2))
     np.add.at(area, posed.edges, hat_areas(nodes, posed.lines, geometry))
-    r[candidates] = forces
+    r[candidates], gap[candidates] = state.forces, state.gap
     t = r / area[:, None]
+    paired = np.bincount(posed.node)[posed.node] > 1
+    status[paired & ~carries(r) & ~touches(gap, mesh.size)] = Status.OPEN
     edges = posed.edges[candidates[posed.edges].all(axis=1) & carries(r)[posed.edges].any(axis=1)]
     line, radius = np.unique(edges), nodes[posed.node, 0]
     found = radius[line], t[line, 0], t[line, 1], status[line]

@@ -16,7 +16,7 @@ from bipot import plot
 from bipot.elements import Element
 from bipot.results import History
 from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH
-from paper_figs.shown import Group, cylinder_of, make
+from paper_figs.shown import Group, cylinder_of, friction, make
 
 ARROW = {"arrowstyle": "-|>", "color": "black", "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}
 DIMENSION = {
@@ -92,7 +92,8 @@ def model(ax: Axes, run: History, whose: str) -> None:
         plot.boundary(mesh.nodes, mesh.boundary(name), ax, color=VERMILLION, lw=2.4)
     ax.add_patch(Rectangle((-0.04 * R, h + 0.02 * R), 1.3 * R, 0.15 * R, **PUNCH))
     ax.annotate("", (0.5 * R, h + 0.19 * R), (0.5 * R, h + 0.38 * R), arrowprops=ARROW)
-    ax.text(0.54 * R, h + 0.28 * R, r"$\bar u_z$, Coulomb friction $\mu$", va="center")
+    holds = "welded" if np.isinf(friction(run)) else r"Coulomb friction $\mu$"
+    ax.text(0.54 * R, h + 0.28 * R, rf"$\bar u_z$, {holds}", va="center")
     rollers(ax, np.linspace(0.05, 0.95, 10)[:, None] * [0.0, h], (-1, 0))
     rollers(ax, np.linspace(0.05, 0.95, 10)[:, None] * [R, 0.0], (0, -1))
     ax.text(-0.16 * R, h / 2, "$u_r = 0$ (axis)", rotation=90, ha="right", va="center", color=GREEN)

@@ -45,7 +45,7 @@ def draw(groups: list[Group]) -> Figure:
     xlim, ylim = (-0.03 * size, right + 1.8 * ARROW * size), (-BELOW * size, top + ABOVE * size)
     width = width_of(len(lines[0]))
     height = (width / len(lines[0]) - MARGIN) * (ylim[1] - ylim[0]) / (xlim[1] - xlim[0])
-    figure = Figure(figsize=(width, len(lines) * (height + WORDS)), layout="constrained")
+    figure = Figure(figsize=(width, len(lines) * (height + WORDS)), layout="compressed")
     axes = figure.subplots(len(lines), len(lines[0]), squeeze=False)
     cells = [(ax, run) for line, row in zip(axes, lines, strict=True) for ax, run in zip(line, row, strict=True)]
     named_by = letters()

@@ -21,13 +21,11 @@ from matplotlib.figure import Figure
 from bipot import plot
 from bipot.typing import Floats
 from paper_figs.closed_forms import Cylinder
-from paper_figs.common import GREY, WIDTH
+from paper_figs.common import GREY, WIDTH, legend_below
 from paper_figs.shown import Group, cylinder_of, has_closed_forms, landings, make, named, per_cent, stopped
 from studies.known_limits import limits_of
 
 MARKS = 9
-LONG = 54
-"""Letters of a label of which no two stand side by side."""
 
 SETTLED = 0.02
 """Reduction before which the right panel, of the plastic range, leaves the rise of the force below its frame."""
@@ -53,9 +51,7 @@ def draw(groups: list[Group]) -> Figure:
         panel.finish(groups)
     left.set_title("(a) force")
     right.set_title("(b) force over the section of constant volume")
-    handles, labels = keys(left)
-    columns = 2 if max(map(len, labels)) < LONG else 1
-    figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+    legend_below(figure, keys(left), 2)
     return figure
 
 
@@ -163,13 +159,12 @@ def references(panel: Panel, groups: Sequence[Group]) -> None:
     panel.ax.plot(*bound, "-.", color=GREY, lw=1.1, label="upper bound, full sticking")
 
 
-def keys(ax: Axes) -> tuple[list[Any], list[str]]:
-    """Handles and labels, each label once, what lands last."""
+def keys(ax: Axes) -> list[Any]:
+    """Handles, each label once, what lands last."""
     found = dict[str, Any]()
     for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
         found.setdefault(label, handle)
-    labels = sorted(found, key=LANDS.__eq__)
-    return [found[label] for label in labels], labels
+    return [found[label] for label in sorted(found, key=LANDS.__eq__)]
 
 
 def main(argv: Sequence[str] | None = None) -> None:

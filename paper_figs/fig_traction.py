@@ -23,7 +23,7 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.laws.coulomb import Status
 from bipot.results import History
-from paper_figs.common import BLUE, GREY, VERMILLION
+from paper_figs.common import BLUE, GREY, VERMILLION, legend_below
 from paper_figs.contact_line import Line, contact_line
 from paper_figs.shown import Group, friction, letters, make, paired, titled, width_of
 
@@ -75,7 +75,7 @@ def draw(groups: list[Group]) -> Figure:
         lowest.set_xlabel("current radius $r$ [mm]")
     axes[0, 0].set_xlim(-0.15, None)
     figure.supylabel("contact traction [MPa]", fontsize=9)
-    figure.legend(handles=legend(drawn), loc="outside lower center", ncols=2 * columns)
+    legend_below(figure, legend(drawn), 2 * columns)
     return figure
 
 

@@ -48,6 +48,7 @@ def friction_of(mu: float) -> str:
 
 
 def is_papers(run: History) -> bool:
-    """Whether element, rule and mesh are those of the seed paper: 10 x 10 Q8 with seven points."""
-    papers = Element.Q8.value, VolumeChange.AS_IS.value, Quadrature.RADON7.value, 100
-    return (*(run.scene[name] for name in ("element", "volume", "quadrature")), len(run.mesh.elements)) == papers
+    """Whether element, rule, mesh and sampling are those of the seed paper: 10 x 10 Q8 with seven points, at nodes."""
+    papers = Element.Q8.value, VolumeChange.AS_IS.value, Quadrature.RADON7.value, Sampling.NODES.value, 100
+    own = (*(run.scene[name] for name in ("element", "volume", "quadrature")), run.scene["tools"][0]["sampling"])
+    return (*own, len(run.mesh.elements)) == papers

@@ -55,8 +55,13 @@ def boxes(figure):
 
 
 def clashes(figure):
-    """Texts that the figure cuts off, and pairs of which one covers the other."""
-    frame, found = figure.get_window_extent(), boxes(figure)
-    cut = [w for w, b in found if not (frame.x0 <= b.x0 < b.x1 <= frame.x1 and frame.y0 <= b.y0 < b.y1 <= frame.y1)]
+    """Texts, and handles of its legend, that the figure cuts off, and pairs of texts of which one covers the other."""
+    found = boxes(figure)
+    frame, keys = figure.get_window_extent(), [(legend, legend.get_window_extent()) for legend in figure.legends]
+    cut = [
+        w
+        for w, b in [*found, *keys]
+        if not (frame.x0 <= b.x0 < b.x1 <= frame.x1 and frame.y0 <= b.y0 < b.y1 <= frame.y1)
+    ]
     pairs = [(one, two) for k, (one, a) in enumerate(found) for two, b in found[:k] if a.overlaps(b)]
     return [*cut, *pairs]

@@ -6,6 +6,7 @@ import pytest
 from bipot.elements import Element
 from bipot.errors import ResultsError
 from bipot.fem.projection import VolumeChange
+from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Linear
 from bipot.layout import Layout
 from bipot.results import open as open_results
@@ -28,6 +29,7 @@ KINDS = {
     "weighted": [({"mu": 0.3, "sampling": Sampling.WEIGHTED}, "")],
     "hardening": [({"mu": 0.1, "hardening": Linear(300.0, 500.0)}, "")],
     "beside": [({"mu": mu}, "") for mu in (0.1, 0.3)] + [({"mu": 0.1, **Q4P0, "elements": 6}, "q4p0")],
+    "weighted beside nodes": [({"mu": 0.3, "sampling": Sampling.WEIGHTED}, ""), ({"mu": 0.3, **Q4P0}, "q4p0")],
 }
 
 
@@ -209,8 +211,20 @@ def test_weighted_tractions_are_linear_between_points_and_carry_the_force(made):
     assert not any("mean" in label for label in said)
 
 
-def test_envelope_and_statuses_are_in_the_legend_only_where_drawn(made, tmp_path):
+def test_a_point_of_a_crease_that_carries_nothing_is_not_shown_to_slip_as_the_other_one_does(tmp_path):
+    record(tmp_path, upsetting(mu=0.3, elements=8, sampling=Sampling.WEIGHTED), increments=25)
+    line = contact_line(open_results(tmp_path), -1)
+    (corner,) = {radius for radius in line.radius if (line.radius == radius).sum() == 2}
+    carrying, idle = sorted(np.flatnonzero(line.radius == corner), key=lambda k: -line.pressure[k])
+    assert line.pressure[carrying] > 100.0
+    assert line.pressure[idle] == pytest.approx(0.0, abs=1e-6)
+    assert [line.status[carrying], line.status[idle]] == [Status.SLIP, Status.OPEN]
+
+
+def test_friction_envelope_and_statuses_are_told_only_where_they_are(made, tmp_path):
     record(tmp_path / "muinf", upsetting(mu=np.inf, elements=3, reduction=0.25))
+    assert not any("Coulomb" in text.get_text() for text in drawn(fig1_mesh, tmp_path).axes[1].texts)
+    assert any("Coulomb" in text.get_text() for text in drawn(fig1_mesh, made("t6")).axes[1].texts)
     said = labels(drawn(fig_traction, tmp_path))
     assert not any("envelope" in label for label in said)
     assert "slip" not in said

@@ -99,3 +99,10 @@ def test_a_name_says_what_is_unusual(tmp_path):
     assert name_of(open_results(tmp_path / "mu0.1")) == "Q8/P1, gauss2, fanned, 2 a side"
     assert name_of(open_results(tmp_path / "mu0.2")) == "Q8, penalty, 2 a side"
     assert not is_papers(open_results(tmp_path / "mu0.2"))
+
+
+@pytest.mark.parametrize(("sampling", "whose"), [("nodes", True), ("weighted", False)])
+def test_the_papers_contact_is_at_nodes(sampling, whose, tmp_path):
+    small = ("--mu", "0", "--elements", "10", "--increments", "1", "--reduction", "0.001")
+    assert upsetting.main([*small, "--form", "newton", "--sampling", sampling, "--out", str(tmp_path)]) == 0
+    assert is_papers(open_results(tmp_path / "mu0")) is whose
