@@ -154,7 +154,7 @@ class Case:
         return Control(form, fallbacks)
 
     def penalties(self, factor: float) -> tuple[float, float]:
-        """K_n and K_t, N/mm per node; by default ``factor`` E/h of the contact edge (:func:`contact_penalty`)."""
+        """K_n and K_t, N/mm per contact point; unless asked ``factor`` E/h of its edges (:func:`contact_penalty`)."""
         default = contact_penalty(system_of(self.scene()).candidates, factor)
         return default if self.kn is None else self.kn, default if self.kt is None else self.kt
 
@@ -202,8 +202,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
     p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
     p.add_argument("--hardening", default="perfect:300", help=hardening_usage())
-    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per node (default about E/h)")
-    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per node (default about E/h)")
+    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per point (default about E/h)")
+    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per point (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
     add_options(p)
     p.add_argument("--out", type=Path, default=Path("results/upsetting"))
