@@ -126,9 +126,8 @@ def _transport(middle: Floats, reduction: Reduction) -> Floats:
     shape, m = middle.shape[:-1], middle.shape[-1]
     half = (middle[..., :4] / 2).reshape(*shape, 2, 2)
     # Column by column, g has G transposed: L' and R' are what stands here.
-    left, right = (UNIT - half).swapaxes(-1, -2), UNIT + half
     out = np.zeros((*shape, m, m))
-    out[..., :4, :4] = (left[..., None, :, None, :] * right[..., :, None, :, None]).reshape(*shape, 4, 4)
+    out[..., :4, :4] = np.einsum("...db,...ac->...abcd", UNIT - half, UNIT + half).reshape(*shape, 4, 4)
     if reduction.ring:
         out[..., 4, 4] = 1 - middle[..., 4] ** 2 / 4
     return out
