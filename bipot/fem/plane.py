@@ -67,7 +67,11 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
 
 def turn_half(tensor: Floats, half: Floats) -> Floats:
     """The Mandel tensors (..., 4) turned by theta."""
-    c, s = half
+    return _turned(tensor, *half)
+
+
+def _turned(tensor: Floats, c: Floats, s: Floats) -> Floats:
+    """The Mandel tensors (..., 4) turned by half the angle of cosine and sine c, s (...)."""
     a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
     mean, apart = (a + b) / 2, (a - b) / 2
     across = c * apart - (s / SQRT2) * m
@@ -86,7 +90,7 @@ def turn_whole(tensor: Floats, half: Floats) -> Floats:
     array([0., 1., 0., 0.])
     """
     c, s = half
-    return turn_half(tensor, np.stack([c * c - s * s, 2 * c * s]))
+    return _turned(tensor, c * c - s * s, 2 * c * s)
 
 
 def turn(tensor: Floats) -> Floats:

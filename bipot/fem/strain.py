@@ -160,7 +160,7 @@ class Midpoint:
         reduction, forms = end.reduction, CLOSED_FORMS[end.reduction.dimension]
         middle, positive = forms.middle(end.of(du.take(elements, axis=0)), reduction)
         for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
-            refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes[elements])
+            refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes, elements)
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn_half(contract(middle, reduction.symmetric.T), half)
         return Kinematics(**vars(end), strain=end.strained(strain), middle=middle, half=half)

@@ -115,6 +115,11 @@ class ContactRows:
         out[self.frictional] = True
         return out
 
+    @cached_property
+    def rubbing(self) -> Floats:
+        """Coefficients (c,) of Coulomb's law where it rules the tangential motion, zero elsewhere and where tied."""
+        return np.where(self.rubs & ~self.tied, self.mu, 0.0)
+
     def take(self, chosen: Bools) -> ContactRows:
         """The rows of the chosen candidates (c,) only."""
         if chosen.all():
