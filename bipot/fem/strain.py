@@ -175,9 +175,8 @@ class Midpoint:
         # SYMMETRIC' times it: rows are only copied, those of shear twice.
         component, factor = reduction.copied
         Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
-        Z *= factor
-        Z += moving_gradient(s.returned, reduction)
-        Z *= kin.volume[..., None, None]
+        Z *= kin.volume[..., None, None] * factor
+        Z += moving_gradient(kin.volume[..., None] * s.returned, reduction)
         np.matmul(Z, scratch.D, out=scratch.ZD)
         e, n, _ = scratch.K.shape
         K = np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)

@@ -177,8 +177,9 @@ class ContactRows:
         normal = np.repeat(width * np.arange(self.count), np.diff(self.G_n.indptr))
         lines = (width * self.frictional[:, None] + np.arange(1, width)).ravel()
         row = np.concatenate([normal, np.repeat(lines, np.diff(self.G_t.indptr))])
-        column = np.concatenate([self.G_n.indices, self.G_t.indices])
-        return row, column.astype(np.intp), np.concatenate([self.G_n.data, self.G_t.data])
+        column = np.concatenate([self.G_n.indices, self.G_t.indices], dtype=np.intp)
+        entry: Floats = np.concatenate([self.G_n.data, self.G_t.data], dtype=np.float64)
+        return row, column, entry
 
     def threshold(self, r: Floats) -> Floats:
         """s = mu r_n (f,) on the friction rows; inf where tied."""
