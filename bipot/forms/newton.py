@@ -32,7 +32,7 @@ class Reuse:
     In an attempt's first pass it must fall by the square of that.
     """
 
-    fall: float = 0.01
+    fall: float = 0.03
 
     def __post_init__(self) -> None:
         require_number(self.fall, "newton.reuse.fall")

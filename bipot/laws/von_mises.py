@@ -166,7 +166,7 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
 def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
     """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
     size = N.shape[-1]
-    # Of so few components a product by broadcasting takes twice as long.
+    # Of so few components a product by broadcasting takes longer.
     out = np.einsum("...i,...j->...ij", N, N)
     out *= -factor[..., None, None]
     out += np.multiply.outer(deviatoric, deviatoric_projector(size))

@@ -171,7 +171,7 @@ class ContactRows:
     def _entries(self) -> tuple[Ints, Ints, Floats]:
         """Row in the motion (c, d) as one vector, unknown and value (nnz,) of every entry of G_n and G_t.
 
-        Sums over these cost a third of what products with the two matrices do, and less still of their transposes.
+        Sums over these take less time than products with two such small matrices and their transposes.
         """
         width = 1 + self.tangents
         normal = np.repeat(width * np.arange(self.count), np.diff(self.G_n.indptr))
