@@ -143,18 +143,19 @@ class Flowed:
         response, a = near.response, carried.fraction
         own, weight = response.returned.plastic_strain, response.kinematics.volume
         last = response.kinematics.turned(carried.last.strain)
-        flow = own + a[..., None] * last
-        stopped = carried.on & (np.vecdot(own, last) <= 0)
+        forth, square = np.vecdot(own, last), np.vecdot(last, last)
+        stopped = carried.on & (forth <= 0)
         if stopped.any():
+            flow = own + a[..., None] * last
             dissipation = weight * np.vecdot(response.returned.stress, flow)
             wanted = system.body.scene.material.dissipation(last, response.state.peeq)
             lost = float(np.sum((weight * a * wanted)[stopped]))
             if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
-        along = max(float(np.sum((weight * np.vecdot(flow, last))[going])), 0.0)
-        square = weight * np.vecdot(last, last)
-        return Flowed(stopped, *(along / float(np.sum(square[on])) if along > 0 else 0.0 for on in (going, carried.on)))
+        along = max(float(np.vdot(weight * going, forth + a * square)), 0.0)
+        sums = (float(np.vdot(weight * on, square)) for on in (going, carried.on))
+        return Flowed(stopped, *(along / whole if along > 0 else 0.0 for whole in sums))
 
 
 Refused = Callable[[Solved], Reason | None]

@@ -59,6 +59,8 @@ class Increment:
     @cached_property
     def torn(self) -> int | None:
         """A node that a support drives off or along a tool it is welded to."""
+        if not any(tool.welded for tool in self.system.body.scene.tools):
+            return None
         start = self.start
         placed = self.system.body.scene.placed(start.tau, start.translation)
         touching = supported.Touching(start.gap, start.nodes, placed)

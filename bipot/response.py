@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
+from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.orientation import refuse_folded
 from bipot.fem.projection import Projection
@@ -82,7 +83,7 @@ class State:
 def rest(scene: Scene, gap: Floats) -> State:
     """The stress-free state at tau = 0, in which the candidates have the gaps (c,)."""
     nodes = scene.mesh.nodes
-    points = len(scene.mesh.elements), len(body_space(scene).reference.weights)
+    points = len(scene.mesh.elements), len(tabulated(scene.mesh.element, scene.rule).weights)
     tensor = np.zeros((*points, scene.geometry.reduction.mandel))
     forces = np.zeros((len(gap), nodes.shape[1]))
     return State(

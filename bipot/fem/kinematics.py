@@ -120,7 +120,7 @@ def gradients(
     """
     x, reduction = nodes.take(elements, axis=0), geometry.reduction
     inverse, determinant = CLOSED_FORMS[reduction.dimension].cofactors(_by_reference(x, reference))
-    refuse_inverted(determinant, "Jacobian determinant", x)
+    refuse_inverted(determinant, "Jacobian determinant", nodes, elements)
     inverse /= determinant[..., None, None]
     (e, q), k, d = determinant.shape, x.shape[1], reduction.dimension
     shape = np.empty((e, q, reduction.rows, k))
@@ -128,18 +128,18 @@ def gradients(
     volume = determinant * reference.weights
     if reduction.ring:
         radius = x[..., 0] @ reference.values.T
-        refuse_inverted(radius, "radius", x)
+        refuse_inverted(radius, "radius", nodes, elements)
         np.divide(reference.values, radius[..., None], out=shape[:, :, d])
         volume = 2 * np.pi * radius * volume
     return Gradients(reduction, shape, volume, None if projection is None else projection.at(volume))
 
 
-def refuse_inverted(positive: Floats, name: str, x: Floats) -> None:
-    """Demand ``positive`` (e, q), which is ``name``, of elements with nodes x (e, k, d)."""
+def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) -> None:
+    """Demand ``positive`` (e, q), which is ``name``, of ``elements`` (e, k) of the ``nodes`` (a, d)."""
     if positive.min() > 0:
         return
     worst = int(np.unravel_index(np.argmin(positive), positive.shape)[0])
-    place = np.round(x[worst].mean(axis=0), 6)
+    place = np.round(nodes[elements[worst]].mean(axis=0), 6)
     raise InvertedElement(f"element {worst} at {tuple(place.tolist())}: {name} {positive.min():.3g} is not positive")
 
 

@@ -67,7 +67,11 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
 
 def turn_half(tensor: Floats, half: Floats) -> Floats:
     """The Mandel tensors (..., 4) turned by theta."""
-    c, s = half
+    return _turned(tensor, *half)
+
+
+def _turned(tensor: Floats, c: Floats, s: Floats) -> Floats:
+    """The Mandel tensors (..., 4) turned by half the angle of cosine and sine c, s (...)."""
     a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
     mean, apart = (a + b) / 2, (a - b) / 2
     across = c * apart - (s / SQRT2) * m
@@ -86,7 +90,7 @@ def turn_whole(tensor: Floats, half: Floats) -> Floats:
     array([0., 1., 0., 0.])
     """
     c, s = half
-    return turn_half(tensor, np.stack([c * c - s * s, 2 * c * s]))
+    return _turned(tensor, c * c - s * s, 2 * c * s)
 
 
 def turn(tensor: Floats) -> Floats:
@@ -126,9 +130,8 @@ def _transport(middle: Floats, reduction: Reduction) -> Floats:
     shape, m = middle.shape[:-1], middle.shape[-1]
     half = (middle[..., :4] / 2).reshape(*shape, 2, 2)
     # Column by column, g has G transposed: L' and R' are what stands here.
-    left, right = (UNIT - half).swapaxes(-1, -2), UNIT + half
     out = np.zeros((*shape, m, m))
-    out[..., :4, :4] = (left[..., None, :, None, :] * right[..., :, None, :, None]).reshape(*shape, 4, 4)
+    out[..., :4, :4] = np.einsum("...db,...ac->...abcd", UNIT - half, UNIT + half).reshape(*shape, 4, 4)
     if reduction.ring:
         out[..., 4, 4] = 1 - middle[..., 4] ** 2 / 4
     return out

@@ -160,7 +160,7 @@ class Midpoint:
         reduction, forms = end.reduction, CLOSED_FORMS[end.reduction.dimension]
         middle, positive = forms.middle(end.of(du.take(elements, axis=0)), reduction)
         for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
-            refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes[elements])
+            refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes, elements)
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn_half(contract(middle, reduction.symmetric.T), half)
         return Kinematics(**vars(end), strain=end.strained(strain), middle=middle, half=half)
@@ -175,9 +175,8 @@ class Midpoint:
         # SYMMETRIC' times it: rows are only copied, those of shear twice.
         component, factor = reduction.copied
         Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
-        Z *= factor
-        Z += moving_gradient(s.returned, reduction)
-        Z *= kin.volume[..., None, None]
+        Z *= kin.volume[..., None, None] * factor
+        Z += moving_gradient(kin.volume[..., None] * s.returned, reduction)
         np.matmul(Z, scratch.D, out=scratch.ZD)
         e, n, _ = scratch.K.shape
         K = np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)

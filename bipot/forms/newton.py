@@ -32,7 +32,7 @@ class Reuse:
     In an attempt's first pass it must fall by the square of that.
     """
 
-    fall: float = 0.01
+    fall: float = 0.03
 
     def __post_init__(self) -> None:
         require_number(self.fall, "newton.reuse.fall")
@@ -74,13 +74,15 @@ FOLDED = -4.0
 class Point(NamedTuple):
     """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, merit, ``miss``.
 
-    The merit is |(rho - G' r, law)|, in units of force, and ``miss`` the law's part |law| of it.
+    The merit is |(rho - G' r, law)|, in units of force, of which ``balance`` (n,) is rho - G' r, the unbalanced forces,
+    and ``miss`` = |law|.
     """
 
     iterate: Iterate
     r: Floats
     motion: Floats
     pieces: Pieces
+    balance: Floats
     merit: float
     miss: float
 
@@ -92,7 +94,7 @@ class Point(NamedTuple):
 
     def work(self, along: Floats) -> float:
         """Work of the unbalanced forces along a step (n,)."""
-        return float(along @ (self.iterate.residual - self.iterate.rows.forces(self.r)))
+        return float(along @ self.balance)
 
 
 @dataclass(frozen=True)
@@ -115,7 +117,7 @@ class Law:
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         balance, law = residual - rows.forces(r), pieces.value(motion, r)
         merit, miss = float(np.sqrt(balance @ balance + np.vdot(law, law))), float(np.linalg.norm(law))
-        return Point(iterate, r, motion, pieces, merit, miss)
+        return Point(iterate, r, motion, pieces, balance, merit, miss)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ rows (n, t_1 … t_{d-1}); units are those of a force, derivatives have none.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,7 +50,7 @@ class DiscSlope:
         shrink = np.divide(radius, length, out=np.zeros(length.shape), where=slides & (length > 0))
         return DiscSlope(slides, unit(t), shrink)
 
-    @property
+    @cached_property
     def by_point(self) -> FloatArray:
         """With respect to t, (…, d-1, d-1)."""
         one, e = np.eye(self.direction.shape[-1]), self.direction

@@ -111,7 +111,7 @@ def yield_function(sigma: FloatArray, sigma_y: FloatArray | float) -> FloatArray
 
 
 def _plastic_multiplier(q: FloatArray, peeq: FloatArray, shear: float, hardening: Hardening) -> FloatArray:
-    """Solve q - 3 G dp - σ_Y(p + dp) = 0 for dp >= 0, for points outside the yield surface, shape (n,).
+    """Solve q - 3 G dp - σ_Y(p + dp) = 0 for dp >= 0, for points on or outside the yield surface, shape (…).
 
     Newton inside a bracket that every iterate shortens, bisection where Newton would leave it: the left side
     falls strictly, so the root is unique and kinks of σ_Y cannot make it cycle.
@@ -152,25 +152,22 @@ def radial_return(trial_stress: FloatArray, peeq: FloatArray, elasticity: Elasti
         raise NotConverged("a trial stress is not finite: the strain increment is too large; cut the increment.")
     s = deviator(trial)
     q = np.sqrt(1.5) * norm(s)
-    plastic = np.asarray(q > hardening.yield_stress(peeq))
-    if plastic.all():
-        dpeeq, safe = _plastic_multiplier(q, peeq, elasticity.shear, hardening), q
-    else:
-        dpeeq, safe = np.zeros(q.shape), np.where(plastic, q, 1.0)
-        dpeeq[plastic] = _plastic_multiplier(q[plastic], peeq[plastic], elasticity.shear, hardening)
+    limit = hardening.yield_stress(peeq)
+    plastic, safe = np.asarray(q > limit), np.maximum(q, limit)
+    dpeeq = _plastic_multiplier(safe, peeq, elasticity.shear, hardening)
     direction = (np.sqrt(1.5) * plastic / safe)[..., None] * s
     # From σ_Y, not by subtracting from the trial stress, so that yield holds to round-off.
     stress = (hardening.yield_stress(peeq + dpeeq) / safe)[..., None] * s
     stress[..., :3] += (trace(trial) / 3.0)[..., None]
-    if not plastic.all():
-        stress[~plastic] = trial[~plastic]
+    np.copyto(stress, trial, where=~plastic[..., None])
     return Returned(trial, stress, (np.sqrt(1.5) * dpeeq)[..., None] * direction, dpeeq, direction, plastic)
 
 
 def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArray) -> FloatArray:
     """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
     size = N.shape[-1]
-    out = N[..., :, None] * N[..., None, :]
+    # Of so few components a product by broadcasting takes longer.
+    out = np.einsum("...i,...j->...ij", N, N)
     out *= -factor[..., None, None]
     out += np.multiply.outer(deviatoric, deviatoric_projector(size))
     out += _isotropic(bulk, 0.0, size)

@@ -67,7 +67,7 @@ class Pieces:
             weak = np.where(before.closed, np.abs(motion[:, 0]) <= band.gap, np.abs(r[:, 0]) <= band.pull)
             closed = np.where(weak, held, closed)
         closed = closed | rows.tied
-        mu, fixed = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0), np.zeros(rows.count)
+        mu, fixed = rows.rubbing, np.zeros(rows.count)
         if threshold is not None:
             mu = np.zeros(rows.count)
             fixed[rows.frictional] = np.where(rows.tied[rows.frictional], 0.0, threshold)
@@ -145,11 +145,10 @@ class ShiftedCone:
         """At motion and forces (c, d), with ``shift`` (f,)."""
         u, one = motion.copy(), np.eye(1 + rows.tangents)
         u[rows.frictional, 0] += shift
-        mu = np.where(rows.rubs & ~rows.tied, rows.mu, 0.0)
         stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
         pull = scale[:, None] * u
-        slope = np.where(stuck[..., None], one, cone_slope(r - pull, mu))
-        miss = np.where(stuck, pull, r - project_cone(r - pull, mu))
+        slope = np.where(stuck[..., None], one, cone_slope(r - pull, rows.rubbing))
+        miss = np.where(stuck, pull, r - project_cone(r - pull, rows.rubbing))
         return ShiftedCone(miss, scale[:, None, None] * slope, one - slope, scale)
 
     @property
