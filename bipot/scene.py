@@ -36,7 +36,7 @@ from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import Plane, planes_of, require_mirrored, share
-from bipot.tools import FlatTool, Force, Sampling, Tool
+from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
 
 INSIDE = 1e-9
@@ -60,7 +60,7 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[Tool, ...] = ()
+    tools: tuple[AnyTool, ...] = ()
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()

@@ -236,3 +236,7 @@ class ShapedTool(Tool):
     def face(self) -> Surface:
         """The surface at rest."""
         return self.surface
+
+
+AnyTool = FlatTool | ShapedTool
+"""The tools that there are."""

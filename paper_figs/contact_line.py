@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.contact import carries, frames
+from bipot.contact import carries
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.sampling import hat_areas, points
+from bipot.surfaces import frames
 from bipot.tools import FlatTool, Sampling
 from bipot.traction import edge_tractions
 from bipot.typing import Floats, Ints
