@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 
 from bipot.accepted import Accepted
+from bipot.certificate import Bounds
 from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Form, Newton
@@ -21,6 +22,8 @@ from bipot.schedule import Schedule
 from bipot.supports import Support, Symmetry
 from bipot.surfaces import Circle, Surface
 from bipot.tools import ShapedTool
+
+TIGHT = Bounds(equilibrium=1e-11, law=1e-9, relative_gap=1e-11)
 
 RADIUS = 2.0
 PUNCH = Circle((0.0, 1.0 + RADIUS), RADIUS)
@@ -70,3 +73,9 @@ def pushed(geometry: Geometry) -> tuple[Accepted, ...]:
 def forces(accepted) -> np.ndarray:
     """Force (increments, d) of the punch on the modelled part."""
     return np.array([a.tool_forces[0] for a in accepted])
+
+
+def apart(one, other):
+    """Largest difference of two histories over the largest of their numbers."""
+    one, other = np.asarray(one), np.asarray(other)
+    return np.abs(one - other).max() / np.abs(other).max()

@@ -1,21 +1,14 @@
-"""Curved tools in a march: forms agree, Newton is quadratic, certificates are those of positions, limits are known."""
+"""Curved tools in a march: the law holds between positions, limits, turned and mirrored scenes, landings, files."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from bipot.certificate import Bounds
 from bipot.energy import Energies
 from bipot.fem.reduction import Geometry
-from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
-from bipot.forms.base import Cache
-from bipot.forms.newton import Reuse
-from bipot.forms.penalty import contact_penalty
-from bipot.iterate import Increment
+from bipot.forms import Newton
 from bipot.landing import Locate
-from bipot.laws.material import Elastic
-from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
 from bipot.mesh import Mesh
 from bipot.overlap import overlap
@@ -28,119 +21,9 @@ from bipot.surfaces import Circle, Plane, frames
 from bipot.system import system_of
 from bipot.tools import FlatTool, ShapedTool
 from tests.courses import stored
-from tests.curved import PUNCH, RADIUS, STEEL, dragged, forces, marched, pressed, pushed
+from tests.curved import PUNCH, RADIUS, STEEL, TIGHT, apart, dragged, forces, marched, pressed, pushed
 from tests.recording import COLUMNS, arrays
-from tests.scenes import PLANES, named, refused
-
-TIGHT = Bounds(equilibrium=1e-11, law=1e-9, relative_gap=1e-11)
-
-
-def apart(one, other):
-    """Largest difference of two histories over the largest of their numbers."""
-    one, other = np.asarray(one), np.asarray(other)
-    return np.abs(one - other).max() / np.abs(other).max()
-
-
-def start_of(scene, rng, tau=0.5):
-    """An increment from rest, unknowns nearby and forces of any size on all candidates."""
-    system = system_of(scene)
-    increment = Increment(system, system.rest(), tau)
-    r = 1e3 * rng.uniform(-1, 1, (len(system.candidates.node), 2))
-    r[~increment.rows.rubs, 1] = 0.0
-    return increment, 0.01 * rng.uniform(-1, 1, increment.size), r
-
-
-def derivative(f, x, v, h=1e-5):
-    """Of f at x along v, by Richardson's rule on central differences."""
-    one, two = ((f(x + k * h * v) - f(x - k * h * v)) / (2 * k * h) for k in (1, 2))
-    return (4 * one - two) / 3
-
-
-SURFACES = (Circle((0.1, 1.5), 0.5), Circle((0.3, -1.5), 2.4, concave=True))
-
-
-@pytest.mark.parametrize("geometry", PLANES)
-@pytest.mark.parametrize("surface", SURFACES)
-def test_rows_and_newtons_tangent_are_derivatives(geometry, surface):
-    """Of motion, and of what is unbalanced, where contact forces turn: by Richardson's rule."""
-    rng = np.random.default_rng(7)
-    increment, x, r = start_of(pressed(geometry, surface, elements=2), rng)
-    here = increment.at(x)
-    space, rows = increment.system.body.space, here.rows
-    np.testing.assert_allclose(rows.motion(x), here.motion, rtol=0, atol=1e-16)
-    K = space.matrix(here.tangent(r))
-    straight = space.matrix(here.tangent(np.zeros_like(r)))
-
-    def motion(y):
-        return increment.at(y).motion
-
-    def unbalanced(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r)
-
-    for _ in range(3):
-        v = rng.uniform(-1, 1, len(x))
-        expected = rows.motion(x + v) - rows.motion(x)
-        np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
-        np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
-        # The turning of the forces is far above what is asked.
-        assert np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()
-
-
-def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvature(monkeypatch):
-    """An elastic block under a small sphere-like punch that slides: a step from a distance e ends at some e^2."""
-    rubber = Elastic(Elasticity(1e3, 0.3))
-    scene = dragged(material=rubber, mu=0.3)
-    scene = replace(scene, tools=(replace(scene.tools[0], surface=Circle((0.4, 1.2), 0.2)),))
-    last = marched(scene, increments=20, bounds=TIGHT)[-1]
-    increment, end, r = last.solved.iterate.increment, last.solved.iterate.x, last.solved.r
-    way = np.random.default_rng(2).uniform(-1, 1, len(end)) * np.abs(end).max()
-
-    def after(e):
-        iterate, form = increment.at(end + e * way), Newton(Reuse(0.0))
-        step, _ = form.step(iterate, r, form.init(iterate, r, Cache()))
-        return np.abs(step.iterate.x - end).max() / np.abs(end).max()
-
-    errors = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
-    assert (errors[1:] < 0.03 * errors[:-1]).all()
-    monkeypatch.setattr("bipot.contact.Candidates.add_bending", lambda *_: None)
-    straight = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
-    assert (straight[1:] > 0.05 * straight[:-1]).all()
-
-
-@pytest.mark.parametrize("geometry", PLANES)
-@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=named)
-def test_forms_of_the_exact_law_agree(geometry, form):
-    one, other = marched(pressed(geometry), bounds=TIGHT), marched(pressed(geometry), form, bounds=TIGHT)
-    assert apart(forces(other), forces(one)) < 1e-8
-
-
-@pytest.mark.parametrize("geometry", PLANES)
-def test_delassus_agrees_within_the_default_bounds(geometry):
-    """Asked for less, and of a body that does not flow: with fewer cuts the increments are others."""
-    rubber = Elastic(Elasticity(1e3, 0.3))
-    one, other = (marched(pressed(geometry, material=rubber), form) for form in (Newton(), Delassus()))
-    assert apart(forces(other), forces(one)) < 1e-5
-
-
-def test_forms_agree_where_the_punch_goes_aside():
-    whole = [forces(marched(dragged(), form, bounds=TIGHT)) for form in (Newton(), Tangent(), Dissipation())]
-    assert abs(whole[0][-1, 0]) > 0.05 * abs(whole[0][-1, 1])
-    assert apart(whole[1], whole[0]) < 1e-8
-    assert apart(whole[2], whole[0]) < 1e-8
-
-
-def test_penalised_forms_see_the_true_gap():
-    """Uzawa's is the exact answer; the penalty's penetrates by its force over the penalty, and tends to it."""
-    scene = pressed(mu=0.0, material=Elastic(Elasticity(1e4, 0.3)))
-    exact = forces(marched(scene))[-1]
-    K = 10 * contact_penalty(system_of(scene).candidates)
-    assert apart(forces(marched(scene, Uzawa(K, K)))[-1], exact) < 1e-5
-    near, nearer = (marched(scene, Penalty(k, k)) for k in (K, 100 * K))
-    assert apart(forces(nearer)[-1], exact) < 0.05 * apart(forces(near)[-1], exact) < 1e-2
-    last = near[-1].solved
-    pushes = last.r[:, 0] > 0
-    np.testing.assert_allclose(last.r[pushes, 0], -K * last.iterate.motion[pushes, 0], rtol=1e-9)
+from tests.scenes import PLANES, refused
 
 
 @pytest.mark.parametrize("geometry", PLANES)
