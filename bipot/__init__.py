@@ -5,7 +5,7 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, Sampling, Force
+* tools: FlatTool, ShapedTool, Plane, Circle, Sampling, Force
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -73,7 +73,8 @@ from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.surfaces import Circle, Plane
+from bipot.tools import FlatTool, Force, Sampling, ShapedTool
 
 __version__ = "0.1.0"
 
@@ -85,6 +86,7 @@ __all__ = [
     "BodyForce",
     "Bounds",
     "Certificate",
+    "Circle",
     "Clarabel",
     "Components",
     "Configuration",
@@ -123,6 +125,7 @@ __all__ = [
     "Optimiser",
     "Penalty",
     "Perfect",
+    "Plane",
     "PointForce",
     "Prescribed",
     "Pressure",
@@ -136,6 +139,7 @@ __all__ = [
     "Scene",
     "SceneError",
     "Schedule",
+    "ShapedTool",
     "State",
     "Support",
     "Swift",

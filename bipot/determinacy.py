@@ -142,7 +142,7 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     rows, active = iterate.rows, Active.of(iterate, r)
     held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
-    K = iterate.increment.system.body.space.matrix(iterate.tangent())
+    K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
     lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())

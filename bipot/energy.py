@@ -14,8 +14,8 @@ takes out what the mean force of a contact that opens or closes would do across 
 Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
 (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
 solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by increment, to round-off and the
-certificate: it is equilibrium at the end tested with dU. The elastic part then has sum_q w/2 dsigma : C^-1 dsigma above
-the energy stored, which backward differences dissipate.
+certificate, where tools are flat: it is equilibrium at the end tested with dU. The elastic part then has
+sum_q w/2 dsigma : C^-1 dsigma above the energy stored, which backward differences dissipate.
 
 All energies are those of the whole body: of the modelled part, times the images of it that planes of symmetry make.
 """
@@ -31,6 +31,7 @@ from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
+from bipot.typing import Floats
 
 
 class Rule(Enum):
@@ -70,8 +71,7 @@ class Energies:
         r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
         motion = solved.iterate.motion
         opened = motion[:, 0] - start.gap
-        contacts = system.candidates
-        tools = float(np.vdot(contacts.resultant(r), solved.iterate.tool_travel))
+        tools = float(np.vdot(system.candidates.sums(_pushed(solved, r, theta)), solved.iterate.tool_travel))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
         return self._plus(
@@ -87,6 +87,16 @@ class Energies:
         return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
 
 
+def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
+    """Mean vectors (c, d) of the contact forces, of which r (c, d) is the mean in frames that turn."""
+    increment = solved.iterate.increment
+    contacts = increment.system.candidates
+    if not contacts.curved:
+        return contacts.vectors(r)
+    before = contacts.vectors(increment.rubbed(increment.start.forces), increment.frames_before)
+    return (1 - theta) * before + theta * contacts.vectors(increment.rubbed(solved.r), solved.iterate.frames)
+
+
 def _driven(start: State, solved: Solved, theta: float) -> float:
     """Work of the supports on what they are driven by."""
     increment = solved.iterate.increment
@@ -97,7 +107,6 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    before = system.reactions(
-        element_force(placed, start.stress), increment.load_before, increment.rubbed(start.forces)
-    )
+    contacts = system.candidates.vectors(increment.rubbed(start.forces), increment.frames_before)
+    before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

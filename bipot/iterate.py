@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from bipot import supported
 from bipot.contact import LEAST_MOTION
 from bipot.fem.strain import Scratch
+from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.system import System
@@ -32,8 +33,30 @@ class Increment:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.travel, self.driven)
+        """The contact rows of all candidates; where a tool is curved those of a body that rests."""
+        contacts = self.system.candidates
+        if contacts.curved:
+            return contacts.linearised(self.start.gap, self.meeting(self.driven, self.travel), np.zeros(self.size))
+        return contacts.rows(self.start.gap, self.travel, self.driven)
+
+    def meeting(self, du: Floats, travel: Floats) -> Meeting:
+        """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
+        return self.system.candidates.meeting(self.start.gap, self.start.nodes, self.placed_before, du, travel)
+
+    @cached_property
+    def placed_before(self) -> Floats:
+        """Displacement (k, d) of each tool since rest at the start."""
+        return self.system.body.scene.placed(self.start.tau, self.start.translation)
+
+    @cached_property
+    def frames_before(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
+        return self.system.candidates.frames_at(self.start.nodes, self.placed_before)
+
+    @property
+    def size(self) -> int:
+        """Number n of unknowns."""
+        return self.system.body.space.size
 
     @cached_property
     def driven(self) -> Floats:
@@ -61,9 +84,7 @@ class Increment:
         """A node that a support drives off or along a tool it is welded to."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
-        start = self.start
-        placed = self.system.body.scene.placed(start.tau, start.translation)
-        touching = supported.Touching(start.gap, start.nodes, placed)
+        touching = supported.Touching(self.start.gap, self.start.nodes, self.placed_before)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property
@@ -160,15 +181,30 @@ class Iterate:
         moved = max(float(norm(self.response.du).max()), least)
         return max(self.increment.reach, float(np.abs(self.translated).max(initial=0.0))) or moved
 
-    @property
+    @cached_property
     def rows(self) -> ContactRows:
         """Contact rows of all candidates; those of flat tools are the same at every iterate."""
-        return self.increment.rows
+        increment, contacts = self.increment, self.increment.system.candidates
+        return contacts.linearised(increment.start.gap, self.meeting, self.x) if contacts.curved else increment.rows
+
+    @cached_property
+    def meeting(self) -> Meeting:
+        """Where candidates meet their tools."""
+        return self.increment.meeting(self.response.du, self.tool_travel)
+
+    @cached_property
+    def frames(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places: of closed contacts normal and tangent."""
+        contacts = self.increment.system.candidates
+        return self.meeting.frames if contacts.curved else contacts.frames
 
     @cached_property
     def motion(self) -> Floats:
         """Gap at the end and slip (c, d) of all candidates."""
-        return self.rows.motion(self.x)
+        if not self.increment.system.candidates.curved:
+            return self.rows.motion(self.x)
+        motion = self.meeting.motion
+        return np.column_stack([motion[:, 0], np.where(self.rows.rubs, motion[:, 1], 0.0)])
 
     @cached_property
     def balanced(self) -> Floats:
@@ -196,22 +232,28 @@ class Iterate:
         """K of the convex model."""
         return self.increment.system.body.stiffness(self.response, kind)
 
-    def tangent(self, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual`."""
+    def tangent(self, r: Floats, scratch: Scratch | None = None) -> Floats:
+        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less what contacts r (c, d) push.
+
+        The latter's changes as normals turn: flat tools add nothing.
+        """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)
         if self.response.kinematics.moves:
             increment.system.loading.add_stiffness(K, self.balanced, increment.tau)
+        if increment.system.candidates.curved:
+            increment.system.candidates.add_bending(K, self.meeting.bending(r))
         return K
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return self.increment.system.candidates.resultant(self.increment.rubbed(r))
+        return self.increment.system.candidates.resultant(self.increment.rubbed(r), self.frames)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
         system = self.increment.system
-        return system.reactions(self.response.element_forces, self.nodal_load, self.increment.rubbed(r))
+        contacts = system.candidates.vectors(self.increment.rubbed(r), self.frames)
+        return system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""

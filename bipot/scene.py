@@ -36,7 +36,7 @@ from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import Plane, planes_of, require_mirrored, share
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
 
 INSIDE = 1e-9
@@ -60,7 +60,7 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[FlatTool, ...] = ()
+    tools: tuple[AnyTool, ...] = ()
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
@@ -101,7 +101,7 @@ class Scene:
         require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
-        for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
+        for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
     @property
@@ -189,6 +189,14 @@ class Scene:
         return out
 
     @cached_property
+    def shifted(self) -> Bools:
+        """Which displacements (a, d) are prescribed other than zero."""
+        out = np.zeros(self.mesh.nodes.shape, dtype=bool)
+        for support, nodes in self._driven:
+            out[nodes, support.direction] |= support.displacement != 0
+        return out
+
+    @cached_property
     def _driven(self) -> list[tuple[Prescribed, Ints]]:
         """Supports that move, and their nodes."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
@@ -221,7 +229,7 @@ class Scene:
             driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
 
-    def _check_candidates(self, tool: FlatTool, label: str) -> None:
+    def _check_candidates(self, tool: Tool, label: str) -> None:
         """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
         nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
         inner = self.mesh.inner_edges(*names)[:1].tolist()
@@ -230,14 +238,15 @@ class Scene:
         twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
         require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
-        movable = bool(free_along(free, np.array(tool.normal)).any())
+        movable = bool(free_along(free, tool.face.distance(self.mesh.nodes[nodes]).normal).any())
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
         force = tool.driven_by
         along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
         require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
         depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(2)).min())
         outside = force is None or depth <= INSIDE * self.mesh.size
-        require(outside, f"{label}.point", tool.point, f"off the body, not inside it by {depth:.3g}: a force drives it")
+        off = f"off the body, not inside it by {depth:.3g}: a force drives it"
+        require(outside, f"{label}.point", tool.face, off)
         points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
         for node in tool.mu_at:
             require(node in points, "mu_at node", node, "one of the tool's candidates (ends of edges if weighted)")

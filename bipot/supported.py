@@ -8,7 +8,7 @@ import numpy as np
 
 from bipot.contact import TOUCHES, Candidates, touches
 from bipot.tensors import norm
-from bipot.tools import FlatTool
+from bipot.tools import Tool
 from bipot.typing import Floats
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
@@ -40,9 +40,9 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
     for k, (tool, nodes, moved) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
-        plane, level = tool.offset(moved), nodes_at[nodes] @ np.array(tool.normal)
+        held, face = nodes_at[nodes], tool.face
         # What round-off of the two positions makes of their difference is no depth.
-        depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
+        depth = -face.gap(held, moved) - ROUND_OFF * face.size(held, moved)
         if len(nodes) and depth.max() > worst.depth:
             worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
     return worst
@@ -79,7 +79,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     return None
 
 
-def _across(tool: FlatTool, motion: Floats) -> Floats:
+def _across(tool: Tool, motion: Floats) -> Floats:
     """The part of motions (…, d) that a force on the tool does not let go of."""
     if tool.driven_by is None:
         return motion

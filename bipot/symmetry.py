@@ -2,7 +2,8 @@ r"""Planes of symmetry: what they ask of a scene, and what they make of the forc
 
 A plane x_d = const cuts the body, and one side of it is modelled. Supports, tools and loads of a scene are those on the
 modelled part; their mirror images act on its mirror image. A flat tool whose normal has no component along d is its own
-mirror image: the plane *cuts* it. From f, its force on the modelled part, such a plane makes that on the whole body,
+mirror image, and so is a circle around a point of the plane: the plane *cuts* it. From f, its force on the modelled
+part, such a plane makes that on the whole body,
 
     F = 2 (f - f_d e_d),
 
@@ -23,7 +24,7 @@ from bipot.fem.reduction import Geometry
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.supports import Support, Symmetry
-from bipot.tools import ACROSS, FlatTool
+from bipot.tools import Tool
 from bipot.typing import Bools, Floats
 
 PLANAR = 1e-9
@@ -42,9 +43,9 @@ class Plane:
         """Which of the points (..., d) are on the plane."""
         return np.abs(points[..., self.direction] - self.position) <= self.roundoff
 
-    def cuts(self, tool: FlatTool) -> bool:
+    def cuts(self, tool: Tool) -> bool:
         """Whether the tool is its own mirror image."""
-        return abs(tool.normal[self.direction]) <= ACROSS
+        return tool.face.mirrored(self.direction, self.position, self.roundoff)
 
 
 def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Plane, ...]:
@@ -80,7 +81,7 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
     return plane
 
 
-def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[FlatTool], loads: Sequence[Load]) -> None:
+def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse what is no body, tool or load together with its mirror images.
 
     Raises:
@@ -120,16 +121,17 @@ def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str)
     require(not inside, label, names, surface)
 
 
-def share(planes: Sequence[Plane], tool: FlatTool) -> float:
+def share(planes: Sequence[Plane], tool: Tool) -> float:
     """What a force on the whole tool is on its modelled part, over that: a half for each plane that cuts it."""
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
-def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: FlatTool, force: Floats) -> Floats:
+def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
     Around an axis the radial components are a force all around, which is none as a vector.
 
+    >>> from bipot.tools import FlatTool
     >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
     >>> whole_force((Plane(0, 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
     array([  0., -14.])

@@ -21,12 +21,12 @@ from bipot.errors import (
 )
 from bipot.frozen import FrozenMap
 from bipot.paths import POINTS, RAMP, Amplitude, Path, checked, multiples, pair
+from bipot.surfaces import ACROSS, Plane, Surface, direction, place
 from bipot.typing import Floats
 
 LARGEST_MU = 1e12
 
-ACROSS = 1e-12
-"""A component below this fraction of a vector is round-off of its direction."""
+STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 
 
 class Sampling(StrEnum):
@@ -75,40 +75,41 @@ class Force:
         return self.size * self.amplitude.at(tau)
 
 
-@dataclass(frozen=True)
-class FlatTool:
-    """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
+class Tool:
+    """What scenes take: a rigid tool with a ``surface`` that translates by ``travel`` times the ``path``.
 
-    It translates by ``travel`` times the ``path``, piecewise linear through (tau, multiple) with tau from 0 to 1: the
-    default goes once, (0, 0), (0.5, 1), (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component
-    of ``travel``: (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries
-    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
-    welds: what touches at the start of an increment stays tied.
+    The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default goes once, (0, 0), (0.5, 1),
+    (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0), (0.5, (0, 1)),
+    (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries ``candidates`` may touch it, with
+    Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what touches at the start of
+    an increment stays tied.
 
     ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path.
 
     ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
-
-    Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool off
-            the body, a path that goes along the force.
     """
 
-    point: tuple[float, float]
-    normal: tuple[float, float]
     travel: tuple[float, float]
     candidates: tuple[str, ...]
     mu: float
-    path: Path = ((0.0, 0.0), (1.0, 1.0))
-    mu_at: Mapping[int, float] = field(default_factory=dict)
-    driven_by: Force | None = None
-    sampling: Sampling = Sampling.NODES
+    path: Path
+    mu_at: Mapping[int, float]
+    driven_by: Force | None
+    sampling: Sampling
 
-    def __post_init__(self) -> None:
-        for name in ("point", "normal", "travel"):
-            object.__setattr__(self, name, pair(getattr(self, name), f"tool.{name}", "two finite numbers"))
-        require(abs(np.hypot(*self.normal) - 1) < 1e-12, "tool.normal", self.normal, "a unit vector")
+    @cached_property
+    def face(self) -> Surface:
+        """The surface at rest."""
+        raise NotImplementedError
+
+    @property
+    def flat(self) -> bool:
+        """Whether the normal is the same everywhere."""
+        return isinstance(self.face, Plane)
+
+    def _check(self) -> None:
+        """Refuse what no tool has, and keep the rest as plain numbers."""
+        object.__setattr__(self, "travel", pair(self.travel, "tool.travel", "two finite numbers"))
         require_number(self.mu, "mu")
         object.__setattr__(self, "mu", float(self.mu))
         require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
@@ -121,7 +122,7 @@ class FlatTool:
         object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
-        self._check_force()
+        require_type(self.driven_by, Force, "tool.driven_by", optional=True)
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
@@ -131,33 +132,17 @@ class FlatTool:
         allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
         object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
         require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
-        require_magnitude(max(abs(x) for x in self.point), "tool.point", LARGEST_LENGTH)
         for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
-
-    def _check_force(self) -> None:
-        require_type(self.driven_by, Force, "tool.driven_by", optional=True)
-        if self.driven_by is None:
-            return
-        direction = self.driven_by.direction
-        presses = float(direction @ self.normal)
-        require(presses >= -ACROSS, "tool.driven_by", self.driven_by.vector, "not against the normal: it pulls off")
-        path = self._multiples[1] * self.travel
-        along = bool((np.abs(path @ direction) <= ACROSS * np.abs(path).max()).all())
-        require(along, "tool.travel", self.travel, f"across the force {self.driven_by.vector}, which moves it along")
 
     @property
     def welded(self) -> bool:
         """Whether contact points are tied instead of sliding."""
         return bool(np.isinf(self.mu))
 
-    def offset(self, moved: Floats) -> float:
-        """n . x of the plane's points where the tool has ``moved`` (d,) since rest."""
-        return float(np.dot(self.normal, np.add(self.point, moved)))
-
     def distance(self, x: Floats, moved: Floats) -> Floats:
-        """Gaps (…) of points x (…, d) to the plane where the tool has ``moved`` (d,) since rest."""
-        return x @ np.array(self.normal) - self.offset(moved)
+        """Gaps (…) of points x (…, d) to the surface where the tool has ``moved`` (d,) since rest."""
+        return self.face.gap(x, moved)
 
     def moved(self, tau: float, tau_end: float) -> Floats:
         """Displacement (d,) along the path from pseudo-time ``tau`` to ``tau_end``.
@@ -173,3 +158,85 @@ class FlatTool:
     def _multiples(self) -> tuple[Floats, Floats]:
         """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
         return multiples(self.path)
+
+
+@dataclass(frozen=True)
+class FlatTool(Tool):
+    """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
+
+    All else is as in :class:`Tool`.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
+            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool off
+            the body, a path that goes along the force.
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+    travel: tuple[float, float]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path = STRAIGHT_ON
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+    driven_by: Force | None = None
+    sampling: Sampling = Sampling.NODES
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", place(self.point, "tool.point"))
+        object.__setattr__(self, "normal", direction(self.normal, "tool.normal"))
+        self._check()
+        if self.driven_by is not None:
+            self._check_force(self.driven_by)
+
+    def _check_force(self, force: Force) -> None:
+        presses = float(force.direction @ self.normal)
+        require(presses >= -ACROSS, "tool.driven_by", force.vector, "not against the normal: it pulls off")
+        path = self._multiples[1] * self.travel
+        along = bool((np.abs(path @ force.direction) <= ACROSS * np.abs(path).max()).all())
+        require(along, "tool.travel", self.travel, f"across the force {force.vector}, which moves it along")
+
+    @cached_property
+    def face(self) -> Plane:
+        """The plane at rest."""
+        return Plane(self.point, self.normal)
+
+    def offset(self, moved: Floats) -> float:
+        """n . x of the plane's points where the tool has ``moved`` (d,) since rest."""
+        return self.face.offset(moved)
+
+
+@dataclass(frozen=True)
+class ShapedTool(Tool):
+    """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
+
+    So far it goes its path, and the law is posed at the nodes.
+
+    Raises:
+        SceneError: as :class:`FlatTool`; a force that drives it, weighted sampling.
+    """
+
+    surface: Surface
+    travel: tuple[float, float]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path = STRAIGHT_ON
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+    driven_by: Force | None = None
+    sampling: Sampling = Sampling.NODES
+
+    def __post_init__(self) -> None:
+        require_type(self.surface, Surface, "tool.surface")
+        self._check()
+        require(self.driven_by is None, "tool.driven_by", self.driven_by, "None: only a FlatTool is driven by a force")
+        nodal = self.sampling is Sampling.NODES
+        require(nodal, "tool.sampling", self.sampling, "Sampling.NODES: only a FlatTool is met in the mean")
+
+    @cached_property
+    def face(self) -> Surface:
+        """The surface at rest."""
+        return self.surface
+
+
+AnyTool = FlatTool | ShapedTool
+"""The tools that there are."""

@@ -15,12 +15,13 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from bipot.contact import carries, frames
+from bipot.contact import carries
 from bipot.errors import BipotError, ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
+from bipot.surfaces import frames
 from bipot.typing import Ints
 from paper_figs.closed_forms import Cylinder
 from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILLION, WIDTH, save

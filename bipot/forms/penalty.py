@@ -199,7 +199,9 @@ def _minimised(
     x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length)
     with clock:
         there = iterate.increment.at(x * units.length)
-    r = state.spread(scaled.contact.forces(x) * units.force)
+    near = scaled.contact.forces(x)
+    r = state.spread(near * units.force)
+    posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units.length)).mismatch(x, near)
     state = state.after(there, r, exact=False)
     timing += Timing(assembly=clock.seconds)
-    return Step(there, r, outcome, iterations, timing, state.coupling.report, scaled.contact.mismatch(x)), state
+    return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state

@@ -47,14 +47,17 @@ class Posed:
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:
-        """With rows for the candidates that have come through their tool."""
-        if self.near.all():
-            return self
+        """With the rows of an iterate, also for the candidates that have come through their tool."""
         entering = ~self.near & (iterate.motion[:, 0] < 0)
         if not entering.any():
-            return self
+            return self.turned(iterate)
         near = self.near | entering
         return replace(self, near=near, rows=iterate.rows.take(near), distance=None)
+
+    def turned(self, iterate: Iterate) -> Posed:
+        """With the same candidates' rows of an iterate, which flat tools have once for all."""
+        curved = iterate.increment.system.candidates.curved
+        return replace(self, rows=iterate.rows.take(self.near)) if curved else self
 
     def terms(self, iterate: Iterate, r: Floats) -> ContactTerms:
         """The contact of the next program, with threshold or shift frozen; r (c, d) are the last forces of all."""

@@ -1,0 +1,191 @@
+r"""Surfaces of rigid tools as signed distances: the gap g of a point, the normal n there, how both change as it moves.
+
+The gap is positive outside the tool, n = grad g points from the tool into the body, and t = (n_y, -n_x). A surface of
+curvature k where a point is nearest to it, positive where the tool is convex, has at the point
+
+    grad n = c t t',    c = k / (1 + k g),
+
+so c is the curvature of the line of equal gaps through the point. How far a point has come along the surface is the
+arc s of its nearest point, whose derivatives are
+
+    grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
+
+on pieces of constant k. Slips measured by s add up over increments to what they are over all of them, however long
+those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
+from bipot.paths import pair
+from bipot.tensors import norm
+from bipot.typing import Floats
+
+ACROSS = 1e-12
+"""A component below this fraction of a vector is round-off of its direction."""
+
+
+class Distance(NamedTuple):
+    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps."""
+
+    gap: Floats
+    normal: Floats
+    curvature: Floats
+
+
+@runtime_checkable
+class Surface(Protocol):
+    """What a tool asks of its surface, which rests; ``moved`` (d,) is how far the tool has gone since."""
+
+    def distance(self, x: Floats) -> Distance:
+        """Signed distance of points x (…, d), exact to round-off."""
+        ...
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """Signed distance (…) of points x (…, d) to the moved surface."""
+        ...
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """Magnitude (…) of the numbers whose difference :meth:`gap` is."""
+        ...
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``."""
+        ...
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, a normal that is none.
+
+    >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
+    np.float64(0.75)
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", place(self.point, "plane.point"))
+        object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+
+    def offset(self, moved: Floats) -> float:
+        """n . x of its points."""
+        return float(np.dot(self.normal, np.add(self.point, moved)))
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        gap = self.gap(x, np.zeros(2))
+        return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return x @ np.array(self.normal) - self.offset(moved)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(np.abs(x @ np.array(self.normal)), abs(self.offset(moved)))
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        return by @ frames(np.array(self.normal)).T
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(self.normal[direction]) <= ACROSS
+
+
+@dataclass(frozen=True)
+class Circle:
+    """The circle around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+
+    It is a cylinder in plane strain; on a meridian a sphere where the centre is on the axis, a torus elsewhere. At the
+    centre itself, where no direction is the nearest, the normal is the first axis.
+
+    Raises:
+        SceneError: a centre that is not two finite numbers, a radius that is not above zero.
+
+    >>> Circle((0.0, 3.0), 2.0).distance(np.array([0.0, 0.5]))
+    Distance(gap=np.float64(0.5), normal=array([ 0., -1.]), curvature=np.float64(0.4))
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    concave: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", place(self.centre, "circle.centre"))
+        require_positive(**{"circle.radius": self.radius})
+        require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
+        object.__setattr__(self, "radius", float(self.radius))
+        require_type(self.concave, bool, "circle.concave")
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        out, sign = x - np.array(self.centre), self._sign
+        far = norm(out)
+        safe = np.where(far > 0, far, 1.0)
+        normal = np.where((far > 0)[..., None], out / safe[..., None], (1.0, 0.0))
+        return Distance(sign * (far - self.radius), sign * normal, sign / safe)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return self._sign * (norm(x - np.add(self.centre, moved)) - self.radius)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(norm(x), norm(np.add(self.centre, moved)) + self.radius)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        start = x - np.array(self.centre)
+        end = start + by
+        far = norm(start) + norm(end)
+        # The difference of two distances, without the round-off of either; the angle between them likewise.
+        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
+        across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
+        turned = np.arctan2(across, np.vecdot(start, end))
+        return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(self.centre[direction] - position) <= roundoff
+
+    @property
+    def _sign(self) -> float:
+        return -1.0 if self.concave else 1.0
+
+
+def frames(normal: Floats) -> Floats:
+    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+
+    >>> frames(np.array([0.6, 0.8])).tolist()
+    [[0.6, 0.8], [0.8, -0.6]]
+    """
+    return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def place(value: object, field: str) -> tuple[float, float]:
+    """``value`` as a point; raises SceneError where it is none."""
+    point = pair(value, field, "two finite numbers")
+    require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
+    return point
+
+
+def direction(value: object, field: str) -> tuple[float, float]:
+    """``value`` as a unit vector; raises SceneError where it is none."""
+    normal = pair(value, field, "two finite numbers")
+    require(abs(np.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    return normal
