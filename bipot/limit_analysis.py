@@ -68,7 +68,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, tool in enumerate(scene.tools):
         nothing = tool.driven_by is None or bool(_touching(increment)[system.candidates.tool == k].any())
         require(nothing, f"scene.tools[{k}]", tool.driven_by, "on a tool that touches the body at rest")
-    found = _analysed(increment, increment.rows.take(_touching(increment)))
+    found = _analysed(increment, _rows(increment).take(_touching(increment)))
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -85,7 +85,7 @@ def collapse(increment: Increment) -> Mechanism | None:
     flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
     if not (flows and _load(increment).any()):
         return None
-    rows = increment.rows
+    rows = _rows(increment)
     # An open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
     try:
@@ -109,6 +109,11 @@ def _units(scene: Scene) -> Units:
 def _touching(increment: Increment) -> Bools:
     """Candidates (c,) without a gap at the increment's start."""
     return touches(increment.start.gap, increment.system.body.scene.mesh.size)
+
+
+def _rows(increment: Increment) -> ContactRows:
+    """Contact rows in the shape of the increment's start: normals of curved tools turn on the way to its end."""
+    return replace(increment, tau=increment.start.tau).rows
 
 
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:

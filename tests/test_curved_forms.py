@@ -14,8 +14,11 @@ from bipot.forms.newton import Reuse
 from bipot.forms.penalty import contact_penalty
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
+from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.limit_analysis import limit_load
+from bipot.loads import Traction
 from bipot.marching import Control, march
 from bipot.scene import Scene
 from bipot.schedule import Schedule
@@ -173,3 +176,17 @@ def test_penalised_forms_see_the_true_gap():
     last = near[-1].solved
     pushes = last.r[:, 0] > 0
     np.testing.assert_allclose(last.r[pushes, 0], -K * last.iterate.motion[pushes, 0], rtol=1e-9)
+
+
+def lifted(travel=(0.0, 0.0)) -> Scene:
+    """A block without hardening that a traction pushes up against a circle which touches one node of its top."""
+    scene = pressed(
+        surface=Circle((0.5, 1.5), 0.5), travel=travel, material=VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
+    )
+    return replace(scene, supports=(Support("left", 0),), loads=(Traction("base", (0.0, 150.0)),))
+
+
+def test_limit_loads_are_those_of_the_given_shape_wherever_the_circle_goes():
+    """Normals are those where contacts touch, not where the tool's path ends."""
+    resting, going = limit_load(lifted()).multiple, limit_load(lifted((0.3, 0.0))).multiple
+    np.testing.assert_allclose(going, resting, rtol=1e-9)
