@@ -20,9 +20,9 @@ class Limit:
 
 
 LIMITS = (
-    Limit("history", "newton", 0.1, 10, 80.0),
+    Limit("history", "newton", 0.1, 10, 60.0),
     Limit("history", "tangent", 0.1, 10, 250.0),
-    Limit("history", "newton", 0.3, 10, 200.0),
+    Limit("history", "newton", 0.3, 10, 130.0),
     Limit("history", "tangent", 0.3, 10, 600.0),
     *(Limit("worst error", form, 0.1, 10, 1e-3) for form in ("newton", "tangent")),
     *(Limit("worst error", form, 0.3, 10, 2e-3) for form in ("newton", "tangent")),
