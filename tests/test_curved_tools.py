@@ -163,6 +163,15 @@ def test_a_march_goes_on_from_every_course_to_the_last_bit(geometry):
             np.testing.assert_array_equal(a, b)
 
 
+def test_a_march_goes_on_under_a_circle_so_large_that_its_gaps_are_of_round_off():
+    """Of the recomputed gaps alone: those that a march carries along are good to the round-off of motions."""
+    scene = pressed(surface=Circle((0.0, 1.0 + 1e8), 1e8), elements=2)
+    schedule, control = Schedule(3, first=0.01), Control(Newton())
+    whole = list(march(scene, schedule, control))
+    after = next(march(scene, schedule, control, stored(whole[-2].course)))
+    np.testing.assert_array_equal(after.state.nodes, whole[-1].state.nodes)
+
+
 def test_a_run_is_recorded_with_its_surface_and_read_back(tmp_path):
     scene = pressed(elements=2)
     with Recorder(tmp_path, scene, COLUMNS, {"mu": 0.2}, {"length": "mm", "force": "N"}) as out:
