@@ -9,6 +9,8 @@ from bipot.energy import Energies
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.landing import Locate
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
 from bipot.mesh import Mesh
 from bipot.overlap import overlap
@@ -128,6 +130,17 @@ def test_landings_are_located_by_the_true_gap():
     for a in landed:
         gap = a.state.gap[a.start.gap > 1e-6]
         assert gap.min() < 1e-4
+
+
+@pytest.mark.parametrize("far", [1.1, 2.1])
+def test_a_node_does_not_come_out_of_the_punch_on_its_far_side(far):
+    """One increment takes the punch past a node that it touches: it is cut until the node is pushed ahead."""
+    R = 0.05
+    scene = dragged(material=Elastic(Elasticity(1e3, 0.3)))
+    punch = replace(scene.tools[0], surface=Circle((0.5, 1.0 + R), R), travel=(0.0, -far * R), path=((0, 0), (1, 1)))
+    whole = list(march(replace(scene, tools=(punch,)), Schedule(1)))
+    assert len(whole) > 1
+    assert whole[-1].tool_forces[0, 1] < -1.0
 
 
 def test_overlap_is_what_the_certificate_of_the_nodes_does_not_see():
