@@ -115,6 +115,13 @@ class Candidates:
             gap[mine] = tool.distance(at[mine], moved)
         return gap
 
+    def places(self, nodes: Floats, placed: Floats) -> Floats:
+        """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
+        out, at = np.empty(len(self.node)), self.mean(nodes)
+        for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
+            out[mine] = tool.face.size(at[mine], moved)
+        return out
+
     def reach(self, gap: Floats, travel: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 

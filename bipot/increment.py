@@ -185,6 +185,7 @@ def solve_increment(
                 raise watch.failure("the least of the body's free rigid motions leaves")
             increment.system.body.refuse_folded(examined.response)
             _refuse_runaway(examined.iterate)
+            _refuse_crossed(examined.iterate)
             return Solved(
                 iterate=examined.iterate,
                 r=r,
@@ -218,6 +219,15 @@ def _refuse_runaway(iterate: Iterate) -> None:
     allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
+
+
+def _refuse_crossed(iterate: Iterate) -> None:
+    """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
+    contacts = iterate.increment.system.candidates
+    crossed = np.flatnonzero(iterate.meeting.crossed) if contacts.curved else []
+    if len(crossed):
+        tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
+        raise NotConverged(f"tools[{tool}] goes through node {node}: the increment is too long for so small a tool")
 
 
 class _Watch:

@@ -26,12 +26,13 @@ from bipot.typing import Bools, Floats
 @dataclass(frozen=True)
 class Meeting:
     """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    and the ``curvature`` (c,) of the lines of equal gaps they are on.
+    the ``curvature`` (c,) of the lines of equal gaps they are on, and who ``crossed`` (c,) the tool on the way.
     """
 
     motion: Floats
     frames: Floats
     curvature: Floats
+    crossed: Bools
 
     @staticmethod
     def at(tools: Sequence[Tool], owned: Bools, gap: Floats, place: Floats, by: Floats) -> Meeting:
@@ -40,11 +41,13 @@ class Meeting:
         ``owned`` (k, c) says whose they are.
         """
         motion, normal, curvature = np.empty_like(place), np.empty_like(place), np.empty(len(place))
+        crossed = np.zeros(len(place), dtype=bool)
         for mine, tool in zip(owned, tools, strict=True):
+            crossed[mine] = tool.face.crossed(place[mine], by[mine])
             motion[mine] = tool.face.passed(place[mine], by[mine])
             _, normal[mine], curvature[mine] = tool.face.distance(place[mine] + by[mine])
         motion[:, 0] += gap
-        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature)
+        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, crossed)
 
     def bending(self, r: Floats) -> Floats:
         """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""

@@ -24,10 +24,13 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
 from bipot.paths import pair
 from bipot.tensors import norm
-from bipot.typing import Floats
+from bipot.typing import Bools, Floats
 
 ACROSS = 1e-12
 """A component below this fraction of a vector is round-off of its direction."""
+
+AROUND = np.pi / 3
+"""Who goes around a circle by more in one increment, and on a straight way through it, came out on another side."""
 
 
 class Distance(NamedTuple):
@@ -56,6 +59,10 @@ class Surface(Protocol):
 
     def passed(self, x: Floats, by: Floats) -> Floats:
         """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``."""
+        ...
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
         ...
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
@@ -101,6 +108,10 @@ class Plane:
     def passed(self, x: Floats, by: Floats) -> Floats:
         """As :meth:`Surface.passed`."""
         return by @ frames(np.array(self.normal)).T
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: out of a half-space there is one way."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
@@ -158,6 +169,15 @@ class Circle:
         across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
         turned = np.arctan2(across, np.vecdot(start, end))
         return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far."""
+        start, length = x - np.array(self.centre), norm(by)
+        end = start + by
+        along = -np.vecdot(start, by) / np.where(length > 0, length, 1.0) ** 2
+        nearest = norm(start + np.clip(along, 0.0, 1.0)[..., None] * by)
+        turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
+        return turns & (nearest < np.cos(AROUND / 2) * self.radius) & (not self.concave)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

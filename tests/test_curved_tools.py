@@ -9,6 +9,8 @@ from bipot.energy import Energies
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.landing import Locate
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
 from bipot.mesh import Mesh
 from bipot.overlap import overlap
@@ -130,6 +132,17 @@ def test_landings_are_located_by_the_true_gap():
         assert gap.min() < 1e-4
 
 
+@pytest.mark.parametrize("far", [1.1, 2.1])
+def test_a_node_does_not_come_out_of_the_punch_on_its_far_side(far):
+    """One increment takes the punch past a node that it touches: it is cut until the node is pushed ahead."""
+    R = 0.05
+    scene = dragged(material=Elastic(Elasticity(1e3, 0.3)))
+    punch = replace(scene.tools[0], surface=Circle((0.5, 1.0 + R), R), travel=(0.0, -far * R), path=((0, 0), (1, 1)))
+    whole = list(march(replace(scene, tools=(punch,)), Schedule(1)))
+    assert len(whole) > 1
+    assert whole[-1].tool_forces[0, 1] < -1.0
+
+
 def test_overlap_is_what_the_certificate_of_the_nodes_does_not_see():
     scene = pressed()
     last = pushed(Geometry.PLANE_STRAIN)[-1]
@@ -161,6 +174,15 @@ def test_a_march_goes_on_from_every_course_to_the_last_bit(geometry):
         after = next(march(scene, schedule, control, stored(before.course)))
         for a, b in zip(arrays(after.state), arrays(whole[k + 1].state), strict=True):
             np.testing.assert_array_equal(a, b)
+
+
+def test_a_march_goes_on_under_a_circle_so_large_that_its_gaps_are_of_round_off():
+    """Of the recomputed gaps alone: those that a march carries along are good to the round-off of motions."""
+    scene = pressed(surface=Circle((0.0, 1.0 + 1e8), 1e8), elements=2)
+    schedule, control = Schedule(3, first=0.01), Control(Newton())
+    whole = list(march(scene, schedule, control))
+    after = next(march(scene, schedule, control, stored(whole[-2].course)))
+    np.testing.assert_array_equal(after.state.nodes, whole[-1].state.nodes)
 
 
 def test_a_run_is_recorded_with_its_surface_and_read_back(tmp_path):

@@ -148,3 +148,14 @@ def test_a_flat_tool_and_a_plane_as_its_surface_are_one():
     assert not shaped().flat
     assert replace(flat, point=(1.0, 0.0)).face.point == (1.0, 0.0)
     np.testing.assert_array_equal(flat.distance(AT, np.ones(2)), same.distance(AT, np.ones(2)))
+
+
+def test_points_cross_a_circle_where_their_way_goes_deep_into_it_and_out_on_another_side():
+    circle, start = Circle((1.0, 2.0), 0.5), np.array([[1.0, 1.5]] * 6)
+    by = [[0.0, 1.0], [0.0, 0.6], [0.5, 0.5], [0.25, 0.07], [0.0, 0.4], [3.0, 0.0]]
+    np.testing.assert_array_equal(circle.crossed(start, np.array(by)), [True, True, True, False, False, False])
+    far = np.array([[1.0, -8.0], [-8.0, 1.4]])
+    np.testing.assert_array_equal(circle.crossed(far, np.array([[0.0, 20.0], [20.0, 0.0]])), [True, False])
+    assert not replace(circle, concave=True).crossed(start, np.array(by)).any()
+    assert not Plane((0.0, 0.0), (0.0, 1.0)).crossed(AT, WAYS).any()
+    assert not circle.crossed(np.array(circle.centre), np.zeros(2))
