@@ -163,6 +163,11 @@ class Mesh:
         edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
 
+    @cached_property
+    def outline(self) -> Ints:
+        """Edges (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
+        return self._facets.nodes[~self._facets.shared]
+
     def surface(self, name: str) -> tuple[Ints, Ints]:
         """Edges (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
         found = self._facets.find(self.boundary(name))

@@ -8,6 +8,7 @@ from bipot.fem.assembly import Space
 from bipot.sampling import Points, creased
 from bipot.scene import Scene, free_along
 from bipot.surfaces import ACROSS, frames
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 
@@ -47,8 +48,16 @@ def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``."""
-    return frames(scene.tools[number].face.distance(scene.mesh.nodes[nodes]).normal)
+    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+
+    In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    normal = np.array(tool.face.distance(x).normal)
+    for plane in scene.planes:
+        if not tool.flat and plane.cuts(tool):
+            normal[plane.holds(x), plane.direction] = 0.0
+    return frames(normal / norm(normal)[:, None])
 
 
 def directions(scene: Scene) -> Floats:

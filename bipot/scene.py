@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.between import inside
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -35,6 +36,7 @@ from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import RAMP, Amplitude, corners
 from bipot.supports import Prescribed, Support, Symmetry
+from bipot.surfaces import require_distance
 from bipot.symmetry import Plane, planes_of, require_mirrored, share
 from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
@@ -238,8 +240,12 @@ class Scene:
         twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
         require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
         free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
-        movable = bool(free_along(free, tool.face.distance(self.mesh.nodes[nodes]).normal).any())
+        normal = require_distance(tool.face, self.mesh.nodes[nodes], f"{label}.surface").normal
+        # Of a curved tool the normal turns as it comes along.
+        movable = bool(free_along(free, normal).any() if tool.flat else free.any())
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
+        allowed = "off the body: a part of it is in there, between nodes that do not feel it"
+        require(not inside(self.mesh, tool), f"{label}.surface", tool.face, allowed)
         force = tool.driven_by
         along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
         require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")

@@ -41,6 +41,13 @@ class Distance(NamedTuple):
     curvature: Floats
 
 
+class Tips(NamedTuple):
+    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners."""
+
+    centre: Floats
+    radius: Floats
+
+
 @runtime_checkable
 class Surface(Protocol):
     """What a tool asks of its surface, which rests; ``moved`` (d,) is how far the tool has gone since."""
@@ -63,6 +70,10 @@ class Surface(Protocol):
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
+        ...
+
+    def tips(self) -> Tips:
+        """Its convex parts, whole circles or arcs of them."""
         ...
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
@@ -112,6 +123,10 @@ class Plane:
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`Surface.crossed`: out of a half-space there is one way."""
         return np.zeros(x.shape[:-1], dtype=bool)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: none."""
+        return Tips(np.empty((0, 2)), np.empty(0))
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
@@ -179,6 +194,11 @@ class Circle:
         turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
         return turns & (nearest < np.cos(AROUND / 2) * self.radius) & (not self.concave)
 
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: itself, where it is convex."""
+        own = int(not self.concave)
+        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own))
+
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
         return abs(self.centre[direction] - position) <= roundoff
@@ -186,6 +206,18 @@ class Circle:
     @property
     def _sign(self) -> float:
         return -1.0 if self.concave else 1.0
+
+
+def require_distance(surface: Surface, x: Floats, field: str) -> Distance:
+    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
+    found = surface.distance(x)
+    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
+    for name, value, shape in zip(Distance._fields, found, (x.shape[:-1], x.shape, x.shape[:-1]), strict=True):
+        good = np.shape(value) == shape and bool(np.isfinite(value).all())
+        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
+    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
+    return found
 
 
 def frames(normal: Floats) -> Floats:
