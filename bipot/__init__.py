@@ -16,7 +16,7 @@ results by name and its certificate. Public names by subject; everything else is
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
 * files: Recorder, Existing, History
-* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, InvertedElement
+* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, Refused, InvertedElement
 * errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
@@ -44,6 +44,7 @@ from bipot.errors import (
     LimitPassed,
     NotConverged,
     ProgramError,
+    Refused,
     ResultsError,
     SceneError,
     UnboundedProgram,
@@ -133,6 +134,7 @@ __all__ = [
     "Qoco",
     "Quadrature",
     "Recorder",
+    "Refused",
     "ResultsError",
     "Safeguard",
     "Sampling",

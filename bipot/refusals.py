@@ -7,8 +7,9 @@ import numpy as np
 from bipot.between import between
 from bipot.certificate import Bounds
 from bipot.contact import TOUCHES
-from bipot.errors import NotConverged
+from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
+from bipot.symmetry import image_depth
 from bipot.tensors import norm
 
 RUNAWAY = 10.0
@@ -48,35 +49,29 @@ def _refuse_crossed(iterate: Iterate) -> None:
     crossed = np.flatnonzero(iterate.meeting.crossed)
     if len(crossed):
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
-        raise NotConverged(f"tools[{tool}] goes through node {node}: the increment is too long for so small a tool")
+        raise Refused(f"tools[{tool}] goes through node {node}", "Use more increments: they are too long for the tool.")
 
 
 def _refuse_between(iterate: Iterate) -> None:
     """Refuse tools that come into the body between two nodes, which feel nothing of it."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
-    for k, (tool, placed, travel) in enumerate(
-        zip(scene.tools, increment.placed_before, iterate.tool_travel, strict=True)
-    ):
-        start = increment.start.nodes - placed
-        passed = between(scene.mesh, tool, start, start + iterate.response.du - travel)
+    for k, tool in enumerate(scene.tools):
+        start = increment.start.nodes - increment.placed_before[k]
+        passed = between(scene.mesh, tool, start, start + iterate.response.du - iterate.tool_travel[k])
         if passed is not None:
-            raise NotConverged(
-                f"tools[{k}] comes into the body between nodes {passed[0]} and {passed[1]}: refine the boundary there"
-            )
+            one, other = passed
+            said = f"tools[{k}] comes into the body between nodes {one} and {other}"
+            raise Refused(said, "Refine the boundary there: its edges are too long for so small a tool.")
 
 
 def _refuse_image(iterate: Iterate) -> None:
     """Refuse bodies in the mirror image of a tool that a plane of symmetry does not cut: it is no part of the scene."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
+    nodes = increment.start.nodes + iterate.response.du
     for plane in scene.planes:
         for k, tool in enumerate(scene.tools):
-            if not plane.cuts(tool):
-                at = scene.mesh.boundary_nodes(*tool.candidates)
-                x = increment.start.nodes[at] + iterate.response.du[at]
-                x[:, plane.direction] = 2 * plane.position - x[:, plane.direction]
-                depth = -float(tool.distance(x, increment.placed_before[k] + iterate.tool_travel[k]).min())
-                if depth > TOUCHES * scene.mesh.size:
-                    raise NotConverged(
-                        f"the mirror image of tools[{k}] beyond x_{plane.direction} = {plane.position:g} is"
-                        f" {depth:.2g} deep in the body: it is to be a tool of the scene"
-                    )
+            depth = image_depth(plane, scene.mesh, tool, nodes, increment.placed_before[k] + iterate.tool_travel[k])
+            if depth > TOUCHES * scene.mesh.size:
+                beyond = f"beyond x_{plane.direction} = {plane.position:g}"
+                said = f"the mirror image of tools[{k}] {beyond} comes {depth:.2g} deep into the body"
+                raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")

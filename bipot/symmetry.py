@@ -8,7 +8,8 @@ part, such a plane makes that on the whole body,
     F = 2 (f - f_d e_d),
 
 one plane after the other. The mirror image of any other tool is another tool, with a force of its own, which meets the
-mirror images of the candidates alone. In a point of the plane a force and its mirror image act both: of a point force
+mirror images of the candidates alone: where it meets the modelled part too (:func:`image_depth`), the scene is refused,
+or the increment. In a point of the plane a force and its mirror image act both: of a point force
 there the whole body bears twice what the scene is given. Parts of the body that meet their mirror image do not feel it.
 """
 
@@ -86,7 +87,8 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
 
     Raises:
         SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
-            that travels off it; a body force along the normal of a plane, or a point force in it along that.
+            that travels off it, or whose mirror image is in the modelled part; a body force along the normal of a
+            plane, or a point force in it along that.
     """
     for plane in planes:
         d = plane.direction
@@ -97,8 +99,25 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             require(not cut or tool.travel[d] == 0, f"tools[{k}].travel", tool.travel, halves)
             whole = force is None or force.vector[d] == 0 or not cut
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(2))
+            apart = (
+                f"such that its mirror image beyond x_{d} = {plane.position:g} is off the body, not {depth:.3g} in it"
+            )
+            require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
+
+
+def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, moved: Floats) -> float:
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool that has ``moved`` (d,) since rest.
+
+    Of a tool that the plane cuts it is the tool itself, and the depth zero.
+    """
+    if plane.cuts(tool):
+        return 0.0
+    x = nodes[mesh.boundary_nodes(*tool.candidates)]
+    x[:, plane.direction] = 2 * plane.position - x[:, plane.direction]
+    return max(0.0, -float(tool.distance(x, moved).min()))
 
 
 def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:

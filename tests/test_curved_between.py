@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -94,8 +95,9 @@ def test_a_circle_that_is_in_the_body_at_rest_is_refused(centre):
 def test_a_mirror_image_that_meets_the_modelled_part_is_named():
     """Beyond the plane of symmetry the circle is none of the modelled part's, but its image is there."""
     scene = pressed(surface=Circle((-0.3, 1.5), 0.5), travel=(0.0, -0.1))
-    with pytest.raises(IncrementFailed, match=r"the mirror image of tools\[0\]"):
+    with pytest.raises(IncrementFailed, match=r"the mirror image of tools\[0\].*Model the whole body"):
         marched(scene)
+    refused(lambda: pressed(surface=Circle((-0.3, 1.4), 0.5)), r"tools\[0\].*mirror image .* is off the body")
     own = pressed(surface=Circle((0.3, 1.5), 0.5), travel=(0.0, -0.05))
     assert forces(marched(own))[-1, 1] < 0
 
@@ -112,11 +114,11 @@ def test_a_centre_off_the_plane_by_round_off_leaves_no_friction_at_the_pole(off)
 class Broken:
     """A surface that says nothing."""
 
-    def __init__(self, said):
+    def __init__(self, said: Any) -> None:
         self.said = said
 
-    def distance(self, x):
-        return self.said(x)
+    def distance(self, *x: Any) -> Any:
+        return self.said(*x)
 
     gap = size = passed = crossed = tips = mirrored = distance
 
@@ -131,4 +133,5 @@ class Broken:
     ],
 )
 def test_a_surface_that_is_none_is_refused(said):
-    refused(lambda: pressed(surface=Broken(said)), r"tools\[0\].surface")
+    surface: Any = Broken(said)
+    refused(lambda: pressed(surface=surface), r"tools\[0\].surface")

@@ -23,6 +23,7 @@ LAYERS = (
     ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing", "undisturbed"),
     (
         "abaqus",
+        "between",
         "cells",
         "conic",
         "elements",
@@ -49,6 +50,7 @@ LAYERS = (
         "iterate",
         "limit_analysis",
         "reason",
+        "refusals",
         "supported",
         "traction",
     ),
