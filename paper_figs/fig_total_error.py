@@ -19,9 +19,10 @@ from matplotlib.figure import Figure
 from bipot.layout import Layout
 from bipot.tools import Sampling
 from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, rows_of
+from studies.accuracy.choice import FOREIGN, OWN
 from studies.accuracy.deck import FACES, NODES
 from studies.accuracy.total import NAME
-from studies.accuracy.total_row import FOREIGN, OWN, Row, front
+from studies.accuracy.total_row import Row, front
 from studies.element_types import ElementType
 from studies.methods import Method
 
