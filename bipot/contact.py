@@ -30,7 +30,8 @@ import scipy.sparse as sp
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, creased, points
-from bipot.scene import Scene, free_along
+from bipot.scene import Scene
+from bipot.supports import free_along
 from bipot.tensors import norm
 from bipot.tools import ACROSS
 from bipot.typing import Bools, Floats, Ints
