@@ -6,7 +6,8 @@ import numpy as np
 
 from bipot.fem.assembly import Space
 from bipot.sampling import Points, creased
-from bipot.scene import Scene, free_along
+from bipot.scene import Scene
+from bipot.supports import free_along
 from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints

@@ -16,7 +16,7 @@ The estimate of an increment is a fraction of the force,
 All are of order two where the solution is smooth: the next increment is AIMED sqrt(accuracy/e) times as long, within
 what BDF2 is stable for, and one that is REFUSED times as wrong as asked is solved again, shorter. Half and a tenth are
 measured: with them the largest error of the curve, errors of motion that add up included, is 0.3 to 3 times what is
-asked (tests/test_accuracy.py).
+asked (studies/accuracy/paced.py).
 
 From rest and from a kink on, the first increment has a strain of ONSET sqrt(accuracy), and of YIELDING of yield at
 least, by the travel of tools and supports over the body's extent; where its flow begins the next is shorter, BEGUN of

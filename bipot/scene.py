@@ -34,8 +34,8 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
-from bipot.paths import RAMP, Amplitude, corners
-from bipot.supports import Prescribed, Support, Symmetry
+from bipot.paths import corners
+from bipot.supports import Prescribed, Support, Symmetry, free_along, require_agreeing
 from bipot.surfaces import require_distance
 from bipot.symmetry import Plane, planes_of, require_mirrored, share
 from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
@@ -80,7 +80,7 @@ class Scene:
         require(
             len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
         )
-        self._check_driven()
+        require_agreeing(self.supports, self.mesh)
         self._check_axis()
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
@@ -204,17 +204,6 @@ class Scene:
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
         return [(support, self.mesh.boundary_nodes(support.boundary)) for support in moving]
 
-    def _check_driven(self) -> None:
-        """No node is prescribed two displacements along one axis, and none on a ring's axis moves off it."""
-        said = dict[int, tuple[float, Amplitude]]()
-        for support in self.supports:
-            own = (0.0, RAMP)
-            if isinstance(support, Prescribed) and support.displacement != 0:
-                own = support.displacement, support.amplitude
-            for dof in (2 * self.mesh.boundary_nodes(support.boundary) + support.direction).tolist():
-                once = f"such that node {dof // 2} has one displacement along {dof % 2}"
-                require(said.setdefault(dof, own) == own, "scene.supports", self.supports, once)
-
     @property
     def _on_axis(self) -> Bools:
         """Which nodes (a,) of a meridian are on the axis."""
@@ -256,11 +245,6 @@ class Scene:
         points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
         for node in tool.mu_at:
             require(node in points, "mu_at node", node, "one of the tool's candidates (ends of edges if weighted)")
-
-
-def free_along(free: Bools, direction: Floats) -> Bools:
-    """Which nodes with free components (c, d) can move along ``direction`` (d,) or (c, d)."""
-    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
 
 
 def upsetting(

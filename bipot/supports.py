@@ -5,12 +5,15 @@ What planes of symmetry ask of the rest of a scene, and what they make of a tool
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
+from bipot.mesh import Mesh
 from bipot.paths import RAMP, Amplitude
+from bipot.typing import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -55,3 +58,24 @@ class Symmetry(Support):
     The displacement along ``direction`` is zero there, as at a support. Supports, tools and loads of a scene are those
     on the modelled part, and their mirror images act on its mirror image.
     """
+
+
+def free_along(free: Bools, direction: Floats) -> Bools:
+    """Which nodes with free components (c, d) can move along ``direction`` (d,) or (c, d)."""
+    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
+
+
+def require_agreeing(supports: Sequence[Support], mesh: Mesh) -> None:
+    """Refuse supports that prescribe two displacements of one node along one axis.
+
+    Raises:
+        SceneError: names the node and the axis.
+    """
+    said = dict[int, tuple[float, Amplitude]]()
+    for support in supports:
+        own = (0.0, RAMP)
+        if isinstance(support, Prescribed) and support.displacement != 0:
+            own = support.displacement, support.amplitude
+        for dof in (2 * mesh.boundary_nodes(support.boundary) + support.direction).tolist():
+            once = f"such that node {dof // 2} has one displacement along {dof % 2}"
+            require(said.setdefault(dof, own) == own, "scene.supports", supports, once)

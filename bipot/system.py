@@ -71,9 +71,10 @@ class System:
 
     @cached_property
     def shares(self) -> bool:
-        """Whether any node could have more contact forces than free unknowns, or two contacts.
+        """Whether contact forces may be undetermined: a node has more of them than free unknowns, or two contacts.
 
-        Weighted points have, besides nodes that others take part in, a node in the middle of an edge.
+        Where none has, :mod:`bipot.determinacy` names none; where one has, it tests ranks. A weighted point counts with
+        the node that it is at, though others are in its mean, too.
         """
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]

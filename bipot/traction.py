@@ -79,8 +79,10 @@ def traction(iterate: Iterate, r: Floats) -> Traction:
 def tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
 
-    Within sign and cone to the last digit: what the forces themselves miss, round-off of an accepted increment, is
-    projected.
+    Within sign and cone to the last digit, whatever the forces are: they are projected. Where Coulomb's law holds that
+    takes away what they miss by round-off of an accepted increment. A weld (mu = inf) may pull besides: on an edge of
+    the line its tension then is the pressure 0, and its shear is left as it is, so pressures have not the forces'
+    resultant; r holds the tension.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):

@@ -1,17 +1,19 @@
-"""What the figures share: style, writing of PDF and PNG, the command line of those drawn from a table."""
+"""What the figures share: style, writing of PDF and PNG, the command line of those drawn from a folder of results."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
-from bipot.errors import ResultsError
-from studies.tables import Value, read_csv
+from bipot.errors import BipotError, ResultsError
+from studies.tables import Value, read_csv, read_rows
+
+Row = TypeVar("Row")
 
 # Okabe and Ito: told apart by the colour-blind; line style and marker tell the curves apart in grey.
 BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"
@@ -59,6 +61,30 @@ def save(figure: Figure, out: Path, name: str) -> list[Path]:
     return paths
 
 
+def from_results(
+    argv: Sequence[str] | None,
+    about: str | None,
+    folder: str,
+    figures: Callable[[Path], Mapping[str, Figure]],
+    holds: str = "folder of the study",
+) -> None:
+    """The command line of figures drawn from a folder that ``holds`` results, each written by its name.
+
+    ``figures`` makes them from the folder; where it raises an error of the library, that is the one sentence said.
+    """
+    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0], allow_abbrev=False)
+    parser.add_argument("--results", type=Path, default=Path(folder), help=f"{holds} (default: {folder})")
+    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
+    asked = parser.parse_args(argv)
+    try:
+        with mpl.rc_context(STYLE):
+            for name, figure in figures(asked.results).items():
+                for path in save(figure, asked.out or asked.results / "figures", name):
+                    print(path)
+    except BipotError as error:
+        raise SystemExit(str(error)) from error
+
+
 def from_table(
     argv: Sequence[str] | None,
     about: str | None,
@@ -67,14 +93,20 @@ def from_table(
     draw: Callable[[list[dict[str, Value]]], Figure],
 ) -> None:
     """The command line of a figure drawn from ``name``.csv alone, ``fig_name``; ``command`` makes the table."""
-    parser = argparse.ArgumentParser(description=(about or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path(f"results/{name}"))
-    parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        rows = read_csv(asked.results / f"{name}.csv", command.format(out=asked.results))
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        for path in save(draw(rows), asked.out or asked.results / "figures", f"fig_{name}"):
-            print(path)
+
+    def figures(results: Path) -> dict[str, Figure]:
+        return {f"fig_{name}": draw(read_csv(results / f"{name}.csv", command.format(out=results)))}
+
+    from_results(argv, about, f"results/{name}", figures)
+
+
+def rows_of(path: Path, kind: type[Row], command: str) -> list[Row]:
+    """Rows of a dataclass from a table that ``command`` makes.
+
+    Raises:
+        ResultsError: there are none, and the message names the command; or it is no such table.
+    """
+    rows = read_rows(path, kind)
+    if not rows:
+        raise ResultsError(f"{path}: no results; run: {command.format(out=path.parent)}")
+    return rows

@@ -8,12 +8,10 @@ python -m paper_figs.fig_corner [--results results/corner] [--out DIR]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -22,7 +20,7 @@ from matplotlib.ticker import NullFormatter
 
 from bipot.errors import ResultsError
 from bipot.fem.elements import Quadrature
-from paper_figs.common import BLUE, GREEN, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, VERMILLION, WIDTH, from_results
 from studies.corner import COMMAND, NAME, curve_name
 from studies.outputs import read_curves
 from studies.tables import Value, read_csv
@@ -104,23 +102,18 @@ def _measure_keys() -> tuple[list[Any], list[str]]:
     return handles, list(MEASURES.values())
 
 
+def figures(results: Path) -> dict[str, Figure]:
+    """The one, by its name."""
+    command, profiles = COMMAND.format(out=results), results / f"{NAME}.h5"
+    rows = read_csv(results / f"{NAME}.csv", command)
+    if not profiles.is_file():
+        raise ResultsError(f"{profiles}: no results; run: {command}")
+    return {f"fig_{NAME}": draw(rows, profiles)}
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    command = COMMAND.format(out=asked.results)
-    profiles = asked.results / f"{NAME}.h5"
-    try:
-        rows = read_csv(asked.results / f"{NAME}.csv", command)
-        if not profiles.is_file():
-            raise ResultsError(f"{profiles}: no results; run: {command}")
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        for path in save(draw(rows, profiles), asked.out or asked.results / "figures", f"fig_{NAME}"):
-            print(path)
+    from_results(argv, __doc__, f"results/{NAME}", figures)
 
 
 if __name__ == "__main__":

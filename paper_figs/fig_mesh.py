@@ -10,22 +10,19 @@ python -m paper_figs.fig_mesh [--results results/accuracy] [--out DIR]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bipot.errors import ResultsError
 from bipot.layout import Layout
 from bipot.scene import upsetting
 from bipot.typing import Floats
 from paper_figs.closed_forms import Cylinder
-from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, WIDTH, from_results, rows_of
 from studies.accuracy.limits import Limit, courses_of, limit
 from studies.accuracy.mesh import NAME, REDUCTION
 from studies.accuracy.mesh import name as named
@@ -164,25 +161,16 @@ def _of(rows: Sequence[Row], kind: Discretisation) -> list[Row]:
     return sorted(mine, key=lambda row: row.elements)
 
 
+def figures(results: Path) -> dict[str, Figure]:
+    """The one, by its name."""
+    rows = rows_of(results / f"{NAME}.csv", Row, COMMAND)
+    limits, found = read_rows(results / "limits.csv", Limit), read_curves(results / f"{NAME}.h5")
+    return {f"fig_{NAME}": draw(rows, limits, {row: found[named(row)] for row in rows})}
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path("results/accuracy"))
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    table = asked.results / f"{NAME}.csv"
-    try:
-        rows = read_rows(table, Row)
-        if not rows:
-            raise ResultsError(f"{table}: no results; run: {COMMAND.format(out=asked.results)}")
-        limits = read_rows(asked.results / "limits.csv", Limit)
-        found = read_curves(asked.results / f"{NAME}.h5")
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        figure = draw(rows, limits, {row: found[named(row)] for row in rows})
-        for path in save(figure, asked.out or asked.results / "figures", f"fig_{NAME}"):
-            print(path)
+    from_results(argv, __doc__, "results/accuracy", figures)
 
 
 if __name__ == "__main__":

@@ -8,18 +8,15 @@ python -m paper_figs.fig_speed_vs_error [--results results/speed_vs_error] [--ou
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bipot.errors import ResultsError
-from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_results
 from studies.methods import Method
 from studies.speed_jobs import Knob
 from studies.speed_vs_error import COMMAND, NAME
@@ -68,22 +65,16 @@ def panel(ax: Axes, rows: Rows, measure: str) -> None:
                 ax.loglog(*kept.T, ls=line, ms=4, mew=0.8, mfc="none", label=method.value, **look)
 
 
+def figures(results: Path) -> dict[str, Figure]:
+    """One a coefficient, by its name."""
+    rows = read_csv(results / f"{NAME}.csv", COMMAND.format(out=results))
+    by_mu = {mu: [row for row in rows if row["mu"] == mu] for mu in sorted({row["mu"] for row in rows})}
+    return {f"fig_speed_vs_error_mu{mu:g}": draw(chosen) for mu, chosen in by_mu.items()}
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        rows = read_csv(asked.results / f"{NAME}.csv", COMMAND.format(out=asked.results))
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    out = asked.out or asked.results / "figures"
-    with mpl.rc_context(STYLE):
-        for mu in sorted({row["mu"] for row in rows}):
-            figure = draw([row for row in rows if row["mu"] == mu])
-            for path in save(figure, out, f"fig_speed_vs_error_mu{mu:g}"):
-                print(path)
+    from_results(argv, __doc__, f"results/{NAME}", figures)
 
 
 if __name__ == "__main__":

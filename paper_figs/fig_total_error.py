@@ -8,28 +8,24 @@ python -m paper_figs.fig_total_error [--results results/accuracy_total] [--out D
 
 from __future__ import annotations
 
-import argparse
 import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bipot.errors import ResultsError
 from bipot.layout import Layout
 from bipot.tools import Sampling
-from paper_figs.common import BLUE, GREEN, GREY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, rows_of
+from studies.accuracy.choice import FOREIGN, OWN
 from studies.accuracy.deck import FACES, NODES
 from studies.accuracy.total import NAME
-from studies.accuracy.total_row import FOREIGN, OWN, Row, front
+from studies.accuracy.total_row import Row, front
 from studies.element_types import ElementType
 from studies.methods import Method
-from studies.tables import read_csv, read_rows
 
-ORANGE, SKY, PURPLE = "#E69F00", "#56B4E9", "#CC79A7"
 COMMAND = f"python -m studies.accuracy.{NAME} --out {{out}}"
 MEASURES = {"seconds": "processor time of the run [s]", "process_seconds": "processor time of the process [s]"}
 
@@ -123,21 +119,14 @@ def panel(ax: Axes, rows: Sequence[Row], measure: str) -> None:
     ax.axhspan(1e-9, band, color="0.85", zorder=0, label="within the band of the limit")
 
 
+def figures(results: Path) -> dict[str, Figure]:
+    """The one, by its name."""
+    return {"fig_total_error": draw(rows_of(results / f"{NAME}.csv", Row, COMMAND))}
+
+
 def main(argv: Sequence[str] | None = None) -> None:
     """The command line."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path(f"results/accuracy_{NAME}"))
-    parser.add_argument("--out", type=Path, help="folder of the figure (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    path = asked.results / f"{NAME}.csv"
-    try:
-        read_csv(path, COMMAND.format(out=asked.results))
-        rows = read_rows(path, Row)
-    except ResultsError as error:
-        raise SystemExit(str(error)) from error
-    with mpl.rc_context(STYLE):
-        for made in save(draw(rows), asked.out or asked.results / "figures", "fig_total_error"):
-            print(made)
+    from_results(argv, __doc__, f"results/accuracy_{NAME}", figures)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -11,12 +10,11 @@ from pathlib import Path
 from string import ascii_lowercase
 from typing import Any, TypeVar
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
 from bipot.contact import carries
-from bipot.errors import BipotError, ResultsError
+from bipot.errors import ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
@@ -24,7 +22,7 @@ from bipot.results.history import run_file
 from bipot.surfaces import frames
 from bipot.typing import Ints
 from paper_figs.closed_forms import Cylinder
-from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, STYLE, VERMILLION, WIDTH, save
+from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results
 from studies.known_limits import is_upsetting, of_run
 from studies.run_names import friction_of, is_papers, name_of
 from studies.upsetting_beside import BESIDE
@@ -258,14 +256,8 @@ def has_closed_forms(run: History) -> bool:
 
 def make(draw: Callable[[list[Group]], Figure], name: str, title: str, argv: Sequence[str] | None) -> None:
     """Read the results, draw, write ``name.pdf`` and ``name.png``; the whole command line of a figure."""
-    parser = argparse.ArgumentParser(description=title, allow_abbrev=False)
-    parser.add_argument("--results", type=Path, default=Path("results/upsetting"), help="folder of runs, or a run's")
-    parser.add_argument("--out", type=Path, help="folder of the figures (default: RESULTS/figures)")
-    asked = parser.parse_args(argv)
-    try:
-        with mpl.rc_context(STYLE):
-            figure = draw(shown(asked.results))
-            for path in save(figure, asked.out or asked.results / "figures", name):
-                print(path)
-    except BipotError as error:
-        raise SystemExit(str(error)) from error
+
+    def figures(results: Path) -> dict[str, Figure]:
+        return {name: draw(shown(results))}
+
+    from_results(argv, title, "results/upsetting", figures, "folder of runs, or a run's")

@@ -17,8 +17,8 @@ from pathlib import Path
 
 from bipot.errors import ResultsError
 from studies import element_tables, load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies.accuracy import paced, total_tables
 from studies.accuracy import tables as mesh_tables
-from studies.accuracy import total_tables
 from studies.command import command, say
 from studies.files import replacing
 from studies.speed_jobs import Knob
@@ -192,6 +192,17 @@ def of_load_cases(results: Path) -> str:
     return table(["what", "reference", "measured", "difference", "allowed"], rows)
 
 
+def of_paced(results: Path) -> str:
+    """Error and cost of increments by accuracy, beside the cheapest equal ones that err no more."""
+    names = ("true_error", "increments", "passes", "uniform_error", "uniform_increments", "uniform_passes", "ratio")
+    head = ["scene", "accuracy", "error", "increments", "passes", "equal ones: error", "increments", "passes", "ratio"]
+    rows = []
+    for line in _read(results, paced.NAME, f"accuracy.{paced.NAME}"):
+        cells = [brief(line[name], 2 if "error" in name else 3) for name in names]
+        rows.append([str(line["scene"]), f"{line['accuracy']:g}", *cells])
+    return table(head, rows)
+
+
 def of_faults(results: Path) -> str:
     """A line a kind of fault."""
     lines = _read(results, "faults", "faults")
@@ -228,7 +239,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
-    "scenes.md": {load_cases.NAME: of_load_cases},
+    "scenes.md": {load_cases.NAME: of_load_cases, paced.NAME: of_paced},
     "robustness.md": {"faults": of_faults},
     "elements.md": {
         "series": lambda results: table(*element_tables.of_series(results)),

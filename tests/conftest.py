@@ -1,4 +1,4 @@
-"""Thread counts before numpy is imported (the matrices are small), and one hypothesis profile for all tests."""
+"""Thread counts before numpy is imported (the matrices are small), one hypothesis profile, and what files share."""
 
 import os
 
@@ -6,7 +6,22 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
+
+from tests.recording import complete, steps  # noqa: E402
 
 settings.register_profile("bipot", deadline=None, derandomize=True, max_examples=30)
 settings.load_profile("bipot")
+
+
+@pytest.fixture(scope="session")
+def marched():
+    """The increments of the short march of :mod:`tests.recording`."""
+    return steps()
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory):
+    """The folder of its complete run, which no test may change."""
+    return complete(tmp_path_factory.mktemp("results") / "mu0.3")

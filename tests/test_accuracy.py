@@ -8,116 +8,59 @@ import numpy as np
 import pytest
 
 from bipot import columns
-from bipot.contact import carries
 from bipot.elements import Element
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
-from bipot.forms import Dissipation, Newton, Tangent
 from bipot.landing import Locate
 from bipot.laws.flow import Integration
-from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
-from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.laws.von_mises import Elasticity
 from bipot.loads import Traction
 from bipot.marching import Control, march
-from bipot.mesh import block, ring
+from bipot.mesh import block
 from bipot.pacing import QUICK, REFUSED, Pacer, error_estimate
 from bipot.reason import ReasonKind
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.scene import Scene, upsetting
+from bipot.scene import Scene
 from bipot.schedule import Schedule
-from bipot.supports import Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.supports import Support
+from studies.accuracy import paced
+from studies.accuracy.paced import CONTROL
+from studies.accuracy.paced_scenes import BACK, SCENES, STEEL, cylinder
 from studies.upsetting_case import cases, parser
 from tests.courses import March, Refusing, stored, unlike
 from tests.scenes import refused
-
-STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(300.0))
-CONTROL = Control(Newton(), (Tangent(), Dissipation()))
-FINER = 8
-BACK = ((0.0, 0.0), (0.5, 1.0), (1.0, 0.9))
-
-
-def cylinder(mu, reduction=0.3, elements=5, path=((0.0, 0.0), (1.0, 1.0))):
-    scene = upsetting(mu=mu, reduction=reduction, elements=elements)
-    return replace(scene, tools=(replace(scene.tools[0], path=path),))
-
-
-def pressed_ring():
-    tool = FlatTool((0.0, 2.0), (0.0, -1.0), (0.0, -0.5), ("top", "bore", "side"), 0.15)
-    return Scene(
-        ring(3.0, 6.0, 2.0, 6, 4, element=Element.Q8), Geometry.AXISYMMETRIC, STEEL, (Symmetry("base", 1),), (tool,)
-    )
-
-
-def pressed_block():
-    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.2), ("top", "right"), 0.2)
-    planes = (Symmetry("base", 1), Symmetry("left", 0))
-    return Scene(block(2.0, 1.0, 6, 3, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
-
-
-SCENES = {
-    "mu = 0.1": lambda: cylinder(0.1),
-    "mu = 0.3": lambda: cylinder(0.3),
-    "ring": pressed_ring,
-    "block": pressed_block,
-    "unloading": lambda: cylinder(0.1, elements=4, path=BACK),
-}
 
 
 def run(scene, schedule, **options):
     return list(march(scene, schedule, CONTROL, **options))
 
 
-def true_error(scene, steps):
-    """The largest error of the force over the largest force, landings apart, against each increment in FINER parts."""
-    ends = np.array([0.0, *(step.state.tau for step in steps)])
-    parts = [tau for a, b in itertools.pairwise(ends) for tau in np.linspace(a, b, FINER + 1)[1:]]
-    fine = run(scene, Schedule(1, landings=tuple(parts[:-1])))
-    force = {step.state.tau: step.tool_forces[0, 1] for step in fine}
-    touched = np.array([carries(step.solved.r) for step in fine])
-    known = np.logical_or.accumulate(touched)
-    landings = np.array([step.state.tau for step in fine[1:]])[(touched[1:] & ~known[:-1]).any(axis=1)]
-    scale = max(map(abs, force.values()))
-    return max(
-        abs(step.tool_forces[0, 1] - force[step.state.tau]) / scale
-        for step in steps
-        if not ((landings > step.start.tau) & (landings <= step.state.tau)).any()
-    )
-
-
-def passes(steps):
-    return sum(step.passes for step in steps)
-
-
 @cache
-def paced(name, accuracy):
-    """True error and passes of the scene of that name."""
-    scene = SCENES[name]()
-    steps = run(scene, Schedule(accuracy=accuracy))
-    return true_error(scene, steps), passes(steps)
+def accurate(name, accuracy):
+    """The march of the scene of that name."""
+    return paced.run(SCENES[name](), Schedule(accuracy=accuracy))
 
 
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
 def test_the_error_is_what_was_asked(name, accuracy):
-    assert 1 / 3 <= paced(name, accuracy)[0] / accuracy <= 3
+    assert 1 / 3 <= accurate(name, accuracy).error / accuracy <= 3
 
 
 @pytest.mark.parametrize(("name", "increments"), [("mu = 0.1", 7), ("mu = 0.3", 8), ("ring", 7)])
 def test_uniform_increments_of_that_error_cost_as_much(name, increments):
     """``increments`` is the least number whose error is not above that of the accuracy: fewer err more."""
-    scene = SCENES[name]()
-    error, cost = paced(name, 1e-3)
-    assert true_error(scene, run(scene, Schedule(increments - 1))) > error
-    assert cost <= passes(run(scene, Schedule(increments)))
+    scene, by_accuracy = SCENES[name](), accurate(name, 1e-3)
+    assert paced.run(scene, Schedule(increments - 1)).error > by_accuracy.error
+    assert by_accuracy.passes <= paced.run(scene, Schedule(increments)).passes
 
 
 def test_less_is_asked_at_no_more_cost():
     """Above the cheapest accuracy increments are not longer."""
     scene = cylinder(0.3)
-    assert passes(run(scene, Schedule(accuracy=1e-2))) <= passes(run(scene, Schedule(accuracy=1e-3)))
+    assert paced.run(scene, Schedule(accuracy=1e-2)).passes <= paced.run(scene, Schedule(accuracy=1e-3)).passes
 
 
 def test_it_lands_on_landings_kinks_and_the_end():

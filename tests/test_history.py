@@ -16,81 +16,68 @@ from tests.recording import (
     SCENE,
     UNITS,
     arrays,
-    complete,
     recorder,
-    steps,
 )
 
 
-@pytest.fixture(scope="module")
-def accepted():
-    return steps()
+def test_header_is_the_columns_in_their_order(recorded):
+    assert (recorded / "history.csv").read_text().splitlines()[0] == HEADER
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A complete run on disk."""
-    return complete(tmp_path_factory.mktemp("results") / "mu0.3")
-
-
-def test_header_is_the_columns_in_their_order(folder):
-    assert (folder / "history.csv").read_text().splitlines()[0] == HEADER
-
-
-def test_rows_read_back_exactly(folder, accepted):
-    history = open_results(folder)
+def test_rows_read_back_exactly(recorded, marched):
+    history = open_results(recorded)
     assert history.complete
-    assert len(history) == len(accepted)
-    assert history["increment"].tolist() == [a.number for a in accepted]
-    assert history["reduction"].tolist() == [0.2 * a.state.tau for a in accepted]
-    assert history["equilibrium"].tolist() == [a.solved.certificate.equilibrium for a in accepted]
-    assert history["form"].tolist() == [a.form.value for a in accepted]
-    assert history["reason"].tolist() == [a.reason for a in accepted]
+    assert len(history) == len(marched)
+    assert history["increment"].tolist() == [a.number for a in marched]
+    assert history["reduction"].tolist() == [0.2 * a.state.tau for a in marched]
+    assert history["equilibrium"].tolist() == [a.solved.certificate.equilibrium for a in marched]
+    assert history["form"].tolist() == [a.form.value for a in marched]
+    assert history["reason"].tolist() == [a.reason for a in marched]
     assert history["passes"].dtype.kind == "i"
 
 
-def test_energies_are_those_of_the_whole_body_in_the_asked_unit(folder, accepted):
-    history = open_results(folder)
+def test_energies_are_those_of_the_whole_body_in_the_asked_unit(recorded, marched):
+    history = open_results(recorded)
     assert SCENE.images == 2
-    np.testing.assert_allclose(history["work_J"], [1e-3 * a.energies.work for a in accepted], rtol=1e-15)
-    gap = [2e-3 * a.solved.certificate.gap for a in accepted]
+    np.testing.assert_allclose(history["work_J"], [1e-3 * a.energies.work for a in marched], rtol=1e-15)
+    gap = [2e-3 * a.solved.certificate.gap for a in marched]
     np.testing.assert_allclose(history["bipotential_gap_J"], gap, rtol=1e-15)
 
 
-def test_states_and_mesh_read_back_exactly(folder, accepted):
-    history = open_results(folder)
-    for row, a in enumerate(accepted):
+def test_states_and_mesh_read_back_exactly(recorded, marched):
+    history = open_results(recorded)
+    for row, a in enumerate(marched):
         state = history.state(row)
         for read, written in zip(arrays(state), arrays(a.state), strict=True):
             np.testing.assert_array_equal(read, written)
     np.testing.assert_array_equal(history.mesh.nodes, SCENE.mesh.nodes)
     np.testing.assert_array_equal(history.mesh.boundary("top"), SCENE.mesh.boundary("top"))
-    np.testing.assert_array_equal(history.nodal("velocity", 2)[:, :2], accepted[2].state.velocity)
+    np.testing.assert_array_equal(history.nodal("velocity", 2)[:, :2], marched[2].state.velocity)
 
 
-def test_unknown_names_are_refused_with_the_known_ones(folder):
-    history = open_results(folder)
+def test_unknown_names_are_refused_with_the_known_ones(recorded):
+    history = open_results(recorded)
     with pytest.raises(SceneError, match=r"column = 'force': must be one of \['increment'"):
         history["force"]
     with pytest.raises(SceneError, match="field = 'temperature': must be one of"):
         history.nodal("temperature")
 
 
-def test_text_with_commas_and_lines_survives(tmp_path, accepted):
+def test_text_with_commas_and_lines_survives(tmp_path, marched):
     said = 'tangent: 3 passes left equilibrium = 2, "cone" = 1;\ncut'
     columns = (INCREMENT, Column("reason", "", lambda _, a: said), Column("x", "", lambda _, a: np.float64(0.1)))
     with Recorder(tmp_path / "run", SCENE, columns, PARAMETERS, UNITS) as out:
-        out.record(accepted[0])
+        out.record(marched[0])
     assert open_results(tmp_path / "run")["reason"].tolist() == [said]
     assert open_results(tmp_path / "run")["x"].tolist() == [0.1]
 
 
-def test_every_history_has_the_energy_error_asked_for_or_not(tmp_path, folder, accepted):
+def test_every_history_has_the_energy_error_asked_for_or_not(tmp_path, recorded, marched):
     with Recorder(tmp_path / "run", SCENE, (INCREMENT,), PARAMETERS, UNITS) as out:
-        for increment in accepted:
+        for increment in marched:
             out.record(increment)
     assert list(open_results(tmp_path / "run").columns) == ["increment", "energy_error"]
-    history = open_results(folder)
+    history = open_results(recorded)
     spent = history["elastic_J"] + history["plastic_J"] + history["friction_J"]
     expected = (history["work_J"] - spent) / history["work_J"]
     assert np.abs(expected).max() > 1e-5
@@ -98,21 +85,21 @@ def test_every_history_has_the_energy_error_asked_for_or_not(tmp_path, folder, a
         np.testing.assert_allclose(found["energy_error"], expected, atol=1e-13)
 
 
-def test_every_row_is_on_disk_at_once(tmp_path, accepted):
+def test_every_row_is_on_disk_at_once(tmp_path, marched):
     with recorder(tmp_path / "run") as out:
-        for count, increment in enumerate(accepted[:3], start=1):
+        for count, increment in enumerate(marched[:3], start=1):
             out.record(increment)
             with (tmp_path / "run/history.csv").open(newline="") as file:
                 assert len(list(csv.reader(file))) == 1 + count
             assert len(open_results(tmp_path / "run")) == count
 
 
-def test_a_failed_increment_gets_the_history_so_far(tmp_path, accepted):
+def test_a_failed_increment_gets_the_history_so_far(tmp_path, marched):
     def fails():
         with recorder(tmp_path / "run") as out:
-            out.record(accepted[0])
-            out.record(accepted[1])
-            raise IncrementFailed("use more increments", accepted[1].state)
+            out.record(marched[0])
+            out.record(marched[1])
+            raise IncrementFailed("use more increments", marched[1].state)
 
     with pytest.raises(IncrementFailed) as caught:
         fails()

@@ -13,38 +13,27 @@ from bipot.marching import march
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.scene import upsetting
-from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, arrays, complete, recorder, steps
+from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, arrays, recorder
 
 
-@pytest.fixture(scope="module")
-def accepted():
-    return steps()
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """A complete run on disk."""
-    return complete(tmp_path_factory.mktemp("results") / "mu0.3")
-
-
-def interrupted(folder, accepted, count):
+def interrupted(folder, steps, count):
     """A run stopped by Ctrl-C after ``count`` increments."""
     with recorder(folder) as out:
-        for increment in islice(accepted, count):
+        for increment in islice(steps, count):
             out.record(increment)
         raise KeyboardInterrupt
 
 
-def test_an_interrupted_run_goes_on_in_its_folder_as_if_nothing_had_been(tmp_path, folder, accepted):
+def test_an_interrupted_run_goes_on_in_its_folder_as_if_nothing_had_been(tmp_path, recorded, marched):
     with pytest.raises(KeyboardInterrupt):
-        interrupted(tmp_path / "run", accepted, 5)
+        interrupted(tmp_path / "run", marched, 5)
     history = open_results(tmp_path / "run")
     assert not history.complete
     assert len(history) == 5
     with recorder(tmp_path / "run", existing=Existing.RESUME) as out:
         for increment in march(SCENE, SCHEDULE, CONTROL, out.start):
             out.record(increment)
-    resumed, whole = open_results(tmp_path / "run"), open_results(folder)
+    resumed, whole = open_results(tmp_path / "run"), open_results(recorded)
     assert resumed.complete
     for name in set(whole.columns) - {"seconds"}:
         np.testing.assert_array_equal(resumed[name], whole[name])
@@ -53,51 +42,51 @@ def test_an_interrupted_run_goes_on_in_its_folder_as_if_nothing_had_been(tmp_pat
             np.testing.assert_array_equal(read, written)
 
 
-def test_a_complete_run_is_not_marched_again(tmp_path, folder):
-    shutil.copytree(folder, tmp_path / "run")
+def test_a_complete_run_is_not_marched_again(tmp_path, recorded):
+    shutil.copytree(recorded, tmp_path / "run")
     with recorder(tmp_path / "run", existing=Existing.RESUME) as out:
         assert list(march(SCENE, SCHEDULE, CONTROL, out.start)) == []
-    assert (tmp_path / "run/history.csv").read_bytes() == (folder / "history.csv").read_bytes()
+    assert (tmp_path / "run/history.csv").read_bytes() == (recorded / "history.csv").read_bytes()
     assert open_results(tmp_path / "run").complete
 
 
-def test_what_does_not_go_on_from_the_last_increment_is_refused(tmp_path, accepted):
+def test_what_does_not_go_on_from_the_last_increment_is_refused(tmp_path, marched):
     with recorder(tmp_path) as out:
-        out.record(accepted[0])
+        out.record(marched[0])
         with pytest.raises(ResultsError, match=r"increment 3 .* does not go on from increment 1"):
-            out.record(accepted[2])
+            out.record(marched[2])
         # A march from the state alone counts anew.
         with pytest.raises(ResultsError, match=r"increment 1 .* does not go on from increment 1"):
-            out.record(next(march(SCENE, SCHEDULE, CONTROL, start=accepted[0].state)))
+            out.record(next(march(SCENE, SCHEDULE, CONTROL, start=marched[0].state)))
     assert len(open_results(tmp_path)) == 1
 
 
-def test_a_run_of_another_start_has_that_as_its_step_zero(tmp_path, accepted):
-    with recorder(tmp_path / "run", start=accepted[3].course) as out:
+def test_a_run_of_another_start_has_that_as_its_step_zero(tmp_path, marched):
+    with recorder(tmp_path / "run", start=marched[3].course) as out:
         assert out.start.number == 4
-        out.record(accepted[4])
+        out.record(marched[4])
     history = open_results(tmp_path / "run")
-    for read, written in zip(arrays(history.start.state), arrays(accepted[3].state), strict=True):
+    for read, written in zip(arrays(history.start.state), arrays(marched[3].state), strict=True):
         np.testing.assert_array_equal(read, written)
     assert history["increment"].tolist() == [5]
     other = upsetting(mu=0.3, elements=1, reduction=0.2)
     with pytest.raises(SceneError, match=r"start\."):
-        Recorder(tmp_path / "other", other, COLUMNS, {}, {}, start=accepted[3].state)
+        Recorder(tmp_path / "other", other, COLUMNS, {}, {}, start=marched[3].state)
 
 
-def test_other_parameters_are_refused_before_anything_is_touched(folder):
-    before = (folder / "history.csv").read_bytes()
+def test_other_parameters_are_refused_before_anything_is_touched(recorded):
+    before = (recorded / "history.csv").read_bytes()
     with pytest.raises(ResultsError, match=r"mu0\.3: holds a run with elements = 2, not 20"):
-        recorder(folder, elements=20)
+        recorder(recorded, elements=20)
     with pytest.raises(ResultsError, match="fast = absent, not True"):
-        recorder(folder, fast=True)
+        recorder(recorded, fast=True)
     with pytest.raises(ResultsError, match="hardening = None, not absent"):
-        Recorder(folder, SCENE, COLUMNS, {k: v for k, v in PARAMETERS.items() if k != "hardening"}, UNITS)
-    assert (folder / "history.csv").read_bytes() == before
+        Recorder(recorded, SCENE, COLUMNS, {k: v for k, v in PARAMETERS.items() if k != "hardening"}, UNITS)
+    assert (recorded / "history.csv").read_bytes() == before
 
 
-def test_a_run_is_left_alone_unless_asked(tmp_path, folder):
-    shutil.copytree(folder, tmp_path / "run")
+def test_a_run_is_left_alone_unless_asked(tmp_path, recorded):
+    shutil.copytree(recorded, tmp_path / "run")
     before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
     said = r"run: holds a complete run: resume it \(--resume\), or overwrite it \(--overwrite\)"
     with pytest.raises(ResultsError, match=said):
@@ -105,10 +94,10 @@ def test_a_run_is_left_alone_unless_asked(tmp_path, folder):
     assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
 
 
-def test_a_run_is_overwritten_when_asked(tmp_path, accepted):
+def test_a_run_is_overwritten_when_asked(tmp_path, marched):
     for count in (3, 2):
         with recorder(tmp_path / "run", existing=Existing.OVERWRITE) as out:
-            for increment in accepted[:count]:
+            for increment in marched[:count]:
                 out.record(increment)
     assert len(open_results(tmp_path / "run")) == 2
     assert not open_results(tmp_path / "run").complete
@@ -122,9 +111,9 @@ def test_parameters_compare_as_they_are_stored(tmp_path, mu):
     assert open_results(tmp_path / "run").parameters["mu"] == mu
 
 
-def test_what_is_longer_than_the_count_covers_is_cut_back_and_said(tmp_path, accepted):
+def test_what_is_longer_than_the_count_covers_is_cut_back_and_said(tmp_path, marched):
     with recorder(tmp_path) as out:
-        for increment in accepted[:2]:
+        for increment in marched[:2]:
             out.record(increment)
     with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
         for name in ("bipot/steps/peeq", "VTKHDF/Points", "bipot/history"):
@@ -132,17 +121,17 @@ def test_what_is_longer_than_the_count_covers_is_cut_back_and_said(tmp_path, acc
     assert len(open_results(tmp_path)) == 2
     with recorder(tmp_path, Existing.RESUME) as out:
         assert out.note == "what was written after increment 2 was not complete and is left out"
-        for increment in accepted[2:]:
+        for increment in marched[2:]:
             out.record(increment)
     history = open_results(tmp_path)
     assert history.complete
-    np.testing.assert_array_equal(history.state(5).peeq, accepted[5].state.peeq)
-    np.testing.assert_array_equal(history.state(5).nodes, accepted[5].state.nodes)
+    np.testing.assert_array_equal(history.state(5).peeq, marched[5].state.peeq)
+    np.testing.assert_array_equal(history.state(5).nodes, marched[5].state.nodes)
 
 
-def test_what_is_shorter_is_named(tmp_path, accepted):
+def test_what_is_shorter_is_named(tmp_path, marched):
     with recorder(tmp_path) as out:
-        out.record(accepted[0])
+        out.record(marched[0])
     with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
         file["VTKHDF/CellData/mises"].resize(1, axis=0)
     with pytest.raises(ResultsError, match=r"CellData/mises: rows = 1: must be 8 for 2 steps"):
@@ -150,34 +139,34 @@ def test_what_is_shorter_is_named(tmp_path, accepted):
     with h5py.File(tmp_path / "run.vtkhdf", "r+") as file:
         del file["VTKHDF/CellData/mises"]
     with recorder(tmp_path, Existing.RESUME) as out, pytest.raises(ResultsError, match="CellData/mises is missing"):
-        out.record(accepted[1])
+        out.record(marched[1])
 
 
-def test_a_full_disk_leaves_what_was_recorded_and_the_run_goes_on_when_there_is_room(tmp_path, accepted, monkeypatch):
+def test_a_full_disk_leaves_what_was_recorded_and_the_run_goes_on_when_there_is_room(tmp_path, marched, monkeypatch):
     with recorder(tmp_path) as out:
-        out.record(accepted[0])
+        out.record(marched[0])
         with monkeypatch.context() as patched:
             patched.setattr(journal.os, "write", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left")))
             with pytest.raises(ResultsError, match=r"cannot be written .*No space left.* 1 increments are recorded"):
-                out.record(accepted[1])
+                out.record(marched[1])
         # What was half appended must not be taken for a step later.
         with pytest.raises(ResultsError, match="nothing more is written"):
-            out.record(accepted[1])
+            out.record(marched[1])
     assert len(open_results(tmp_path)) == 1
     with recorder(tmp_path, Existing.RESUME) as out:
-        for increment in accepted[1:]:
+        for increment in marched[1:]:
             out.record(increment)
     assert open_results(tmp_path).complete
 
 
-def test_what_is_interrupted_in_the_middle_of_a_step_is_not_gone_on_with(tmp_path, accepted, monkeypatch):
+def test_what_is_interrupted_in_the_middle_of_a_step_is_not_gone_on_with(tmp_path, marched, monkeypatch):
     with recorder(tmp_path) as out:
-        out.record(accepted[0])
+        out.record(marched[0])
         with monkeypatch.context() as patched:
             patched.setattr("bipot.results.vtkhdf.cell_fields", lambda _: (_ for _ in ()).throw(KeyboardInterrupt()))
             with pytest.raises(KeyboardInterrupt):
-                out.record(accepted[1])
+                out.record(marched[1])
         with pytest.raises(ResultsError, match="cannot be written"):
-            out.record(accepted[1])
+            out.record(marched[1])
     assert len(open_results(tmp_path)) == 1
-    np.testing.assert_array_equal(open_results(tmp_path).state().stress, accepted[0].state.stress)
+    np.testing.assert_array_equal(open_results(tmp_path).state().stress, marched[0].state.stress)

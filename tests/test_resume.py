@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from studies import convergence, coupling, energy, fuzz, hard_cases, load_cases, optimisers, solvers
+from studies.accuracy import paced
 from studies.fuzz_row import HEADER
 from studies.tables import read_csv
 from tests.test_outputs import content
@@ -20,6 +21,7 @@ STUDIES = (
     (energy, "energy.csv", []),
     (hard_cases, "hard_cases.csv", ["--only", "13", "--forms", "newton", "tangent"]),
     (load_cases, "load_cases.csv", []),
+    (paced, "paced.csv", []),
     (solvers, "solvers.csv", []),
 )
 

@@ -9,12 +9,13 @@ import pytest
 from bipot.errors import ResultsError
 from paper_figs import fig_total_error
 from studies.accuracy import calculix, total, total_tables
-from studies.accuracy.alone import Own, run
+from studies.accuracy.alone import run
+from studies.accuracy.choice import FOREIGN, OWN, Choice, Pace
 from studies.accuracy.deck import FACES, NODES, Deck
 from studies.accuracy.limits import Limit
 from studies.accuracy.spent import Ended
 from studies.accuracy.total_plan import FAST, Plan
-from studies.accuracy.total_row import FOREIGN, MARKS, OWN, SOLVED, Ratio, Row, errors, front, key, limits_of, ratios
+from studies.accuracy.total_row import MARKS, SOLVED, Ratio, Row, errors, front, key, limits_of, ratios
 from studies.tables import read_rows
 
 KEPT = Path(__file__).parents[1] / "docs" / "results"
@@ -170,8 +171,13 @@ def test_resumed_where_calculix_is_its_rows_come_in(results, tmp_path, capsys):
     assert all(len(line) == len(head) for line in lines)
 
 
+@pytest.mark.parametrize("pace", [Pace(accuracy=1e-3), Pace(increments=40)])
+def test_a_pace_is_told_by_its_words(pace):
+    assert Pace.of(str(pace)) == pace
+
+
 def test_a_run_that_folds_is_a_row_with_its_reason():
-    came = run(Own(0.3, "newton", "q9p1", "gauss3", "tensor", "nodes", 3, 0.0, 12), MARKS)
+    came = run(Choice(0.3, OWN, "newton", "q9p1", "gauss3", "tensor", "nodes", 3, "12 increments"), MARKS)
     assert 0 < len(came.forces) < len(MARKS)
     assert came.stopped
 

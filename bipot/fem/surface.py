@@ -1,7 +1,9 @@
 r"""Integrals over edges: the mass of tractions, and the follower force of a pressure with its derivative.
 
 An edge is the parabola through its three nodes (end, middle, end), or straight between two, x(s) = sum_a N_a x_a.
-Three Gauss points integrate what follows exactly, on a ring too: N_a, x' and the radius together are of degree five.
+Three Gauss points integrate polynomials of degree five exactly: the force, N_a x' r on a ring, and its derivative on
+every edge; the mass, N_a N_b |x'| r, on straight ones with the middle node in the middle, for on curved ones |x'| is no
+polynomial.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 def edge_mass(nodes: Floats, edges: Ints, geometry: Geometry) -> Floats:
     """M_ij = int N_i N_j dA (f, n, n) over edges (f, n) of node numbers; the full ring when axisymmetric.
+
+    By Gauss' rule of three points: on curved edges not exact (module docstring).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> edge_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()

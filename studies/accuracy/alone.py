@@ -1,6 +1,7 @@
 """One run of ``bipot`` in a process of its own, as a user would start it: ``python -m studies.accuracy.alone JOB``.
 
-``JOB`` is an :class:`Own` as JSON; what comes is a :class:`Came` on one line of standard output.
+``JOB`` is a :class:`~studies.accuracy.choice.Choice` and the marks, as JSON; what comes is a :class:`Came` on one line
+of standard output.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from bipot.layout import Layout
 from bipot.marching import Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.tools import Sampling
+from studies.accuracy.choice import Choice, Pace
 from studies.command import command, say
 from studies.element_types import ElementType
 from studies.methods import Method, Setting, configured
@@ -27,40 +29,27 @@ CUTS = 3
 """Few: a fold is not come round."""
 
 
-@dataclass(frozen=True)
-class Own:
-    """A run: enums by their values, increments by ``accuracy``, or where it is zero so many after a start-up."""
+def scene_of(job: Choice) -> Scene:
+    """The cylinder."""
+    kind = ElementType(job.element)
+    return upsetting(
+        mu=job.mu,
+        reduction=REDUCTION,
+        elements=job.elements,
+        element=kind.element,
+        volume=kind.volume,
+        quadrature=Quadrature(job.quadrature),
+        layout=Layout(job.layout),
+        sampling=Sampling(job.contact),
+    )
 
-    mu: float
-    form: str
-    element: str
-    quadrature: str
-    layout: str
-    contact: str
-    elements: int
-    accuracy: float
-    increments: int
 
-    def scene(self) -> Scene:
-        """The cylinder."""
-        kind = ElementType(self.element)
-        return upsetting(
-            mu=self.mu,
-            reduction=REDUCTION,
-            elements=self.elements,
-            element=kind.element,
-            volume=kind.volume,
-            quadrature=Quadrature(self.quadrature),
-            layout=Layout(self.layout),
-            sampling=Sampling(self.contact),
-        )
-
-    def schedule(self, marks: Sequence[float]) -> Schedule:
-        """With an end of an increment at each mark."""
-        landings = tuple(mark / REDUCTION for mark in marks if mark < REDUCTION)
-        if self.accuracy:
-            return Schedule(accuracy=self.accuracy, landings=landings)
-        return Schedule(self.increments, FIRST / REDUCTION, landings=landings)
+def schedule_of(job: Choice, marks: Sequence[float]) -> Schedule:
+    """With an end of an increment at each mark."""
+    pace, landings = Pace.of(job.schedule), tuple(mark / REDUCTION for mark in marks if mark < REDUCTION)
+    if pace.accuracy:
+        return Schedule(accuracy=pace.accuracy, landings=landings)
+    return Schedule(pace.increments, FIRST / REDUCTION, landings=landings)
 
 
 @dataclass(frozen=True)
@@ -75,13 +64,13 @@ class Came:
     stopped: str
 
 
-def run(job: Own, marks: Sequence[float]) -> Came:
+def run(job: Choice, marks: Sequence[float]) -> Came:
     """March; seconds count from the making of the scene on, without the imports."""
     began = time.process_time()
-    scene, control = configured(Method(job.form), job.scene(), Setting())
+    scene, control = configured(Method(job.form), scene_of(job), Setting())
     forces, passes, increments, stopped = list[float](), 0, 0, ""
     try:
-        for accepted in march(scene, job.schedule(marks), replace(control, cuts=CUTS)):
+        for accepted in march(scene, schedule_of(job, marks), replace(control, cuts=CUTS)):
             passes, increments = passes + accepted.passes, accepted.number
             if round(accepted.state.tau * REDUCTION, 9) in marks:
                 forces.append(float(-accepted.tool_force(0)[1]))
@@ -95,7 +84,7 @@ def run(job: Own, marks: Sequence[float]) -> Came:
 def main(argv: Sequence[str] | None = None) -> int:
     """Read a job, run it, say what came."""
     job, *marks = json.loads((sys.argv[1:] if argv is None else argv)[0])
-    say(json.dumps(asdict(run(Own(**job), marks))))
+    say(json.dumps(asdict(run(Choice(**job), marks))))
     return 0
 
 

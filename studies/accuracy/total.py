@@ -26,12 +26,13 @@ from statistics import median
 
 from bipot.progress import terminal
 from studies.accuracy import calculix
-from studies.accuracy.alone import Came, Own
+from studies.accuracy.alone import Came
 from studies.accuracy.calculix import Calculation
+from studies.accuracy.choice import FOREIGN, Choice
 from studies.accuracy.deck import Deck
 from studies.accuracy.spent import ended
 from studies.accuracy.total_plan import FAST, Plan
-from studies.accuracy.total_row import FOREIGN, MARKS, OWN, SOLVED, Key, Row, errors, key, limits_of, named, ratios
+from studies.accuracy.total_row import MARKS, SOLVED, Row, errors, key, limits_of, named, ratios
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text, write_csv
@@ -46,46 +47,47 @@ PENALISED = "penalty"
 class Task:
     """A run to be timed; ``ccx`` is where CalculiX is, for a deck."""
 
-    job: Own | Deck
+    job: Choice | Deck
     plan: Plan
     limits: Path
     ccx: str = ""
 
 
-def key_of(job: Own | Deck) -> Key:
+def key_of(job: Choice | Deck) -> Choice:
     """The key of the row that a job makes."""
-    if isinstance(job, Own):
-        pace = f"accuracy {job.accuracy:g}" if job.accuracy else f"{job.increments} increments"
-        return job.mu, OWN, job.form, job.element, job.quadrature, job.layout, job.contact, job.elements, pace
+    if isinstance(job, Choice):
+        return job
     pace = f"at most {job.longest:g}, penalty {job.stiffness:g}, {job.sticking:g}"
-    return job.mu, FOREIGN, PENALISED, job.element, "", "tensor", job.contact.lower(), job.elements, pace
+    return Choice(job.mu, FOREIGN, PENALISED, job.element, "", "tensor", job.contact.lower(), job.elements, pace)
 
 
 def run(task: Task) -> Row:
     """Run as often as the plan allows; times are medians."""
     plan, found = task.plan, list[tuple[Came | Calculation, float]]()
     while len(found) < plan.repeats:
-        found.append(alone(task.job) if isinstance(task.job, Own) else foreign(task.job, task.ccx))
+        found.append(alone(task.job) if isinstance(task.job, Choice) else foreign(task.job, task.ccx))
         if plan.repeats * found[0][1] > plan.row:
             break
     came = found[0][0]
-    forces = came.forces
+    error, end, band = errors(came.forces, limits_of(task.limits, task.job.mu))
     return Row(
-        *key_of(task.job),
-        came.unknowns,
-        came.increments,
-        came.passes,
-        forces[-1] if len(forces) == len(MARKS) else float("nan"),
-        *errors(forces, limits_of(task.limits, task.job.mu)),
-        median(one.seconds for one, _ in found),
-        median(whole for _, whole in found),
-        len(found),
-        version("bipot") if isinstance(task.job, Own) else calculix.version(task.ccx),
-        f"stopped: {came.stopped}" if came.stopped else SOLVED,
+        **asdict(key_of(task.job)),
+        unknowns=came.unknowns,
+        increments=came.increments,
+        passes=came.passes,
+        force_45_N=came.forces[-1] if len(came.forces) == len(MARKS) else float("nan"),
+        force_error=error,
+        end_error=end,
+        band=band,
+        seconds=median(one.seconds for one, _ in found),
+        process_seconds=median(whole for _, whole in found),
+        runs=len(found),
+        version=version("bipot") if isinstance(task.job, Choice) else calculix.version(task.ccx),
+        outcome=f"stopped: {came.stopped}" if came.stopped else SOLVED,
     )
 
 
-def alone(job: Own) -> tuple[Came, float]:
+def alone(job: Choice) -> tuple[Came, float]:
     """What came of a job in a process of its own, and all its processor seconds."""
     asked = json.dumps([asdict(job), *MARKS])
     done = ended([sys.executable, "-m", "studies.accuracy.alone", asked])

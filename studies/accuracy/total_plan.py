@@ -8,18 +8,16 @@ from dataclasses import dataclass
 from bipot.fem.elements import Quadrature
 from bipot.layout import Layout
 from bipot.tools import Sampling
-from studies.accuracy.alone import Own
+from studies.accuracy import choice
+from studies.accuracy.choice import Choice, Pace
 from studies.accuracy.deck import FACES, NODES, Deck
 from studies.element_types import ElementType
 from studies.methods import Method
 
-Pace = tuple[float, int]
-"""Accuracy and increments, one of them zero."""
-
 SIDES = (3, 6, 10, 20)
 COARSE = SIDES[:3]
-ACCURATE: tuple[Pace, ...] = ((1e-3, 0),)
-BOTH = (*ACCURATE, (0, 40))
+ACCURATE: tuple[Pace, ...] = (Pace(accuracy=1e-3),)
+BOTH = (*ACCURATE, Pace(increments=40))
 
 
 @dataclass(frozen=True)
@@ -34,14 +32,14 @@ class Series:
     sides: tuple[int, ...] = SIDES
     paces: tuple[Pace, ...] = ACCURATE
 
-    def jobs(self, mu: float) -> Iterator[Own]:
+    def jobs(self, mu: float) -> Iterator[Choice]:
         """Its runs; a linear element has twice as many along a side."""
         rule = (self.quadrature or self.kind.quadrature).value
         for side in self.sides:
             elements = side * (1 if self.kind.element.quadratic else 2)
             for pace in self.paces:
                 names = self.method.value, self.kind.value, rule, self.layout.value, self.contact.value
-                yield Own(mu, *names, elements, *pace)
+                yield Choice(mu, choice.OWN, *names, elements, str(pace))
 
 
 @dataclass(frozen=True)
@@ -106,7 +104,7 @@ class Plan:
     repeats: int = 3
     row: float = 8.0
 
-    def jobs(self) -> Iterator[Own]:
+    def jobs(self) -> Iterator[Choice]:
         """All runs of ``bipot``."""
         return (job for mu in self.mus for series in self.own for job in series.jobs(mu))
 
@@ -118,8 +116,8 @@ class Plan:
 FAST = Plan(
     mus=(0.1,),
     own=(
-        Series(ElementType.Q4P0, sides=(1,), paces=((1e-2, 0), (0, 12))),
-        Series(ElementType.Q4P0, sides=(1,), method=Method.TANGENT, paces=((1e-2, 0),)),
+        Series(ElementType.Q4P0, sides=(1,), paces=(Pace(accuracy=1e-2), Pace(increments=12))),
+        Series(ElementType.Q4P0, sides=(1,), method=Method.TANGENT, paces=(Pace(accuracy=1e-2),)),
     ),
     foreign=(Foreign("CAX8R", NODES, (2,), (0.02,)), Foreign("CAX4", FACES, (4,), (0.02,))),
     repeats=1,

@@ -13,35 +13,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from bipot.errors import ResultsError
+from studies.accuracy.choice import FOREIGN, OWN, Choice
 from studies.accuracy.limits import Limit
 from studies.tables import read_rows
 
-OWN, FOREIGN = "bipot", "CalculiX"
 MARKS = (0.10, 0.20, 0.30, 0.40, 0.45)
 SOLVED = "solved"
 LEVELS = (0.05, 0.02, 0.01, 0.005, 0.0025, 0.001)
 """Errors at which programs are compared."""
 
-Key = tuple[float, str, str, str, str, str, str, int, str]
-
 
 @dataclass(frozen=True)
-class Row:
+class Row(Choice):
     """Row of total.csv: ``seconds`` without the start of the program, ``process_seconds`` with it, medians of runs."""
 
-    mu: float
-    program: str
-    form: str
-    element: str
-    quadrature: str
-    layout: str
-    contact: str
-    elements: int
-    schedule: str
     unknowns: int
     increments: int
     passes: int
@@ -61,19 +50,9 @@ class Row:
         return math.nan if math.isnan(self.force_error) else max(self.force_error, self.band)
 
 
-def key(row: Row) -> Key:
+def key(row: Row) -> Choice:
     """What tells one row from another."""
-    return (
-        row.mu,
-        row.program,
-        row.form,
-        row.element,
-        row.quadrature,
-        row.layout,
-        row.contact,
-        row.elements,
-        row.schedule,
-    )
+    return Choice(*(getattr(row, field.name) for field in fields(Choice)))
 
 
 def limits_of(path: Path, mu: float) -> list[Limit]:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from bipot.fem.elements import Quadrature
+from studies.accuracy.choice import FOREIGN, OWN
 from studies.accuracy.tables import Lines
-from studies.accuracy.total_row import FOREIGN, MARKS, OWN, SOLVED, Ratio, Row, front, named
+from studies.accuracy.total_row import MARKS, SOLVED, Ratio, Row, front, named
 from studies.element_types import ElementType
 from studies.tables import read_rows
 

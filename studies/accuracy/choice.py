@@ -1,0 +1,44 @@
+"""What the study of the total error runs, and by what it tells one run from another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+OWN, FOREIGN = "bipot", "CalculiX"
+ACCURACY, INCREMENTS = "accuracy", "increments"
+
+
+class Pace(NamedTuple):
+    """Increments of ``bipot``: by ``accuracy``, or where it is zero so many after a start-up.
+
+    >>> Pace.of(str(Pace(accuracy=1e-3))), Pace.of(str(Pace(increments=40)))
+    (Pace(accuracy=0.001, increments=0), Pace(accuracy=0.0, increments=40))
+    """
+
+    accuracy: float = 0.0
+    increments: int = 0
+
+    def __str__(self) -> str:
+        return f"{ACCURACY} {self.accuracy:g}" if self.accuracy else f"{self.increments} {INCREMENTS}"
+
+    @classmethod
+    def of(cls, words: str) -> Pace:
+        """The one of which these are the words."""
+        first, second = words.split()
+        return cls(accuracy=float(second)) if first == ACCURACY else cls(increments=int(first))
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A run: program, form, discretisation and schedule by their names; of ``bipot`` the words of a :class:`Pace`."""
+
+    mu: float
+    program: str
+    form: str
+    element: str
+    quadrature: str
+    layout: str
+    contact: str
+    elements: int
+    schedule: str

@@ -1,0 +1,171 @@
+r"""What increments by accuracy err and cost, beside the cheapest equal ones that err no more, in five small scenes.
+
+    python -m studies.accuracy.paced [--fast] [--resume | --overwrite] [--out DIR]
+
+``DIR/paced.csv`` has a row a scene (:mod:`studies.accuracy.paced_scenes`) and accuracy. With F_k the force of the tool
+at the end of increment k, and F*_k that of a march with each of these increments in :data:`FINER` parts,
+
+    true_error = max_k |F_k - F*_k| / max |F*|,
+
+increments left out in which a node touches for the first time. The columns ``uniform_...`` are of the march of fewest
+passes among those in :data:`FEWEST` equal increments and more whose true error is no larger than that, nan where none
+is found. ``ratio`` is passes over ``uniform_passes``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from bipot.contact import carries
+from bipot.forms import Dissipation, Newton, Tangent
+from bipot.marching import Control, Schedule, march
+from bipot.progress import terminal
+from bipot.scene import Scene
+from bipot.typing import Floats
+from studies.accuracy.paced_scenes import SCENES
+from studies.command import command, say
+from studies.outputs import add_options, opened
+from studies.tables import text
+
+NAME = "paced"
+CONTROL = Control(Newton(), (Tangent(), Dissipation()))
+FEWEST, FINER = 4, 8
+"""Equal increments at least, of fewer hardly one is without a landing; parts of an increment in the finer march."""
+
+Key = tuple[str, float]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Scenes by name, accuracies, and how many equal increments are tried at ``most``."""
+
+    scenes: tuple[str, ...] = tuple(SCENES)
+    accuracies: tuple[float, ...] = (1e-3, 3e-4, 1e-4)
+    most: int = 100
+
+    def keys(self) -> Iterator[Key]:
+        """Of all rows."""
+        return ((scene, accuracy) for scene in self.scenes for accuracy in self.accuracies)
+
+
+FAST = Plan(scenes=("block",), accuracies=(1e-3, 3e-4), most=7)
+
+
+@dataclass(frozen=True)
+class Row:
+    """Row of paced.csv; errors are fractions of the force."""
+
+    scene: str
+    accuracy: float
+    true_error: float
+    increments: int
+    passes: int
+    uniform_error: float
+    uniform_increments: float
+    uniform_passes: float
+    ratio: float
+
+
+def key(row: Row) -> Key:
+    """What tells one row from another."""
+    return row.scene, row.accuracy
+
+
+@dataclass(frozen=True)
+class Course:
+    """A march: pseudo-times (k,) at the ends of its increments, forces (k,) of the tool along 1, passes in all."""
+
+    scene: Scene
+    taus: Floats
+    forces: Floats
+    passes: int
+
+    @cached_property
+    def error(self) -> float:
+        """The true one (module docstring)."""
+        ends = self.taus.tolist()
+        spans = list(pairwise([0.0, *ends]))
+        parts = [tau for a, b in spans for tau in np.linspace(a, b, FINER + 1)[1:].tolist()]
+        steps = list(march(self.scene, Schedule(1, landings=tuple(parts[:-1])), CONTROL))
+        fine = {step.state.tau: float(step.tool_forces[0, 1]) for step in steps}
+        touched = np.logical_or.accumulate([carries(step.solved.r) for step in steps])
+        lands = np.array(list(fine)[1:])[(touched[1:] & ~touched[:-1]).any(axis=1)]
+        apart = [not ((lands > a) & (lands <= b)).any() for a, b in spans]
+        missed = np.abs(self.forces - [fine[tau] for tau in ends])
+        return float(missed[apart].max()) / max(map(abs, fine.values()))
+
+
+def run(scene: Scene, schedule: Schedule) -> Course:
+    """March to the end."""
+    steps = list(march(scene, schedule, CONTROL))
+    ends, forces = np.array([(step.state.tau, step.tool_forces[0, 1]) for step in steps]).T
+    return Course(scene, ends, forces, sum(step.passes for step in steps))
+
+
+def cheapest(uniform: Callable[[int], Course], error: float, most: int) -> Course | None:
+    """The march of fewest passes among those in :data:`FEWEST` to ``most`` equal increments that err no more."""
+    best: Course | None = None
+    for increments in range(FEWEST, most + 1):
+        # An increment takes a pass at least.
+        if best and increments >= best.passes:
+            break
+        tried = uniform(increments)
+        if (best is None or tried.passes < best.passes) and tried.error <= error:
+            best = tried
+    return best
+
+
+def rows(name: str, accuracies: Sequence[float], most: int) -> Iterator[Row]:
+    """Of a scene."""
+    scene = SCENES[name]()
+
+    @cache
+    def uniform(increments: int) -> Course:
+        return run(scene, Schedule(increments))
+
+    for accuracy in accuracies:
+        own = run(scene, Schedule(accuracy=accuracy))
+        best = cheapest(uniform, own.error, most)
+        error, count, passes = (best.error, float(len(best.taus)), float(best.passes)) if best else (math.nan,) * 3
+        yield Row(name, accuracy, own.error, len(own.taus), own.passes, error, count, passes, own.passes / passes)
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run scene by scene, rewriting the table after each row."""
+    parser = argparse.ArgumentParser(
+        prog=f"studies.accuracy.{NAME}", description="Increments by accuracy beside equal ones.", allow_abbrev=False
+    )
+    parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
+    parser.add_argument("--fast", action="store_true", help="one scene, few equal increments")
+    add_options(parser)
+    asked = parser.parse_args(argv)
+    plan = FAST if asked.fast else Plan()
+    fixed = {"finer": FINER, "fewest": FEWEST, "most": plan.most}
+    table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=plan.keys())
+    progress = terminal()
+    progress.start(f"accuracy.{NAME}")
+    try:
+        for done, name in enumerate(plan.scenes, 1):
+            missing = [accuracy for accuracy in plan.accuracies if (name, accuracy) not in table]
+            for row in rows(name, missing, plan.most):
+                table.add(row)
+            progress.advance(done / len(plan.scenes), name)
+    finally:
+        progress.close()
+    say(text(table.rows, list(Row.__dataclass_fields__)))
+    say(f"results in {asked.out.resolve()}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
