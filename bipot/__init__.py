@@ -5,7 +5,7 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, ShapedTool, Plane, Circle, Sampling, Force
+* tools: FlatTool, ShapedTool, Plane, Circle, Sampling, Force, Turn
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -68,6 +68,7 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
+from bipot.poses import Turn
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
@@ -150,6 +151,7 @@ __all__ = [
     "Tangent",
     "TangentKind",
     "Traction",
+    "Turn",
     "UnboundedProgram",
     "UnsuitedForm",
     "Uzawa",

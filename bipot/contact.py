@@ -30,7 +30,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
-from bipot.meeting import Meeting, slopes
+from bipot.meeting import Going, Meeting, slopes
 from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
@@ -84,21 +84,19 @@ class Candidates:
     @cached_property
     def frames(self) -> Floats:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        return slopes(self.scene.tools, self._owned, self.mean(self.scene.mesh.nodes))
+        at_rest = np.zeros((len(self.scene.tools), 3))
+        return slopes(self.scene.tools, self._owned, self.mean(self.scene.mesh.nodes), at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
-        """Those of ``nodes`` (a, 2) at tools displaced by ``placed`` (k, d)."""
-        if not self.curved:
-            return self.frames
-        return slopes(self.scene.tools, self._owned, self.mean(nodes) - placed[self.tool])
+        """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
+        return slopes(self.scene.tools, self._owned, self.mean(nodes), placed) if self.curved else self.frames
 
-    def meeting(self, gap: Floats, nodes: Floats, placed: Floats, du: Floats, travel: Floats) -> Meeting:
-        """Where candidates meet tools that go on by ``travel`` (k, d) while nodes go by ``du`` (a, d).
+    def meeting(self, gap: Floats, nodes: Floats, placed: Floats, du: Floats, advance: Floats) -> Meeting:
+        """Where candidates meet tools that go on by ``advance`` (k, 3) while nodes go by ``du`` (a, d).
 
-        They start at ``nodes`` (a, d) and ``placed`` (k, d) with the gaps (c,).
+        They start at ``nodes`` (a, d) and in the poses ``placed`` (k, 3) with the gaps (c,).
         """
-        place, by = self.mean(nodes) - placed[self.tool], self.mean(du) - travel[self.tool]
-        return Meeting.at(self.scene.tools, self._owned, gap, place, by)
+        return Meeting.at(self.scene.tools, self._owned, gap, Going(self.mean(nodes), self.mean(du), placed, advance))
 
     def mean(self, nodal: Floats) -> Floats:
         """A nodal field (a, d) at the candidates (c, d)."""
@@ -109,26 +107,41 @@ class Candidates:
         return np.asarray(self.weights.T @ vectors)
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
-        """Gap (c,) of ``nodes`` (a, 2) to the tools displaced by ``placed`` (k, d), good to its round-off."""
+        """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
         gap, at = np.empty(len(self.node)), self.mean(nodes)
-        for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
-            gap[mine] = tool.distance(at[mine], moved)
+        for mine, tool, pose in zip(self._owned, self.scene.tools, placed, strict=True):
+            gap[mine] = tool.distance(at[mine], pose)
         return gap
 
     def places(self, nodes: Floats, placed: Floats) -> Floats:
         """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
         out, at = np.empty(len(self.node)), self.mean(nodes)
-        for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
-            out[mine] = tool.face.size(at[mine], moved)
+        for mine, tool, pose in zip(self._owned, self.scene.tools, placed, strict=True):
+            out[mine] = tool.places(at[mine], pose)
         return out
 
-    def reach(self, gap: Floats, travel: Floats) -> float:
+    def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
-        ``gap`` (c,) is that at the end if the body rests.
+        Where it turns, with what its turn has ``swept`` (c, d) along at the nearest candidate. ``gap`` (c,) is that at
+        the end if the body rests.
         """
-        near = (self._owned & (gap <= REACH * self.scene.mesh.size)).any(axis=1)
-        return float(norm(travel)[near].max(initial=0.0))
+        near = self._owned & (gap <= REACH * self.scene.mesh.size)
+        lengths = norm(travel)
+        for k in np.flatnonzero(self.scene.turning & near.any(axis=1)).tolist():
+            lengths[k] += norm(swept[self._owned[k]][np.argmin(gap[self._owned[k]])])
+        return float(lengths[near.any(axis=1)].max(initial=0.0))
+
+    def swept(self, nodes: Floats, placed: Floats, advance: Floats) -> Floats:
+        """How far (c, d) turns take the tools' points at the candidates of ``nodes`` (a, d), half an ``advance`` on."""
+        out = np.zeros((len(self.node), 2))
+        if not self.scene.turning.any():
+            return out
+        at = self.mean(nodes)
+        for mine, tool, pose, by in zip(self._owned, self.scene.tools, placed, advance, strict=True):
+            if tool.turn is not None:
+                out[mine] = tool.turn.carried(at[mine], pose, by)
+        return out
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Contact forces r (c, d) on the body as vectors (c, d), by ``frames`` (c, d, d) or by those at rest."""
@@ -141,6 +154,15 @@ class Candidates:
     def sums(self, vectors: Floats) -> Floats:
         """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
         return self._owned @ vectors
+
+    def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
+        """Moments (k,) of vectors (c, d) at the candidates of ``nodes`` (a, d) about the centres of tools that turn."""
+        out, at = np.zeros(len(self.scene.tools)), self.mean(nodes)
+        for k, (mine, tool, pose) in enumerate(zip(self._owned, self.scene.tools, placed, strict=True)):
+            if tool.turn is not None:
+                arm = at[mine] - tool.turn.centre - pose[:2]
+                out[k] = np.sum(arm[:, 0] * vectors[mine, 1] - arm[:, 1] * vectors[mine, 0])
+        return out
 
     def load(self, r: Floats, frames: Floats) -> Floats:
         """What contact forces r (c, d) in ``frames`` (c, d, d) do on the free unknowns (n,), whatever the friction."""

@@ -71,7 +71,8 @@ class Energies:
         r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
         motion = solved.iterate.motion
         opened = motion[:, 0] - start.gap
-        tools = float(np.vdot(system.candidates.sums(_pushed(solved, r, theta)), solved.iterate.tool_travel))
+        pushed, travel = _pushed(solved, r, theta), solved.iterate.tool_travel
+        tools = float(np.vdot(system.candidates.sums(pushed), travel) + np.vdot(pushed, increment.swept(travel)))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
         return self._plus(

@@ -41,11 +41,26 @@ class Increment:
 
     def meeting(self, du: Floats, travel: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
-        return self.system.candidates.meeting(self.start.gap, self.start.nodes, self.placed_before, du, travel)
+        start, advance = self.start, self.advance(travel)
+        return self.system.candidates.meeting(start.gap, start.nodes, self.placed_before, du, advance)
+
+    def advance(self, travel: Floats) -> Floats:
+        """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
+        return np.column_stack([travel, self.turned])
+
+    @cached_property
+    def turned(self) -> Floats:
+        """The angle (k,) by which each tool turns."""
+        turns = [tool.turn for tool in self.system.body.scene.tools]
+        return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
+
+    def swept(self, travel: Floats) -> Floats:
+        """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
+        return self.system.candidates.swept(self.start.nodes, self.placed_before, self.advance(travel))
 
     @cached_property
     def placed_before(self) -> Floats:
-        """Displacement (k, d) of each tool since rest at the start."""
+        """Pose (k, 3) of each tool at the start."""
         return self.system.body.scene.placed(self.start.tau, self.start.translation)
 
     @cached_property
@@ -111,7 +126,7 @@ class Increment:
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.travel)
+        return self.system.candidates.reach(self.rows.gap, self.travel, self.swept(self.travel))
 
     @cached_property
     def inside(self) -> float:
@@ -173,6 +188,11 @@ class Iterate:
         """Displacement (tools, d) of each tool."""
         travel = self.increment.travel
         return travel + self.increment.system.body.scene.led(self.translated) if self.translated.size else travel
+
+    @cached_property
+    def placed(self) -> Floats:
+        """Pose (k, 3) of each tool."""
+        return self.increment.placed_before + self.increment.advance(self.tool_travel)
 
     @property
     def length(self) -> float:
@@ -249,6 +269,15 @@ class Iterate:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
         return self.increment.system.candidates.resultant(self.increment.rubbed(r), self.frames)
 
+    def tool_moments(self, r: Floats) -> Floats:
+        """Moment (tools,) of each tool that turns on the modelled body, about its centre, under r (c, d); 0 of others.
+
+        A unit of thickness's, anticlockwise.
+        """
+        contacts = self.increment.system.candidates
+        nodes = self.increment.start.nodes + self.response.du
+        return contacts.moments(contacts.vectors(r, self.frames), nodes, self.placed)
+
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
         system = self.increment.system
@@ -259,6 +288,9 @@ class Iterate:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
+        if increment.turned.any():
+            contacts = increment.system.candidates
+            tools += np.vdot(contacts.vectors(r, self.frames), increment.swept(self.tool_travel))
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

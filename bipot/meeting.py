@@ -1,6 +1,6 @@
 r"""Where candidates meet their tools at the end of an increment, and how that changes as they move.
 
-A candidate at y relative to its tool goes to y + dy in the increment. Its gap at the end is that at the start and what
+A candidate that its tool sees at y goes to y + dy in the increment. Its gap at the end is that at the start and what
 it grew by; its slip is the arc of the surface between the nearest points of start and end, so slips add up over
 increments (:mod:`bipot.surfaces`). Forces r = (r_n, r_t) dual to them are, with frame n, t and curvature c at the end,
 
@@ -15,12 +15,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from bipot.surfaces import frames
 from bipot.tools import Tool
 from bipot.typing import Bools, Floats
+
+
+class Going(NamedTuple):
+    """Points x (c, d) that go ``by`` (c, d) while tools in the poses ``placed`` (k, 3) go on by ``advance`` (k, 3)."""
+
+    x: Floats
+    by: Floats
+    placed: Floats
+    advance: Floats
 
 
 @dataclass(frozen=True)
@@ -35,17 +45,17 @@ class Meeting:
     crossed: Bools
 
     @staticmethod
-    def at(tools: Sequence[Tool], owned: Bools, gap: Floats, place: Floats, by: Floats) -> Meeting:
-        """Of candidates at a ``place`` (c, d) relative to their tools with a ``gap`` (c,) there, that go ``by`` (c, d).
-
-        ``owned`` (k, c) says whose they are.
-        """
-        motion, normal, curvature = np.empty_like(place), np.empty_like(place), np.empty(len(place))
-        crossed = np.zeros(len(place), dtype=bool)
-        for mine, tool in zip(owned, tools, strict=True):
-            crossed[mine] = tool.face.crossed(place[mine], by[mine])
-            motion[mine] = tool.face.passed(place[mine], by[mine])
-            _, normal[mine], curvature[mine] = tool.face.distance(place[mine] + by[mine])
+    def at(tools: Sequence[Tool], owned: Bools, gap: Floats, going: Going) -> Meeting:
+        """Of candidates that start with a ``gap`` (c,) and are ``going``; ``owned`` (k, c) says whose they are."""
+        motion, normal, curvature = np.empty_like(going.x), np.empty_like(going.x), np.empty(len(gap))
+        crossed = np.zeros(len(gap), dtype=bool)
+        for mine, tool, pose, advance in zip(owned, tools, going.placed, going.advance, strict=True):
+            place = tool.own(going.x[mine], pose)
+            by = tool.going(going.x[mine], going.by[mine], pose, advance)
+            crossed[mine] = tool.face.crossed(place, by)
+            motion[mine] = tool.face.passed(place, by)
+            _, own, curvature[mine] = tool.face.distance(place + by)
+            normal[mine] = tool.turned(own, pose + advance)
         motion[:, 0] += gap
         return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, crossed)
 
@@ -59,11 +69,12 @@ class Meeting:
         return c * (push * turned - shear * (crossed + crossed.transpose(0, 2, 1)))
 
 
-def slopes(tools: Sequence[Tool], owned: Bools, place: Floats) -> Floats:
-    """Derivatives (c, d, d) of gap and arc of candidates at a ``place`` (c, d) relative to their tools."""
-    gap, normal, curvature = np.empty(len(place)), np.empty_like(place), np.empty(len(place))
-    for mine, tool in zip(owned, tools, strict=True):
-        gap[mine], normal[mine], curvature[mine] = tool.face.distance(place[mine])
+def slopes(tools: Sequence[Tool], owned: Bools, x: Floats, placed: Floats) -> Floats:
+    """Derivatives (c, d, d) of gap and arc of candidates at x (c, d), their tools in the poses ``placed`` (k, 3)."""
+    gap, normal, curvature = np.empty(len(x)), np.empty_like(x), np.empty(len(x))
+    for mine, tool, pose in zip(owned, tools, placed, strict=True):
+        gap[mine], own, curvature[mine] = tool.face.distance(tool.own(x[mine], pose))
+        normal[mine] = tool.turned(own, pose)
     return _slopes(gap, normal, curvature)
 
 

@@ -28,14 +28,14 @@ HALVINGS = 52
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """Largest penetration of ``nodes`` (a, 2) and edges into the tools, over the body size; 0 if none.
 
-    The tools are displaced by ``placed`` (k, d) since rest.
+    The tools are in the poses ``placed`` (k, 3).
 
     All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
     """
     deepest = 0.0
-    for tool, moved in zip(scene.tools, placed, strict=True):
+    for tool, pose in zip(scene.tools, placed, strict=True):
         edges = nodes[scene.mesh.edges(*tool.candidates)]
-        gap = least(tool.distance(edges, moved)) if tool.flat else least_along(tool, edges - moved)
+        gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
         deepest = max(deepest, -float(gap.min()))
     return deepest / scene.mesh.size
 

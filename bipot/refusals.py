@@ -56,8 +56,8 @@ def _refuse_between(iterate: Iterate) -> None:
     """Refuse tools that come into the body between two nodes, which feel nothing of it."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
-        start = increment.start.nodes - increment.placed_before[k]
-        passed = between(scene.mesh, tool, start, start + iterate.response.du - iterate.tool_travel[k])
+        start, before, after = increment.start.nodes, increment.placed_before[k], iterate.placed[k]
+        passed = between(scene.mesh, tool, tool.own(start, before), tool.own(start + iterate.response.du, after))
         if passed is not None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"
@@ -70,7 +70,7 @@ def _refuse_image(iterate: Iterate) -> None:
     nodes = increment.start.nodes + iterate.response.du
     for plane in scene.planes:
         for k, tool in enumerate(scene.tools):
-            depth = image_depth(plane, scene.mesh, tool, nodes, increment.placed_before[k] + iterate.tool_travel[k])
+            depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
             if depth > TOUCHES * scene.mesh.size:
                 beyond = f"beyond x_{plane.direction} = {plane.position:g}"
                 said = f"the mirror image of tools[{k}] {beyond} comes {depth:.2g} deep into the body"

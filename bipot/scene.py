@@ -141,7 +141,8 @@ class Scene:
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
-        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed)]
+        turns = [tool.turn for tool in self.tools if tool.turn is not None]
+        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed, *turns)]
         paths = [*changing, *(tool.path for tool in self.tools)]
         return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
@@ -159,6 +160,11 @@ class Scene:
         return np.array([tool.driven_by is not None for tool in self.tools], dtype=bool)
 
     @cached_property
+    def turning(self) -> Bools:
+        """Which tools (k,) turn."""
+        return np.array([tool.turn is not None for tool in self.tools], dtype=bool)
+
+    @cached_property
     def pushed(self) -> tuple[Force, ...]:
         """The forces (m,) that drive tools, tool by tool."""
         return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
@@ -173,8 +179,10 @@ class Scene:
         return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Displacement (k, d) of each tool since rest at ``tau``, by ``translation`` (m,) where forces drive it."""
-        return self.travel(0.0, tau) + self.led(translation)
+        """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by ``translation`` (m,) where forces drive it."""
+        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, 3)
+        poses[:, :2] += self.led(translation)
+        return poses
 
     def led(self, translation: Floats) -> Floats:
         """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
@@ -235,10 +243,15 @@ class Scene:
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
         allowed = "off the body: a part of it is in there, between nodes that do not feel it"
         require(not inside(self.mesh, tool), f"{label}.surface", tool.face, allowed)
+        if tool.turn is not None:
+            ring = self.geometry is not Geometry.AXISYMMETRIC
+            require(ring, f"{label}.turn", tool.turn, "None in an axisymmetric scene: a tool is all around its axis")
+            let_go = f"boundaries of free nodes: the tool turns, and a support holds one of {names}"
+            require(bool(free.all()), f"{label}.candidates", names, let_go)
         force = tool.driven_by
         along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
         require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
-        depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(2)).min())
+        depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(3)).min())
         outside = force is None or depth <= INSIDE * self.mesh.size
         off = f"off the body, not inside it by {depth:.3g}: a force drives it"
         require(outside, f"{label}.point", tool.face, off)

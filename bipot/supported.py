@@ -26,7 +26,7 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: gaps (c,), nodes (a, d), and what the tools have ``placed`` (k, d) since rest."""
+    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, 3) of the tools."""
 
     gap: Floats
     nodes: Floats
@@ -36,13 +36,13 @@ class Touching(NamedTuple):
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
     """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
 
-    Tools are displaced by ``placed`` (k, d) since rest, held nodes by what is ``driven`` (a, d).
+    Tools are in the poses ``placed`` (k, 3), held nodes displaced by what is ``driven`` (a, d).
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
-    for k, (tool, nodes, moved) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
-        held, face = nodes_at[nodes], tool.face
+    for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
+        held = nodes_at[nodes]
         # What round-off of the two positions makes of their difference is no depth.
-        depth = -face.gap(held, moved) - ROUND_OFF * face.size(held, moved)
+        depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
         if len(nodes) and depth.max() > worst.depth:
             worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
     return worst

@@ -87,8 +87,8 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
 
     Raises:
         SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
-            that travels off it, or whose mirror image is in the modelled part; a body force along the normal of a
-            plane, or a point force in it along that.
+            that travels off it or turns, or whose mirror image is in the modelled part; a body force along the normal
+            of a plane, or a point force in it along that.
     """
     for plane in planes:
         d = plane.direction
@@ -99,7 +99,9 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             require(not cut or tool.travel[d] == 0, f"tools[{k}].travel", tool.travel, halves)
             whole = force is None or force.vector[d] == 0 or not cut
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
-            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(2))
+            rests = not cut or tool.turn is None
+            require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(3))
             apart = (
                 f"such that its mirror image beyond x_{d} = {plane.position:g} is off the body, not {depth:.3g} in it"
             )
@@ -108,8 +110,8 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
 
 
-def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, moved: Floats) -> float:
-    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool that has ``moved`` (d,) since rest.
+def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
 
     Of a tool that the plane cuts it is the tool itself, and the depth zero.
     """
@@ -117,7 +119,7 @@ def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, moved: Floa
         return 0.0
     x = nodes[mesh.boundary_nodes(*tool.candidates)]
     x[:, plane.direction] = 2 * plane.position - x[:, plane.direction]
-    return max(0.0, -float(tool.distance(x, moved).min()))
+    return max(0.0, -float(tool.distance(x, pose).min()))
 
 
 def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:

@@ -21,6 +21,7 @@ from bipot.errors import (
 )
 from bipot.frozen import FrozenMap
 from bipot.paths import POINTS, RAMP, Amplitude, Path, checked, multiples, pair
+from bipot.poses import Turn, rotation
 from bipot.surfaces import ACROSS, Plane, Surface, direction, place
 from bipot.typing import Floats
 
@@ -96,6 +97,7 @@ class Tool:
     mu_at: Mapping[int, float]
     driven_by: Force | None
     sampling: Sampling
+    turn: Turn | None = None
 
     @cached_property
     def face(self) -> Surface:
@@ -104,8 +106,8 @@ class Tool:
 
     @property
     def flat(self) -> bool:
-        """Whether the normal is the same everywhere."""
-        return isinstance(self.face, Plane)
+        """Whether the normal is the same everywhere, and stays so."""
+        return isinstance(self.face, Plane) and self.turn is None
 
     def _check(self) -> None:
         """Refuse what no tool has, and keep the rest as plain numbers."""
@@ -140,9 +142,29 @@ class Tool:
         """Whether contact points are tied instead of sliding."""
         return bool(np.isinf(self.mu))
 
-    def distance(self, x: Floats, moved: Floats) -> Floats:
-        """Gaps (…) of points x (…, d) to the surface where the tool has ``moved`` (d,) since rest."""
-        return self.face.gap(x, moved)
+    def distance(self, x: Floats, pose: Floats) -> Floats:
+        """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
+        return self.face.gap(x, pose[:2]) if self.turn is None else self.face.gap(self.own(x, pose), np.zeros(2))
+
+    def places(self, x: Floats, pose: Floats) -> Floats:
+        """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
+        return self.face.size(x, pose[:2]) if self.turn is None else self.face.size(self.own(x, pose), pose[:2])
+
+    def own(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""
+        return x - pose[:2] if self.turn is None else self.turn.own(x, pose)
+
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, which goes on by ``advance`` (3,)."""
+        return by - advance[:2] if self.turn is None else self.turn.going(x, by, pose, advance)
+
+    def turned(self, vectors: Floats, pose: Floats) -> Floats:
+        """Vectors (…, d) of the tool at rest as they are in its ``pose`` (3,)."""
+        return vectors if self.turn is None else vectors @ rotation(pose[2]).T
+
+    def pose(self, tau: float) -> Floats:
+        """How far (3,) the tool has gone along its path since rest, and by what angle turned."""
+        return np.array([*self.moved(0.0, tau), 0.0 if self.turn is None else self.turn.at(tau)])
 
     def moved(self, tau: float, tau_end: float) -> Floats:
         """Displacement (d,) along the path from pseudo-time ``tau`` to ``tau_end``.
@@ -210,10 +232,11 @@ class FlatTool(Tool):
 class ShapedTool(Tool):
     """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
 
-    So far it goes its path, and the law is posed at the nodes.
+    It goes its path, and may ``turn`` meanwhile: what slips on it slips against the point of the tool that it touches.
+    So far no force drives it, and the law is posed at the nodes.
 
     Raises:
-        SceneError: as :class:`FlatTool`; a force that drives it, weighted sampling.
+        SceneError: as :class:`FlatTool`; a turn that is none, a force that drives it, weighted sampling.
     """
 
     surface: Surface
@@ -224,9 +247,11 @@ class ShapedTool(Tool):
     mu_at: Mapping[int, float] = field(default_factory=dict)
     driven_by: Force | None = None
     sampling: Sampling = Sampling.NODES
+    turn: Turn | None = None
 
     def __post_init__(self) -> None:
         require_type(self.surface, Surface, "tool.surface")
+        require_type(self.turn, Turn, "tool.turn", optional=True)
         self._check()
         require(self.driven_by is None, "tool.driven_by", self.driven_by, "None: only a FlatTool is driven by a force")
         nodal = self.sampling is Sampling.NODES

@@ -20,6 +20,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
 from bipot.loads import Traction
 from bipot.marching import Control, march
+from bipot.poses import Turn
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supports import Support
@@ -46,14 +47,22 @@ def derivative(f, x, v, h=1e-5):
 
 
 SURFACES = (Circle((0.1, 1.5), 0.5), Circle((-0.3, -1.5), 2.9, concave=True))
+TURNS = (None, Turn(0.3, (0.2, 1.1)))
 
 
 @pytest.mark.parametrize("geometry", PLANES)
 @pytest.mark.parametrize("surface", SURFACES)
-def test_rows_and_newtons_tangent_are_derivatives(geometry, surface):
+@pytest.mark.parametrize("turn", TURNS, ids=["still", "turning"])
+def test_rows_and_newtons_tangent_are_derivatives(geometry, surface, turn):
     """Of motion, and of what is unbalanced, where contact forces turn: by Richardson's rule."""
     rng = np.random.default_rng(7)
-    increment, x, r = start_of(pressed(geometry, surface, elements=2), rng)
+    if turn is not None and geometry is Geometry.AXISYMMETRIC:
+        pytest.skip("a tool is all around the axis")
+    scene = pressed(geometry, surface, elements=2)
+    if turn is not None:
+        free = dragged(elements=2)
+        scene = replace(free, tools=(replace(free.tools[0], surface=surface, turn=turn),))
+    increment, x, r = start_of(scene, rng)
     here = increment.at(x)
     space, rows = increment.system.body.space, here.rows
     np.testing.assert_allclose(rows.motion(x), here.motion, rtol=0, atol=1e-16)

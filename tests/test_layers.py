@@ -35,6 +35,7 @@ LAYERS = (
         "mesh",
         "mesh_files",
         "paths",
+        "poses",
         "surfaces",
         "tools",
     ),

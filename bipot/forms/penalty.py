@@ -145,7 +145,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
-    closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))), scene.mesh.size)
+    closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))), scene.mesh.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
     area = edge_mass(scene.mesh.nodes, lines, scene.geometry).sum()
     ends = scene.mesh.nodes[lines[:, [0, -1]]]

@@ -54,6 +54,7 @@ def _described(scene: Scene) -> dict[str, Any]:
                 **{name: getattr(t, name) for name in ("travel", "path", "candidates", "mu")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
                 "sampling": t.sampling.value,
+                **({} if t.turn is None else {"turn": repr(t.turn)}),
                 "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
             }
             for t in scene.tools
