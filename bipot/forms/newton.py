@@ -187,8 +187,8 @@ class Newton:
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
         if last is not None and falls and last.pieces.same(here.pieces):
-            # Its matrix is that of an earlier iterate; what must vanish is of this one.
-            return replace(last, frames=frames)
+            # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
+            return replace(last, frames=frames, pieces=here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
         return Linearised.of(setup.data(element), frames, here.pieces)
