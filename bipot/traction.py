@@ -79,14 +79,14 @@ def traction(iterate: Iterate, r: Floats) -> Traction:
 
 
 def tractions(
-    candidates: Candidates, nodes: Floats, r: Floats, closed: Bools, rows: ContactRows
+    candidates: Candidates, nodes: Floats, r: Floats, closed: Bools, rows: ContactRows | None = None
 ) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
 
     Within sign and cone, or what a cap of ``rows`` leaves of it, to the last digit: what the forces themselves miss,
     round-off of an accepted increment, is projected.
     """
-    mu = _quotients(candidates.mu, r, rows)
+    mu = candidates.mu if rows is None else _quotients(candidates.mu, r, rows)
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
         edges = contact_edges(candidates, number, closed)

@@ -173,8 +173,8 @@ class Newton:
         dx, new = linearised.step(iterate.residual, here.motion, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # Where there is no force, what is left of it is the round-off of its row.
-        forces = np.where(there.pieces.none, 0.0, there.r)
+        # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
+        forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 

@@ -105,6 +105,12 @@ class Pieces:
         out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
         return out
 
+    def at_caps(self, r: Floats) -> Floats:
+        """Forces r (c, d) with the friction of what slides at a fixed radius, which the law knows without them."""
+        out, known = r.copy(), (self.fixed > 0) & self.disc.slides
+        out[known, 1:] = self.fixed[known, None] * self.disc.direction[known]
+        return out
+
     @property
     def none(self) -> Bools:
         """Which forces (c, d) the law says are none."""
