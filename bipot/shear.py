@@ -10,7 +10,7 @@ area, where equilibrium is asked, and never negative:
                 place makes one negative (on straight quadratic edges they are 1, 4, 1 sixths, and 0 on the axis),
     weighted    int psi_p dA > 0 (:mod:`bipot.sampling`).
 
-An edge counts as far as it lies on the tool: with g its largest gap at a node and h its length,
+An edge counts as far as it lies on the tool: with g the largest gap of its points and h its length,
 w_e = min(max(1 - g/(LIES h), 0), 1). So a free side that meets a punch at a corner adds nothing to the area there, one
 that folds onto it comes in without a jump, and an edge of which one node has come to a circle does so in part.
 
@@ -58,7 +58,8 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
     for number, (tool, points, moved) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         own, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
-        flat = lying(nodes[lines], tool.distance(nodes[lines], moved)) * k[scene.mesh.owners(*tool.candidates)]
+        gap = tool.distance(np.asarray(points.weights @ nodes), moved)[points.edges]
+        flat = lying(nodes[lines], gap) * k[scene.mesh.owners(*tool.candidates)]
         total = np.zeros(len(own))
         np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))
         carried[own[own >= 0]] = total[own >= 0]
@@ -79,6 +80,6 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 
 
 def lying(x: Floats, gap: Floats) -> Floats:
-    """How far edges at x (f, n, d) with gaps (f, n) lie on the tool (f,): w_e of the module docstring."""
+    """How far edges at x (f, n, d) with gaps (f, p) of their points lie on the tool (f,): w_e (module docstring)."""
     length = norm(x[:, -1] - x[:, 0])
     return np.clip(1.0 - gap.max(axis=1) / (LIES * length), 0.0, 1.0)
