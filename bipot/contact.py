@@ -23,6 +23,7 @@ The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,6 +31,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
+from bipot.laws.coulomb import force_threshold
 from bipot.meeting import Going, Meeting, slopes
 from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
@@ -38,9 +40,6 @@ from bipot.scene import Scene
 from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
-
-CARRIES = 1e-8
-"""A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
 
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
@@ -57,7 +56,7 @@ LEAST_MOTION = 1e-6
 
 @dataclass(frozen=True)
 class Candidates:
-    """Points that may touch a tool, tool by tool: ``node``, ``tool`` and coefficient ``mu`` (c,).
+    """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
 
     ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
     ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are
@@ -75,6 +74,17 @@ class Candidates:
     tangent_free: Bools
     tangent_held: Bools
     mu: Floats
+    shear: Floats
+
+    @cached_property
+    def capped(self) -> bool:
+        """Whether the shear yield stress caps the friction of any (:mod:`bipot.shear`)."""
+        return bool(np.isfinite(self.shear).any())
+
+    @property
+    def changes(self) -> bool:
+        """Whether rows are those of an iterate, not of a whole increment."""
+        return self.curved or self.capped
 
     @cached_property
     def curved(self) -> bool:
@@ -223,14 +233,16 @@ class Candidates:
         """Rows with the ``motion`` (c, d) of no displacement."""
         (normal_rows, tangent_rows), mu = operators, self.mu
         tied = self.welded & touches(gap, self.scene.mesh.size)
-        rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
+        acts = np.isfinite(mu) | np.isfinite(self.shear)
+        rubs = self.tangent_free & (mu > 0) & (self.shear > 0) & (tied | acts)
         return ContactRows(
             normal_rows,
             motion[:, 0].copy(),
             rows_of(tangent_rows, rubs),
             motion[rubs, 1:],
             np.flatnonzero(rubs),
-            np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),
+            np.where(acts, mu, np.where(tied, np.inf, 0.0)),
+            np.full(len(mu), np.inf),
             tied,
         )
 
@@ -279,11 +291,6 @@ class Candidates:
         return number.astype(np.intp)[self.tool]
 
 
-def force_threshold(r: Floats) -> float:
-    """The force up to which a contact force of r (c, d) is none, see :data:`CARRIES`."""
-    return CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
-
-
 def carries(r: Floats, noise: float = 0.0) -> Bools:
     """Which candidates (c,) push by contact forces r (c, d), of which those up to ``noise`` are none."""
     return r[:, 0] > max(force_threshold(r), noise)
@@ -309,9 +316,10 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     ways = [moving(scene, space, k, own) for k, own in enumerate(found)]
     chosen = [moves[:, 0] for moves in ways]
     rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
-    none, mu = np.empty(0, dtype=bool), [np.empty(0)]
+    none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]
     for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
-        mu.append(np.array([tool.mu_at.get(a, tool.mu) for a in own.node[moves].tolist()], dtype=np.float64))
+        mu.append(_by_node(tool.mu_at, tool.mu, own.node[moves]))
+        shear.append(_by_node(tool.shear_at, tool.shear, own.node[moves]))
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
@@ -328,4 +336,10 @@ def candidates(scene: Scene, space: Space) -> Candidates:
         tangent_free=slides & ~still,
         tangent_held=~slides,
         mu=np.concatenate(mu),
+        shear=np.concatenate(shear),
     )
+
+
+def _by_node(given: Mapping[int, float], other: float, node: Ints) -> Floats:
+    """What is ``given`` by node (c,), the ``other`` elsewhere."""
+    return np.array([given.get(a, other) for a in node.tolist()], dtype=np.float64)

@@ -68,7 +68,7 @@ class Energies:
         before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
-        r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
+        r = solved.iterate.rubbed((1 - theta) * start.forces + theta * end.forces)
         motion = solved.iterate.motion
         opened = motion[:, 0] - start.gap
         pushed, travel = _pushed(solved, r, theta), solved.iterate.tool_travel
@@ -94,8 +94,8 @@ def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
     contacts = increment.system.candidates
     if not contacts.curved:
         return contacts.vectors(r)
-    before = contacts.vectors(increment.rubbed(increment.start.forces), increment.frames_before)
-    return (1 - theta) * before + theta * contacts.vectors(increment.rubbed(solved.r), solved.iterate.frames)
+    before = contacts.vectors(solved.iterate.rubbed(increment.start.forces), increment.frames_before)
+    return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
 
 
 def _driven(start: State, solved: Solved, theta: float) -> float:
@@ -108,6 +108,6 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    contacts = system.candidates.vectors(increment.rubbed(start.forces), increment.frames_before)
+    contacts = system.candidates.vectors(solved.iterate.rubbed(start.forces), increment.frames_before)
     before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

@@ -6,7 +6,7 @@ for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +18,7 @@ from bipot.fem.strain import Scratch
 from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
+from bipot.shear import Strength, caps
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
@@ -86,13 +87,6 @@ class Increment:
         No unknown knows of the friction there, which goes from tool to support.
         """
         return supported.dragged(self.system.candidates, self.travel, self.driven)
-
-    def rubbed(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) with the friction -mu r_n sign(slip) where the slip is known: of tool and support."""
-        mu = np.where(np.isfinite(self.rows.mu), self.rows.mu, 0.0)
-        out = r.copy()
-        out[:, 1] -= mu * r[:, 0] * np.sign(self.dragged)
-        return out
 
     @cached_property
     def torn(self) -> int | None:
@@ -203,9 +197,20 @@ class Iterate:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """Contact rows of all candidates; those of flat tools are the same at every iterate."""
+        """Contact rows of all candidates; those of flat tools are the same at every iterate but for caps."""
         increment, contacts = self.increment, self.increment.system.candidates
-        return contacts.linearised(increment.start.gap, self.meeting, self.x) if contacts.curved else increment.rows
+        rows = contacts.linearised(increment.start.gap, self.meeting, self.x) if contacts.curved else increment.rows
+        return replace(rows, cap=self._caps) if contacts.capped else rows
+
+    @property
+    def _caps(self) -> Floats:
+        """The largest friction force (c,) of each candidate by the shear yield stress, inf where none is asked."""
+        response, increment = self.response, self.increment
+        body = increment.system.body
+        placed = increment.placed_before + self.tool_travel
+        sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
+        strength = Strength(sigma_y, response.kinematics.volume)
+        return caps(increment.system.candidates, strength, self.balanced, increment.start.nodes + response.du, placed)
 
     @cached_property
     def meeting(self) -> Meeting:
@@ -265,9 +270,16 @@ class Iterate:
             increment.system.candidates.add_bending(K, self.meeting.bending(r))
         return K
 
+    def rubbed(self, r: Floats) -> Floats:
+        """Contact forces r (c, d) with the friction -s sign(slip) where the slip is known: of tool and support."""
+        s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
+        out = r.copy()
+        out[:, 1] -= s * np.sign(self.increment.dragged)
+        return out
+
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return self.increment.system.candidates.resultant(self.increment.rubbed(r), self.frames)
+        return self.increment.system.candidates.resultant(self.rubbed(r), self.frames)
 
     def tool_moments(self, r: Floats) -> Floats:
         """Moment (tools,) of each tool that turns on the modelled body, about its centre, under r (c, d); 0 of others.
@@ -281,7 +293,7 @@ class Iterate:
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
         system = self.increment.system
-        contacts = system.candidates.vectors(self.increment.rubbed(r), self.frames)
+        contacts = system.candidates.vectors(self.rubbed(r), self.frames)
         return system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:

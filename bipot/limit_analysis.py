@@ -52,13 +52,15 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 
     Raises:
         SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a force on a tool that touches nothing,
-            a material that does not flow or hardens for ever.
+            friction that is capped (tool.shear), a material that does not flow or hardens for ever.
         InfeasibleProgram: any multiple is carried, by elements that lock, supports or tools.
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
     """
     require_type(scene, Scene, "scene")
     require_number(tau, "tau")
     require(0 <= tau <= 1, "tau", tau, "in [0, 1]")
+    for k, tool in enumerate(scene.tools):
+        require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
     require(bool(_load(increment).any()), "scene", f"loads at tau = {tau}", "not all zero: they are what is multiplied")
@@ -79,9 +81,11 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 def collapse(increment: Increment) -> Mechanism | None:
     """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
 
-    It is a proof; the motion v is a length over the load's gain. None where none is found.
+    It is a proof; the motion v is a length over the load's gain. None where none is found, or friction is capped.
     """
     body = increment.system.body
+    if increment.system.candidates.capped:
+        return None
     flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
     if not (flows and _load(increment).any()):
         return None

@@ -182,6 +182,10 @@ class Mesh:
         """Edges (f, n) of the named boundaries, one after the other."""
         return np.concatenate([self.boundary(name) for name in names])
 
+    def owners(self, *names: str) -> Ints:
+        """The elements (f,) that have the :meth:`edges` of the named boundaries, the first one of two."""
+        return self._facets.owner[self._facets.find(self.edges(*names))]
+
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""
         return np.unique(self.edges(*names))

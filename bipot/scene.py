@@ -256,8 +256,14 @@ class Scene:
         off = f"off the body, not inside it by {depth:.3g}: a force drives it"
         require(outside, f"{label}.point", tool.face, off)
         points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
-        for node in tool.mu_at:
-            require(node in points, "mu_at node", node, "one of the tool's candidates (ends of edges if weighted)")
+        for name in ("mu_at", "shear_at"):
+            for node in getattr(tool, name):
+                require(
+                    node in points, f"{name} node", node, "one of the tool's candidates (ends of edges if weighted)"
+                )
+        allowed = "inf where the material does not flow: it is a part of the yield stress"
+        caps = not tool.capped or bool(np.isfinite(self.material.yield_stress(0.0)))
+        require(caps, f"{label}.shear", tool.shear, allowed)
 
 
 def upsetting(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -26,6 +27,9 @@ from bipot.surfaces import ACROSS, Plane, Surface, direction, place
 from bipot.typing import Floats
 
 LARGEST_MU = 1e12
+
+LARGEST_SHEAR = 1.0
+"""More than its own shear yield stress a body does not carry along a surface."""
 
 STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 
@@ -85,6 +89,10 @@ class Tool:
     Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what touches at the start of
     an increment stays tied.
 
+    ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
+    |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.shear`); ``shear_at`` is that of a node, inf
+    where there is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body slides.
+
     ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path.
 
     ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
@@ -97,6 +105,8 @@ class Tool:
     mu_at: Mapping[int, float]
     driven_by: Force | None
     sampling: Sampling
+    shear: float
+    shear_at: Mapping[int, float]
     turn: Turn | None = None
 
     @cached_property
@@ -112,16 +122,7 @@ class Tool:
     def _check(self) -> None:
         """Refuse what no tool has, and keep the rest as plain numbers."""
         object.__setattr__(self, "travel", pair(self.travel, "tool.travel", "two finite numbers"))
-        require_number(self.mu, "mu")
-        object.__setattr__(self, "mu", float(self.mu))
-        require(0 <= self.mu <= LARGEST_MU or self.welded, "mu", self.mu, f">= 0, to {LARGEST_MU:g} (inf welds)")
-        require_type(self.mu_at, Mapping, "mu_at")
-        require(not (self.welded and self.mu_at), "mu_at", dict(self.mu_at), "empty where mu = inf")
-        for node, mu in self.mu_at.items():
-            require_count(node, "mu_at node", 0)
-            require_number(mu, f"mu_at[{node}]")
-            require(0 <= mu <= LARGEST_MU, f"mu_at[{node}]", mu, f"finite and >= 0, to {LARGEST_MU:g}")
-        object.__setattr__(self, "mu_at", FrozenMap({int(node): float(mu) for node, mu in self.mu_at.items()}))
+        self._check_friction()
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         require_type(self.driven_by, Force, "tool.driven_by", optional=True)
@@ -129,6 +130,33 @@ class Tool:
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
         require(different, "tool.candidates", self.candidates, "different boundaries")
+
+    def _check_friction(self) -> None:
+        for name, largest in (("mu", LARGEST_MU), ("shear", LARGEST_SHEAR)):
+            value = getattr(self, name)
+            require_number(value, name)
+            said = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
+            require(0 <= value <= largest or value == math.inf, name, value, said)
+            object.__setattr__(self, name, float(value))
+        object.__setattr__(self, "mu_at", self._by_node("mu_at", LARGEST_MU, "finite and ", ()))
+        object.__setattr__(self, "shear_at", self._by_node("shear_at", LARGEST_SHEAR, "", (math.inf,)))
+        for name in ("mu_at", "shear_at"):
+            by_node = getattr(self, name)
+            require(not (self.welded and by_node), name, dict(by_node), "empty where mu = inf and shear = inf: welded")
+        for node, shear in self.shear_at.items():
+            bounded = math.isfinite(shear) or math.isfinite(self.mu_at.get(node, self.mu))
+            require(bounded, f"shear_at[{node}]", shear, "finite where mu = inf: a tool welds as a whole")
+
+    def _by_node(self, name: str, largest: float, said: str, beyond: tuple[float, ...]) -> FrozenMap[int, float]:
+        """The field's numbers by node, from 0 to the ``largest`` or one of those ``beyond``."""
+        by_node = getattr(self, name)
+        require_type(by_node, Mapping, name)
+        for node, value in by_node.items():
+            require_count(node, f"{name} node", 0)
+            require_number(value, f"{name}[{node}]")
+            allowed = 0 <= value <= largest or value in beyond
+            require(allowed, f"{name}[{node}]", value, f"{said}>= 0, to {largest:g}" + " or inf" * bool(beyond))
+        return FrozenMap({int(node): float(value) for node, value in by_node.items()})
 
     def _check_path(self) -> None:
         allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
@@ -140,7 +168,12 @@ class Tool:
     @property
     def welded(self) -> bool:
         """Whether contact points are tied instead of sliding."""
-        return bool(np.isinf(self.mu))
+        return math.isinf(self.mu) and math.isinf(self.shear)
+
+    @property
+    def capped(self) -> bool:
+        """Whether the shear yield stress caps friction at any node."""
+        return any(map(math.isfinite, (self.shear, *self.shear_at.values())))
 
     def distance(self, x: Floats, pose: Floats) -> Floats:
         """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
@@ -203,6 +236,8 @@ class FlatTool(Tool):
     mu_at: Mapping[int, float] = field(default_factory=dict)
     driven_by: Force | None = None
     sampling: Sampling = Sampling.NODES
+    shear: float = math.inf
+    shear_at: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "point", place(self.point, "tool.point"))
@@ -247,6 +282,8 @@ class ShapedTool(Tool):
     mu_at: Mapping[int, float] = field(default_factory=dict)
     driven_by: Force | None = None
     sampling: Sampling = Sampling.NODES
+    shear: float = math.inf
+    shear_at: Mapping[int, float] = field(default_factory=dict)
     turn: Turn | None = None
 
     def __post_init__(self) -> None:

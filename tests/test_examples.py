@@ -36,10 +36,22 @@ def test_friction_adds_to_the_force_of_a_block_between_platens(run):
     assert forces[0.3] > 1.2 * forces[0.0]
 
 
-def test_the_bore_of_a_ring_opens_or_closes_by_friction(run):
-    changes = run("ring_compression", increments=6, reduction=0.1, friction=(0.02, 0.3))
-    assert changes[0.02] > 0.02
-    assert changes[0.3] < -0.02
+def test_the_bore_of_a_ring_opens_or_closes_by_constant_shear(run):
+    found = run("ring_compression", increments=12, elements=2, shear=(0.0, 0.1, 0.25, 0.3, 1.0))
+    reductions = np.array([0.1, 0.3, 0.5])
+    # Without friction the ring stays one, and volume gives its bore.
+    np.testing.assert_allclose(found[0.0][:, :2], np.outer(100 * (1 - (1 - reductions) ** -0.5), [1, 1]), rtol=1e-3)
+    np.testing.assert_allclose(found[0.0][:, 2], 1.0, rtol=1e-3)
+    # Avitzur's upper bound (decrease of the bore in %, mean pressure): no true pressure is above it.
+    bounds = {0.1: [1.072, 1.098, 1.146], 0.3: [1.173, 1.230, 1.355], 1.0: [1.411, 1.595, 2.062]}
+    for m, bound in bounds.items():
+        assert (found[m][:, 2] < bound).all()
+        assert (found[m][:, 2] > 1.0).all()
+    assert np.abs(found[0.1][:, :2] - np.array([[-3.32], [-10.0], [-13.64]])).max() < 3.0
+    assert (found[0.1][:, :2] < 0).all()
+    assert all((found[m][:, :2] > 0).all() for m in (0.3, 1.0))
+    # The bore stays as it is somewhere between m = 0.1 and 0.25.
+    assert (found[0.25][:, 0] > 0.2).all()
 
 
 def test_a_tube_is_elastic_first_and_then_gives_way(run):

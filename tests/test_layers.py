@@ -41,7 +41,7 @@ LAYERS = (
     ),
     ("certificate", "coulomb", "fem"),
     ("components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
-    ("contact", "mobility", "overlap", "response", "system"),
+    ("contact", "mobility", "overlap", "response", "shear", "system"),
     (
         "determinacy",
         "diagnosis",

@@ -23,7 +23,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate
-from bipot.laws.coulomb import natural_map
+from bipot.laws.coulomb import force_threshold, natural_map
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
@@ -244,7 +244,8 @@ def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
     units, rows, near = state.units, state.turned(iterate).rows, r[state.near]
     residual = (iterate.residual - rows.forces(near)) / units.force
     motion, force = iterate.motion[state.near] / units.length, near / units.force
-    law = np.where(rows.tied[:, None], motion, natural_map(force, motion, rows.mu, 1.0))
+    residual_of_law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
+    law = np.where(rows.tied[:, None], motion, residual_of_law)
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 

@@ -173,8 +173,8 @@ class Newton:
         dx, new = linearised.step(iterate.residual, here.motion, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # Where there is no force, what is left of it is the round-off of its row.
-        forces = np.where(there.pieces.none, 0.0, there.r)
+        # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
+        forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
@@ -187,8 +187,8 @@ class Newton:
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
         if last is not None and falls and last.pieces.same(here.pieces):
-            # Its matrix is that of an earlier iterate; what must vanish is of this one.
-            return replace(last, frames=frames)
+            # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
+            return replace(last, frames=frames, pieces=here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
         return Linearised.of(setup.data(element), frames, here.pieces)

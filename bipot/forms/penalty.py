@@ -201,7 +201,7 @@ def _minimised(
         there = iterate.increment.at(x * units.length)
     near = scaled.contact.forces(x)
     r = state.spread(near * units.force)
-    posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units.length)).mismatch(x, near)
+    posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units)).mismatch(x, near)
     state = state.after(there, r, exact=False)
     timing += Timing(assembly=clock.seconds)
     return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state

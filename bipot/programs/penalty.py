@@ -87,7 +87,7 @@ class PenaltyTerms:
         """Lengths in ``units.length``, forces in ``units.force``."""
         stiffness = units.force / units.length
         return PenaltyTerms(
-            self.rows.scaled(units.length),
+            self.rows.scaled(units),
             self.start_gap / units.length,
             self.t_0 / units.force,
             self.threshold / units.force,

@@ -51,8 +51,9 @@ def _described(scene: Scene) -> dict[str, Any]:
         "tools": [
             {
                 **_surface(t.face),
-                **{name: getattr(t, name) for name in ("travel", "path", "candidates", "mu")},
+                **{name: getattr(t, name) for name in ("travel", "path", "candidates", "mu", "shear")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+                "shear_at": {str(node): shear for node, shear in t.shear_at.items()},
                 "sampling": t.sampling.value,
                 **({} if t.turn is None else {"turn": repr(t.turn)}),
                 "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},

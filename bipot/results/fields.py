@@ -70,7 +70,7 @@ class Step:
         """The step of an accepted increment, its tractions on the configuration of equilibrium."""
         solved = accepted.solved
         increment = solved.iterate.increment
-        forces = increment.system.candidates.vectors(increment.rubbed(solved.r), solved.iterate.frames)
+        forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
         gap = solved.iterate.motion[:, 0]
         return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume)
 
