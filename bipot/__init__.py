@@ -5,7 +5,8 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, ShapedTool, Plane, Circle, Sampling, Force
+* tools: FlatTool, ShapedTool, Sampling, Force
+* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -67,6 +68,7 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
+from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
@@ -129,6 +131,7 @@ __all__ = [
     "PointForce",
     "Prescribed",
     "Pressure",
+    "Profile",
     "ProgramError",
     "Qoco",
     "Quadrature",
@@ -149,6 +152,7 @@ __all__ = [
     "TangentKind",
     "Traction",
     "UnboundedProgram",
+    "Union",
     "UnsuitedForm",
     "Uzawa",
     "Voce",
@@ -157,8 +161,10 @@ __all__ = [
     "block",
     "conic_program",
     "cylinder",
+    "flat_punch",
     "limit_load",
     "march",
     "ring",
     "upsetting",
+    "wedge",
 ]

@@ -16,6 +16,7 @@ import numpy as np
 
 from bipot.certificate import Bounds, Certificate
 from bipot.conic.problem import Outcome, Timing
+from bipot.contact import carries
 from bipot.determinacy import least_moved
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.examined import Examined
@@ -185,7 +186,7 @@ def solve_increment(
                 raise watch.failure("the least of the body's free rigid motions leaves")
             increment.system.body.refuse_folded(examined.response)
             _refuse_runaway(examined.iterate)
-            _refuse_crossed(examined.iterate)
+            _refuse_past(examined.iterate, r)
             return Solved(
                 iterate=examined.iterate,
                 r=r,
@@ -221,13 +222,18 @@ def _refuse_runaway(iterate: Iterate) -> None:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
 
-def _refuse_crossed(iterate: Iterate) -> None:
-    """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
+def _refuse_past(iterate: Iterate, r: Floats) -> None:
+    """Refuse nodes that go through a tool, or touch it past an open end: gaps and forces of the end do not see it."""
     contacts = iterate.increment.system.candidates
-    crossed = np.flatnonzero(iterate.meeting.crossed) if contacts.curved else []
+    if not contacts.curved:
+        return
+    crossed, beyond = np.flatnonzero(iterate.meeting.crossed), np.flatnonzero(iterate.meeting.beyond & carries(r))
     if len(crossed):
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
         raise NotConverged(f"tools[{tool}] goes through node {node}: the increment is too long for so small a tool")
+    if len(beyond):
+        tool, node = contacts.tool[beyond[0]], contacts.node[beyond[0]]
+        raise NotConverged(f"node {node} passes an open end of tools[{tool}]: give the surface there what it touches")
 
 
 class _Watch:

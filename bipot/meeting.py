@@ -26,13 +26,15 @@ from bipot.typing import Bools, Floats
 @dataclass(frozen=True)
 class Meeting:
     """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    the ``curvature`` (c,) of the lines of equal gaps they are on, and who ``crossed`` (c,) the tool on the way.
+    the ``curvature`` (c,) of the lines of equal gaps they are on, who ``crossed`` (c,) the tool on the way, and who
+    came ``beyond`` (c,) an open end of it.
     """
 
     motion: Floats
     frames: Floats
     curvature: Floats
     crossed: Bools
+    beyond: Bools
 
     @staticmethod
     def at(tools: Sequence[Tool], owned: Bools, gap: Floats, place: Floats, by: Floats) -> Meeting:
@@ -41,13 +43,14 @@ class Meeting:
         ``owned`` (k, c) says whose they are.
         """
         motion, normal, curvature = np.empty_like(place), np.empty_like(place), np.empty(len(place))
-        crossed = np.zeros(len(place), dtype=bool)
+        crossed, beyond = np.zeros((2, len(place)), dtype=bool)
         for mine, tool in zip(owned, tools, strict=True):
-            crossed[mine] = tool.face.crossed(place[mine], by[mine])
-            motion[mine] = tool.face.passed(place[mine], by[mine])
-            _, normal[mine], curvature[mine] = tool.face.distance(place[mine] + by[mine])
+            face, start, end = tool.face, place[mine], place[mine] + by[mine]
+            crossed[mine], beyond[mine] = face.crossed(start, by[mine]), face.beyond(end)
+            motion[mine] = face.passed(start, by[mine])
+            _, normal[mine], curvature[mine] = face.distance(end)
         motion[:, 0] += gap
-        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, crossed)
+        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, crossed, beyond)
 
     def bending(self, r: Floats) -> Floats:
         """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""

@@ -65,6 +65,10 @@ class Surface(Protocol):
         """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
         ...
 
+    def beyond(self, x: Floats) -> Bools:
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
+        ...
+
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
         ...
@@ -111,6 +115,10 @@ class Plane:
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`Surface.crossed`: out of a half-space there is one way."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
@@ -178,6 +186,10 @@ class Circle:
         nearest = norm(start + np.clip(along, 0.0, 1.0)[..., None] * by)
         turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
         return turns & (nearest < np.cos(AROUND / 2) * self.radius) & (not self.concave)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

@@ -34,6 +34,7 @@ LAYERS = (
         "mesh",
         "mesh_files",
         "paths",
+        "profiles",
         "surfaces",
         "tools",
     ),
