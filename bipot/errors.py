@@ -59,11 +59,14 @@ class InvertedElement(BipotError):
 
 
 class NotConverged(BipotError):
-    """The passes of one increment did not reach the tolerances; ``residuals`` holds what was reached."""
+    """The passes of one increment did not reach the tolerances; ``residuals`` holds what was reached.
 
-    def __init__(self, message: str, residuals: Any = None) -> None:
+    ``advice`` is a sentence on what to change, where that is known.
+    """
+
+    def __init__(self, message: str, residuals: Any = None, advice: str = "") -> None:
         super().__init__(message)
-        self.residuals = residuals
+        self.residuals, self.advice = residuals, advice
 
 
 class IncrementFailed(BipotError):

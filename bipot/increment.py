@@ -233,7 +233,8 @@ def _refuse_past(iterate: Iterate, r: Floats) -> None:
         raise NotConverged(f"tools[{tool}] goes through node {node}: the increment is too long for so small a tool")
     if len(beyond):
         tool, node = contacts.tool[beyond[0]], contacts.node[beyond[0]]
-        raise NotConverged(f"node {node} passes an open end of tools[{tool}]: give the surface there what it touches")
+        advice = f"Continue the surface of tools[{tool}] to where the body does not come, or close it."
+        raise NotConverged(f"node {node} would be touched past an open end of tools[{tool}]", advice=advice)
 
 
 class _Watch:

@@ -43,6 +43,7 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
         held, face = nodes_at[nodes], tool.face
         # What round-off of the two positions makes of their difference is no depth.
         depth = -face.gap(held, moved) - ROUND_OFF * face.size(held, moved)
+        depth[face.beyond(held - moved)] = 0.0
         if len(nodes) and depth.max() > worst.depth:
             worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
     return worst

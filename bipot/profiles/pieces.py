@@ -7,7 +7,7 @@ turns to the right where it is convex (turn = 1) and to the left where it is con
     gap = turn (|x - C| - r),    curvature of the line of equal gaps = turn/|x - C|,    1 - c g = r/|x - C|.
 
 A sharp corner is a round of the radius zero: outside a convex one, and inside the tool at a concave one, it is nearest
-to a whole angle of points, which the arc does not tell apart.
+to a whole angle of points, which the arc does not tell apart; at the corner itself the normal is the middle one.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from bipot.typing import Bools, Floats, Ints
 ROUND_OFF = 16 * float(np.finfo(float).eps)
 """Of the magnitude of places: what round-off puts next to the strip or sector of a piece."""
 
-END = 1e-9
-"""Of the extent: how far past an open end of the line is still at it."""
+AT = 1e-9
+"""Of the extent: who is no farther from an open end or a sharp corner is at it."""
 
 
 class Foot(NamedTuple):
@@ -93,19 +93,26 @@ class Pieces:
         arc, normal = self.straights.arc[straight] + along, self.straights.normal[straight]
         if not m:
             return Foot(piece, gap, normal, np.zeros_like(gap), arc)
-        out, turn = x - self.rounds.centre[round_], self.rounds.turn[round_]
+        out, turn, is_round = x - self.rounds.centre[round_], self.rounds.turn[round_], piece < m
         far = norm(out)
         safe = np.where(far > 0, far, 1.0)
         # Who is at the centre has no nearest direction: the middle one.
         outward = np.where((far > 0)[..., None], out / safe[..., None], self.middle[round_])
         around = self.rounds.arc[round_] + self.rounds.radius[round_] * self.rounds.angle(round_, outward)
-        is_round = piece < m
-        return Foot(
-            piece,
-            gap,
-            np.where(is_round[..., None], turn[..., None] * outward, normal),
-            np.where(is_round, turn / safe, 0.0),
-            np.where(is_round, around, arc),
+        normal = np.where(is_round[..., None], turn[..., None] * outward, normal)
+        foot = Foot(piece, gap, normal, np.where(is_round, turn / safe, 0.0), np.where(is_round, around, arc))
+        return self._at_corners(x, foot)
+
+    def _at_corners(self, x: Floats, foot: Foot) -> Foot:
+        """``foot``, with the middle normal where points x (…, d) are at a sharp corner: on no side of it for sure."""
+        sharp = np.flatnonzero(self.rounds.radius == 0)
+        if not sharp.size:
+            return foot
+        far = norm(x[..., None, :] - self.rounds.centre[sharp])
+        at, nearest = far.min(axis=-1) <= AT * self.extent, sharp[np.argmin(far, axis=-1)]
+        middle = self.rounds.turn[nearest][..., None] * self.middle[nearest]
+        return foot._replace(
+            normal=np.where(at[..., None], middle, foot.normal), curvature=np.where(at, 0.0, foot.curvature)
         )
 
     def grown(self, piece: Ints, x: Floats, by: Floats) -> Floats:
@@ -129,7 +136,7 @@ class Pieces:
         straight = np.maximum(piece - len(self.rounds.radius), 0)
         s = self.straights
         along = np.vecdot(x - s.start[straight], s.along[straight])
-        past = np.maximum(-along, along - s.length[straight]) > END * self.extent
+        past = np.maximum(-along, along - s.length[straight]) > AT * self.extent
         return past & (piece >= len(self.rounds.radius))
 
     def met(self, x: Floats, by: Floats) -> Floats:

@@ -56,7 +56,7 @@ class Profile:
     points: tuple[tuple[float, float], ...]
     fillets: float | tuple[float, ...] = 0.0
     closed: bool = False
-    _pieces: Pieces = field(init=False, repr=False, compare=False)
+    pieces: Pieces = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_type(self.closed, bool, "profile.closed")
@@ -67,27 +67,27 @@ class Profile:
         require(len(points) >= least, "profile.points", points, f"at least {least}")
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "fillets", self._checked_fillets())
-        object.__setattr__(self, "_pieces", pieces_of(self.points, self._radii, self.closed))
+        object.__setattr__(self, "pieces", pieces_of(self.points, self._radii, self.closed))
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`bipot.surfaces.Surface.distance`."""
-        foot = self._pieces.foot(x)
+        foot = self.pieces.foot(x)
         return Distance(foot.gap, foot.normal, foot.curvature)
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`bipot.surfaces.Surface.gap`."""
-        return self._pieces.foot(x - moved).gap
+        return self.pieces.foot(x - moved).gap
 
     def size(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`bipot.surfaces.Surface.size`."""
-        return np.maximum(norm(x), norm(moved) + self._pieces.extent)
+        return np.maximum(norm(x), norm(moved) + self.pieces.extent)
 
     def passed(self, x: Floats, by: Floats) -> Floats:
         """As :meth:`bipot.surfaces.Surface.passed`; around a closed line the shorter way.
 
         Where another piece is nearest at the end it is the difference of two distances and of two arcs.
         """
-        pieces, start, end = self._pieces, self._pieces.foot(x), self._pieces.foot(x + by)
+        pieces, start, end = self.pieces, self.pieces.foot(x), self.pieces.foot(x + by)
         slip = end.arc - start.arc
         if self.closed:
             slip = slip - pieces.length * np.round(slip / pieces.length)
@@ -101,18 +101,18 @@ class Profile:
         The straight way goes in and comes out where the tool faces another way by more than :data:`PAST`; or by more
         than :data:`AROUND`, and deeper than between places of a circle as thick as the tool that are so far apart.
         """
-        met = self._pieces.met(x, by)
+        met = self.pieces.met(x, by)
         out = np.array((met < 1).any(axis=-1))
         out[out] = self._through(x[out], by[out], met[out])
         return out
 
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`bipot.surfaces.Surface.beyond`."""
-        return self._pieces.beyond(x)
+        return self.pieces.beyond(x)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`."""
-        straights, rounds = self._pieces.straights, self._pieces.rounds
+        straights, rounds = self.pieces.straights, self.pieces.rounds
         ends = np.stack([straights.start, straights.start + straights.length[:, None] * straights.along], axis=1)
         image = ends.copy()
         image[..., direction] = 2 * position - image[..., direction]
@@ -129,17 +129,17 @@ class Profile:
     @cached_property
     def thickness(self) -> float:
         """Radius of the largest circle in the tool that touches the line, at most the magnitude of its places."""
-        s, rounds = self._pieces.straights, self._pieces.rounds
+        s, rounds = self.pieces.straights, self.pieces.rounds
         part = (np.arange(PLACES) + 0.5)[:, None, None] / PLACES
         along = s.start + part * s.length[:, None] * s.along
-        middle = rounds.centre + rounds.radius[:, None] * self._pieces.middle
+        middle = rounds.centre + rounds.radius[:, None] * self.pieces.middle
         place = np.concatenate([along.reshape(-1, 2), middle[(rounds.turn > 0) & (rounds.radius > 0)]])
-        normal, extent = self._pieces.foot(place).normal, self._pieces.extent
+        normal, extent = self.pieces.foot(place).normal, self.pieces.extent
         low, high = np.zeros(len(place)), np.full(len(place), extent)
         for _ in range(HALVINGS):
             radius = (low + high) / 2
             # A circle that touches is in the tool as long as its centre is no nearer to another place.
-            touching = self._pieces.foot(place - radius[:, None] * normal).gap <= -radius * (1 - 1e-9)
+            touching = self.pieces.foot(place - radius[:, None] * normal).gap <= -radius * (1 - 1e-9)
             low, high = np.where(touching, radius, low), np.where(touching, high, radius)
         return float(low.max())
 
@@ -148,7 +148,7 @@ class Profile:
         met = np.pad(met, ((0, 0), (1, 1)), constant_values=(0.0, 1.0))
         ends = x[:, None] + met[..., None] * by[:, None]
         middle, way = (ends[:, 1:] + ends[:, :-1]) / 2, norm(np.diff(ends, axis=1))
-        depth, normal = -self._pieces.foot(middle).gap, self._pieces.foot(ends).normal
+        depth, normal = -self.pieces.foot(middle).gap, self.pieces.foot(ends).normal
         turned = np.vecdot(normal[:, 1:], normal[:, :-1])
         other = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.thickness))
         return np.any((depth > SHALLOW * way) & other, axis=1)
