@@ -20,6 +20,7 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
 from bipot.loads import Traction
 from bipot.marching import Control, march
+from bipot.profiles import flat_punch
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supports import Support
@@ -45,7 +46,11 @@ def derivative(f, x, v, h=1e-5):
     return (4 * one - two) / 3
 
 
-SURFACES = (Circle((0.1, 1.5), 0.5), Circle((0.3, -1.5), 2.4, concave=True))
+SURFACES = (
+    Circle((0.1, 1.5), 0.5),
+    Circle((0.3, -1.5), 2.4, concave=True),
+    flat_punch((0.1, 1.0), 0.6, 2.0, 0.2),
+)
 
 
 @pytest.mark.parametrize("geometry", PLANES)

@@ -102,7 +102,8 @@ class Profile:
         than :data:`AROUND`, and deeper than between places of a circle as thick as the tool that are so far apart.
         """
         met = self.pieces.met(x, by)
-        out = np.array((met < 1).any(axis=-1))
+        # A way from place to place of the line is inside without meeting it.
+        out = np.array((met < 1).any(axis=-1) | (self.pieces.foot(x + by / 2).gap < 0))
         out[out] = self._through(x[out], by[out], met[out])
         return out
 

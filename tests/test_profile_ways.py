@@ -1,0 +1,273 @@
+"""Ways along, around, through and past the end of profiles; their mirror images; unions; what is refused."""
+
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bipot.profiles import Profile, Union, flat_punch, wedge
+from bipot.surfaces import Circle, Plane, Surface
+from bipot.tensors import norm
+from tests.profiles import drawn, on_line, sampled
+from tests.scenes import refused
+from tests.test_profiles import DIE, ROUND, SEEDS, around
+
+BLADE = Profile(((0.05, 2.0), (0.05, 0.0), (-0.05, 0.0), (-0.05, 2.0)))
+COMB = Profile(
+    ((0.5, 0.0), (0.45, 0.0), (0.45, 1.0), (0.05, 1.0), (0.05, 0.0), (0.0, 0.0), (0.0, 2.0), (0.5, 2.0)), closed=True
+)
+
+
+@given(SEEDS)
+def test_what_is_passed_is_the_growth_of_the_gap(seed):
+    profile, (x, by) = drawn(seed), around(seed)
+    opened = profile.passed(x, by)[:, 0]
+    np.testing.assert_allclose(opened, profile.distance(x + by).gap - profile.distance(x).gap, atol=1e-13)
+
+
+@given(SEEDS)
+def test_arcs_add_up_along_the_line_to_its_length(seed):
+    """Of the dense sample from first to last, and of parts of any length."""
+    profile = drawn(seed)
+    line = sampled(profile)
+    length = norm(np.diff(line, axis=0, append=line[:1] if profile.closed else line[-1:])).sum()
+    rng = np.random.default_rng(seed)
+    stops = line[np.sort(rng.choice(np.arange(1, len(line) - 1), 30, replace=False))]
+    stops = np.concatenate([line[:1], stops, line[:1] if profile.closed else line[-1:]])
+    slips = np.array([profile.passed(a, b - a)[1] for a, b in pairwise(stops)])
+    assert slips.sum() == pytest.approx(length, rel=1e-6)
+    if not profile.closed:
+        assert profile.passed(stops[0], stops[-1] - stops[0])[1] == pytest.approx(slips.sum(), rel=1e-12)
+
+
+@given(SEEDS, st.integers(2, 9))
+def test_parts_of_a_way_add_up_to_the_whole_of_it(seed, count):
+    """Where no way leads around a closed line by more than half of it."""
+    profile, (x, by) = drawn(seed), around(seed)
+    whole, parts, at = profile.passed(x, by), np.zeros((len(x), 2)), x
+    for _ in range(count):
+        parts += profile.passed(at, by / count)
+        at = at + by / count
+    short = np.abs(parts[:, 1]) < 0.45 * profile.pieces.length
+    assert short.sum() > 10
+    np.testing.assert_allclose(parts[short], whole[short], atol=1e-12)
+
+
+@given(SEEDS)
+def test_small_growth_is_not_the_difference_of_two_distances(seed):
+    """Of a step of 1e-12 all digits are right, where positions have four."""
+    profile, (x, by) = drawn(seed), around(seed)
+    gap, normal, curvature = profile.distance(x)
+    smooth = (profile.pieces.foot(x + 1e-6 * by).piece == profile.pieces.foot(x).piece) & (np.abs(curvature) < 1e3)
+    opened, slid = profile.passed(x, 1e-12 * by)[smooth].T
+    np.testing.assert_allclose(opened, 1e-12 * np.vecdot(normal, by)[smooth], atol=1e-20)
+    along = (1 - curvature * gap) * np.vecdot(normal[:, ::-1] * (1, -1), by)
+    np.testing.assert_allclose(slid, 1e-12 * along[smooth], atol=1e-20)
+
+
+def test_the_arc_stands_still_while_a_point_goes_around_a_sharp_corner():
+    corner = Profile(((0.0, 1.0), (0.0, 0.0), (-1.0, 0.0)))
+    opened, slid = corner.passed(np.array([0.1, 0.0]), np.array([-0.1, -0.2]))
+    np.testing.assert_allclose([opened, slid], [0.1, 0.0], atol=1e-15)
+    np.testing.assert_allclose(corner.passed(np.array([0.0, 0.3]), np.array([-0.4, -0.3])), [0.0, 0.7], atol=1e-15)
+
+
+def test_around_a_closed_line_slips_are_those_of_the_shorter_way():
+    square = Profile(((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)), closed=True)
+    start, end = np.array([0.1, 0.0]), np.array([0.0, 0.2])
+    assert square.passed(start, end - start)[1] == pytest.approx(0.3, rel=1e-14)
+    assert square.passed(end, start - end)[1] == pytest.approx(-0.3, rel=1e-14)
+
+
+@given(SEEDS)
+def test_who_slides_along_a_profile_does_not_cross_it(seed):
+    """From place to place, by a part of the least radius, and off it outwards."""
+    profile = drawn(seed, sharp=False)
+    line = sampled(profile, 1e-3)
+    places = line[~profile.beyond(line)]
+    ahead = max(1, int(profile.fillets / 1e-3 / 2))
+    start, end = places[:-ahead], places[ahead:]
+    near = norm(end - start) < profile.fillets
+    normal = profile.distance(end).normal
+    for off in (0.0, 1e-12, -1e-12, 0.1 * profile.fillets):
+        way = end + off * normal - start
+        assert not (profile.crossed(start, way) & near & (profile.distance(start + way).gap > -1e-9)).any()
+
+
+@pytest.mark.parametrize("radius", [0.0, 1e-3, 0.05])
+def test_corners_of_punches_and_wedges_are_gone_around_in_short_ways(radius):
+    """A way over a corner of a right angle is the shortest, however small the fillet is."""
+    punch, edge = flat_punch((0.0, 0.0), 1.0, 2.0, radius), radius * (1 - np.sqrt(0.5))
+    start = np.array([[0.49 - radius, 0.0], [0.5, radius + 0.01], [0.47 - radius, 0.0], [0.5 - edge, edge]])
+    end = np.array([[0.5, radius + 0.01], [0.49 - radius, 0.0], [0.501, radius + 0.03], [0.5, radius + 0.01]])
+    assert not punch.crossed(start, end - start).any()
+    blunt = wedge((0.0, 0.0), 60.0, 2.0, radius)
+    flank = np.array([0.1, 0.1 / np.tan(np.pi / 3) - (0 if radius == 0 else 1e-3)])
+    assert not blunt.crossed(flank, flank * (-2.0, 0.0))
+
+
+def test_ways_through_thin_parts_are_found():
+    through = np.array([[0.06, 1.0], [0.05, 0.5], [-0.3, 0.2], [0.05 + 1e-12, 0.5]])
+    by = np.array([[-0.12, 0.01], [-0.1, 0.0], [0.6, 0.3], [-0.1 - 2e-12, 0.3]])
+    assert BLADE.crossed(through, by).all()
+    assert BLADE.crossed(through + by, -by).all()
+    beside = np.array([[0.06, 1.0], [0.06, -0.01], [0.05, 0.5]])
+    assert not BLADE.crossed(beside, np.array([[0.0, -0.5], [-0.12, 0.0], [0.0, 0.2]])).any()
+    # Into the next gap of a comb, where the surface looks as where the way began; and past all of it.
+    for by_comb in ((-0.2, 0.0), (0.5, 0.0)):
+        assert COMB.crossed(np.array([0.6, 0.5]) - (0.4, 0) * (np.array(by_comb) > 0), np.array(by_comb))
+    assert not COMB.crossed(np.array([0.1, 0.5]), np.array([0.3, 0.1]))
+    sharp = wedge((0.0, 0.0), 15.0, 2.0)
+    assert sharp.crossed(np.array([0.3, 1.0]), np.array([-0.6, 0.0]))
+
+
+def test_a_punch_that_is_driven_past_a_node_in_its_middle_has_crossed_it():
+    """It comes out at the side, around a right angle, from deeper than who slides around the edge."""
+    punch = flat_punch((0.0, 0.0), 1.0, 2.0, 0.1)
+    assert punch.crossed(np.array([0.05, 0.0]), np.array([0.46, 0.5]))
+    assert not punch.crossed(np.array([0.4, 0.0]), np.array([0.1, 0.1]))
+    for surface in (DIE, Profile(ROUND.points[::-1], 1.0, closed=True)):
+        x, by = around(3)
+        outside = (surface.distance(x).gap > 0) & (surface.distance(x + by).gap > 0)
+        assert not surface.crossed(x, by)[outside & (surface is not DIE)].any()
+
+
+def test_points_past_an_open_end_are_told():
+    x = np.array([[0.0, 1.99], [0.0, 2.01], [0.0, 1.01], [0.2, 2.5], [-0.2, 1.5]])
+    np.testing.assert_array_equal(BLADE.beyond(x + np.array([0.05, 0.0])), [False, True, False, True, False])
+    line = Profile(((1.0, 0.0), (-1.0, 0.0)))
+    ends = np.array([[1.0, 0.3], [1.0 + 1e-12, 0.0], [1.0 + 1e-6, -0.2], [-2.0, 0.4]])
+    np.testing.assert_array_equal(line.beyond(ends), [False, False, True, True])
+    assert not ROUND.beyond(10 * ends).any()
+    assert not Plane((0.0, 0.0), (0.0, 1.0)).beyond(ends).any()
+    assert not Circle((0.0, 0.0), 1.0).beyond(ends).any()
+
+
+@given(SEEDS)
+def test_a_profile_and_its_mirror_image_are_one_where_it_is_symmetric(seed):
+    profile, rng = drawn(seed), np.random.default_rng(seed)
+    assert not profile.mirrored(0, 0.0, 1e-6)
+    assert not profile.mirrored(1, 0.3, 1e-6)
+    # A half with its mirror image.
+    count = rng.integers(2, 6)
+    half = np.stack([np.sort(rng.uniform(0.5, 2.5, count)), np.arange(count) + rng.uniform(0, 0.1, count)], axis=-1)
+    fillets = tuple(rng.uniform(0, 0.02, count - 1).tolist())
+    both = tuple(map(tuple, np.concatenate([half[::-1], half * (-1, 1)]).tolist()))
+    whole = Profile(both, (*fillets[::-1], *fillets))
+    assert whole.mirrored(0, 0.0, 1e-12)
+    assert not whole.mirrored(0, 1e-3, 1e-6)
+    assert not whole.mirrored(1, 0.0, 1e-6)
+    uneven = Profile(both, (*fillets[::-1], *fillets[:-1], fillets[-1] + 1e-3))
+    assert not uneven.mirrored(0, 0.0, 1e-9)
+
+
+def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
+    points = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
+    radii = (0.1, 0.2, 0.2, 0.1)
+    for k in range(4):
+        shape = Profile(points[k:] + points[:k], radii[k:] + radii[:k], closed=True)
+        assert shape.mirrored(0, 0.5, 1e-12)
+        assert not shape.mirrored(1, 0.5, 1e-12)
+        assert not shape.mirrored(0, 0.6, 1e-3)
+    assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored(0, 0.5, 1e-12)
+
+
+@given(SEEDS)
+def test_a_union_is_the_nearest_of_its_surfaces(seed):
+    parts = (Circle((0.8, 0.2), 0.4), Plane((0.0, -1.2), (0.0, 1.0)), drawn(seed))
+    union, (x, by) = Union(parts), around(seed)
+    found, each = union.distance(x), [part.distance(x) for part in parts]
+    nearest = np.argmin([one.gap for one in each], axis=0)
+    for k, one in enumerate(each):
+        for a, b in zip(found, one, strict=True):
+            np.testing.assert_array_equal(a[nearest == k], b[nearest == k])
+    np.testing.assert_array_equal(union.gap(x, np.zeros(2)), found.gap)
+    np.testing.assert_allclose(union.passed(x, by)[:, 0], union.distance(x + by).gap - found.gap, atol=1e-13)
+    same = nearest == np.argmin([part.gap(x + by, np.zeros(2)) for part in parts], axis=0)
+    slips = np.array([part.passed(x, by)[:, 1] for part in parts])[nearest, np.arange(len(x))]
+    np.testing.assert_array_equal(union.passed(x, by)[same, 1], slips[same])
+    np.testing.assert_array_equal(union.crossed(x, by), np.any([part.crossed(x, by) for part in parts], axis=0))
+    np.testing.assert_array_equal(union.beyond(x), parts[2].beyond(x) & (nearest == 2))
+    assert (union.size(x, np.ones(2)) >= parts[0].size(x, np.ones(2))).all()
+    assert isinstance(union, Surface)
+    assert Union((Circle((0.0, 1.0), 0.4), Plane((0.0, -1.2), (0.0, 1.0)))).mirrored(0, 0.0, 1e-9)
+    assert not union.mirrored(0, 0.0, 1e-9)
+
+
+SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Profile("line"), "profile.points = 'line': must be pairs of numbers"),
+        (lambda: Profile(((0.0, 0.0),)), "profile.points = .*: must be at least 2"),
+        (lambda: Profile(SQUARE[:2], closed=True), "profile.points = .*: must be at least 3"),
+        (lambda: Profile((*SQUARE, (1.0, "up"))), r"profile.points\[4\]"),
+        (lambda: Profile((*SQUARE, (1.0, float("nan")))), r"profile.points\[4\]"),
+        (lambda: Profile((*SQUARE, (1e50, 0.0))), r"profile.points\[4\]"),
+        (lambda: Profile(SQUARE, -0.1), "profile.fillets = -0.1"),
+        (lambda: Profile(SQUARE, float("inf")), "profile.fillets = inf"),
+        (lambda: Profile(SQUARE, True), "profile.fillets = True"),
+        (lambda: Profile(SQUARE, (0.1, "big")), r"profile.fillets\[1\] = 'big'"),
+        (lambda: Profile(SQUARE, (0.1,)), r"profile.fillets = .*: must be a radius, or 2"),
+        (lambda: Profile(SQUARE, (0.1,) * 3, closed=True), r"profile.fillets = .*: must be a radius, or 4"),
+        (lambda: Profile(SQUARE, closed=1), "profile.closed = 1"),
+        (lambda: Profile((*SQUARE[:2], *SQUARE[1:])), r"profile.points = .*: must be different: number \[1\]"),
+        (lambda: Profile((*SQUARE, SQUARE[0]), closed=True), r"different: number \[4\]"),
+        (lambda: Profile((*SQUARE[:2], SQUARE[0], SQUARE[3])), "does not go back on itself"),
+        (lambda: Profile(SQUARE[:3], 1.2), r"profile.fillets = \[1.2\]: must be such that they fit on a side of 1"),
+        (
+            lambda: Profile(SQUARE, (0.6, 0.5), closed=False),
+            r"fit on a side of 1: by corner they are \{1: 0.6, 2: 0.5\}",
+        ),
+        (lambda: Profile(SQUARE, 0.51, closed=True), "fit on a side of 1"),
+        (lambda: Profile((SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]), closed=True), "does not meet itself"),
+        (
+            lambda: Profile((SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], SQUARE[0])),
+            "beyond its ends: go on, or close it",
+        ),
+        (lambda: Profile(((1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 0.0), (0.5, -1.0))), "beyond its ends"),
+        (lambda: Profile(((0.0, 1.0), (0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (-1.0, 0.5), (3.0, 3.0))), "meet itself"),
+        (lambda: Profile(((0.0, 4.0), (0.0, 0.0), (4.0, 0.0), (0.9, 0.9), (5.0, 1.0)), (3.0, 0.0, 0.0)), "corner 1"),
+        (lambda: Profile(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), closed=True), "profile.points"),
+        (lambda: wedge((0.0, 0.0), 90.0, 1.0), "wedge.semi_angle = 90.0"),
+        (lambda: wedge((0.0, 0.0), 45.0, 0.0), "wedge.length"),
+        (lambda: wedge((0.0, "x"), 45.0, 1.0), "wedge.apex"),
+        (lambda: wedge((0.0, 0.0), 45.0, 1.0, 2.0), "profile.fillets"),
+        (lambda: flat_punch((0.0, 0.0), -1.0, 1.0), "punch.width"),
+        (lambda: flat_punch((0.0, 0.0), 1.0, 1.0, 0.6), "profile.fillets"),
+        (lambda: Union(()), "union.surfaces"),
+        (lambda: Union((Circle((0.0, 0.0), 1.0), "plane")), r"union.surfaces\[1\] = 'plane'"),
+        (lambda: Union(Circle((0.0, 0.0), 1.0)), "union.surfaces"),
+    ],
+)
+def test_what_is_no_profile_is_refused_in_a_sentence(make, words):
+    refused(make, words)
+
+
+def test_straight_corners_and_numbers_of_any_kind_are_no_matter():
+    plain = Profile(SQUARE, 0.25, closed=True)
+    same = Profile(np.array([(0, 0), (0, 0.5), (0, 1), (1, 1), (1, 0), (0.3, 0)]), [0.25, 9, 0.25, 0.25, 0.25, 0], True)
+    x, by = around(4)
+    for one, other in zip(same.distance(x), plain.distance(x), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-14)
+    np.testing.assert_allclose(same.passed(x, by), plain.passed(x, by), atol=1e-14)
+    assert same.mirrored(0, 0.5, 1e-12)
+    assert re.fullmatch(r"Profile\(points=.*, fillets=0.25, closed=True\)", repr(plain))
+    assert plain == Profile(SQUARE, 0.25, closed=True)
+    assert hash(plain) == hash(Profile(SQUARE, 0.25, closed=True))
+
+
+@given(SEEDS)
+def test_on_the_line_there_is_no_gap_wherever_it_is_put(seed):
+    """Coordinates a thousand sizes away from the origin."""
+    profile = drawn(seed)
+    shift = np.array([1000.0, -700.0])
+    points = profile.points + shift
+    moved = Profile(tuple(map(tuple, points.tolist())), profile.fillets, profile.closed)
+    on = on_line(profile, seed) + shift
+    np.testing.assert_allclose(moved.distance(on).gap, 0.0, atol=1e-11)
