@@ -263,11 +263,38 @@ def test_straight_corners_and_numbers_of_any_kind_are_no_matter():
 
 
 @given(SEEDS)
-def test_on_the_line_there_is_no_gap_wherever_it_is_put(seed):
-    """Coordinates a thousand sizes away from the origin."""
-    profile = drawn(seed)
-    shift = np.array([1000.0, -700.0])
-    points = profile.points + shift
-    moved = Profile(tuple(map(tuple, points.tolist())), profile.fillets, profile.closed)
-    on = on_line(profile, seed) + shift
-    np.testing.assert_allclose(moved.distance(on).gap, 0.0, atol=1e-11)
+def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
+    profile, (x, by) = drawn(seed), around(seed)
+    part = np.linspace(0, 1, 2001)
+    met = profile.pieces.met(x, by)
+    outside = profile.distance(x[:, None] + part[:, None] * by[:, None]).gap > 0
+    for own, sides in zip(met, outside, strict=True):
+        low = part[:-1][sides[1:] != sides[:-1]]
+        assert all(((own >= a - 1e-12) & (own <= a + 1 / 2000 + 1e-12)).any() for a in low)
+        # Each place where they meet is on the line, and seen from both sides or passed over between two samples.
+        if len(low) > 1:
+            assert len(np.unique(own[own < 1].round(9))) >= len(low)
+    met = np.where(met < 1, met, np.nan)
+    gap = profile.distance(x[:, None] + np.nan_to_num(met)[..., None] * by[:, None]).gap
+    np.testing.assert_allclose(gap[np.isfinite(met)], 0.0, atol=1e-13)
+
+
+@given(SEEDS, st.sampled_from([1e-25, 1e-6, 1e12, 1e25]), st.sampled_from([0.0, 1e3, 1e6]))
+def test_units_and_places_are_no_matter(seed, unit, far):
+    """To the round-off of coordinates so many sizes away from the origin."""
+    profile, (x, by) = drawn(seed), around(seed)
+    shift = far * np.array([1.0, -0.7])
+    points = (np.array(profile.points) + shift) * unit
+    other = Profile(tuple(map(tuple, points.tolist())), unit * profile.fillets, profile.closed)
+    noise = 1e-13 * (1 + far)
+    np.testing.assert_allclose(other.distance((x + shift) * unit).gap / unit, profile.distance(x).gap, atol=noise)
+    on = on_line(profile, seed)
+    np.testing.assert_allclose(other.distance((on + shift) * unit).gap / unit, 0.0, atol=noise)
+    assert (other.beyond((x + shift) * unit) == profile.beyond(x)).mean() > 0.95
+    if far == 0:
+        np.testing.assert_array_equal(other.crossed(x * unit, by * unit), profile.crossed(x, by))
+        half = profile.pieces.length / 2
+        clear = np.abs(np.abs(profile.passed(x, by)[:, 1]) - half) > 1e-9
+        np.testing.assert_allclose(
+            other.passed(x * unit, by * unit)[clear] / unit, profile.passed(x, by)[clear], atol=1e-12
+        )

@@ -86,8 +86,8 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
         low[0], high[-1] = -np.inf, np.inf
     starts = corners[: len(sides)] + taken[0][:, None] * along
     straights = Straights(starts, along, leftwards(along), left, low, high, begins)
-    extent = float(max(norm(corners).max(), length.max(), radius.max(initial=0.0)))
-    return Pieces(rounds, straights, float(ends[-1]) if closed else np.inf, extent)
+    span, extent = norm(np.ptp(corners, axis=0)), max(norm(corners).max(), radius.max(initial=0.0))
+    return Pieces(rounds, straights, float(ends[-1]) if closed else np.inf, float(span), float(extent))
 
 
 def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, names: Ints) -> None:

@@ -26,7 +26,7 @@ ROUND_OFF = 16 * float(np.finfo(float).eps)
 """Of the magnitude of places: what round-off puts next to the strip or sector of a piece."""
 
 AT = 1e-9
-"""Of the extent: who is no farther from an open end or a sharp corner is at it."""
+"""Of the span: who is no farther from an open end or a sharp corner is at it."""
 
 
 class Foot(NamedTuple):
@@ -76,12 +76,13 @@ class Straights(NamedTuple):
 class Pieces:
     """A line of m ``rounds`` and l ``straights``, numbered in this order, of the ``length`` (inf where it is open).
 
-    ``extent`` is the magnitude of its places and lengths.
+    ``span`` is the distance between its farthest corners or so, ``extent`` the magnitude of its places and lengths.
     """
 
     rounds: Rounds
     straights: Straights
     length: float
+    span: float
     extent: float
 
     def foot(self, x: Floats) -> Foot:
@@ -109,7 +110,7 @@ class Pieces:
         if not sharp.size:
             return foot
         far = norm(x[..., None, :] - self.rounds.centre[sharp])
-        at, nearest = far.min(axis=-1) <= AT * self.extent, sharp[np.argmin(far, axis=-1)]
+        at, nearest = far.min(axis=-1) <= self._near(x), sharp[np.argmin(far, axis=-1)]
         middle = self.rounds.turn[nearest][..., None] * self.middle[nearest]
         return foot._replace(
             normal=np.where(at[..., None], middle, foot.normal), curvature=np.where(at, 0.0, foot.curvature)
@@ -136,7 +137,7 @@ class Pieces:
         straight = np.maximum(piece - len(self.rounds.radius), 0)
         s = self.straights
         along = np.vecdot(x - s.start[straight], s.along[straight])
-        past = np.maximum(-along, along - s.length[straight]) > AT * self.extent
+        past = np.maximum(-along, along - s.length[straight]) > self._near(x)
         return past & (piece >= len(self.rounds.radius))
 
     def met(self, x: Floats, by: Floats) -> Floats:
@@ -180,6 +181,10 @@ class Pieces:
     def _off(self, x: Floats) -> Floats:
         """Round-off (…, 1) of places x (…, d) along the pieces."""
         return ROUND_OFF * (norm(x) + self.extent)[..., None]
+
+    def _near(self, x: Floats) -> Floats:
+        """The distance (…) that is none for points x (…, d)."""
+        return AT * self.span + self._off(x)[..., 0]
 
     @cached_property
     def middle(self) -> Floats:

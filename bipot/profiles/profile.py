@@ -129,14 +129,14 @@ class Profile:
 
     @cached_property
     def thickness(self) -> float:
-        """Radius of the largest circle in the tool that touches the line, at most the magnitude of its places."""
+        """Radius of the largest circle in the tool that touches the line, at most the span of its corners."""
         s, rounds = self.pieces.straights, self.pieces.rounds
         part = (np.arange(PLACES) + 0.5)[:, None, None] / PLACES
         along = s.start + part * s.length[:, None] * s.along
         middle = rounds.centre + rounds.radius[:, None] * self.pieces.middle
         place = np.concatenate([along.reshape(-1, 2), middle[(rounds.turn > 0) & (rounds.radius > 0)]])
-        normal, extent = self.pieces.foot(place).normal, self.pieces.extent
-        low, high = np.zeros(len(place)), np.full(len(place), extent)
+        normal = self.pieces.foot(place).normal
+        low, high = np.zeros(len(place)), np.full(len(place), self.pieces.span)
         for _ in range(HALVINGS):
             radius = (low + high) / 2
             # A circle that touches is in the tool as long as its centre is no nearer to another place.
