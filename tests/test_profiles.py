@@ -47,7 +47,7 @@ def test_the_gap_is_as_steep_as_one_everywhere_and_so_has_one_sign_on_each_side(
         grown = profile.distance(x + size * by).gap - profile.distance(x).gap
         assert (np.abs(grown) <= size * norm(by) + 1e-14).all()
     on = on_line(profile, seed)
-    np.testing.assert_allclose(profile.distance(on).gap, 0.0, atol=1e-14)
+    np.testing.assert_allclose(profile.distance(on).gap, 0.0, atol=1e-13)
 
 
 @given(SEEDS)
@@ -110,10 +110,10 @@ def test_at_fillets_the_normal_goes_on_and_the_curvature_is_that_of_one_side(see
     own = np.abs(found.gap - gap) < 1e-12
     np.testing.assert_allclose(found.normal[own], normal[own], atol=1e-9)
     steps = 1e-7 * frames(normal[own])[:, 1]
+    sides = np.array([0.0, *(1 / (gap + k * profile.fillets) for k in (-1, 1))])
     for step in (steps, -steps):
         there = profile.distance(x[own] + step)
-        np.testing.assert_allclose(there.normal, normal[own], atol=1e-4)
-        sides = np.array([0.0, *(1 / (gap + k * profile.fillets) for k in (-1, 1))])
+        np.testing.assert_allclose(there.normal, normal[own], atol=1e-9 + 1.01e-7 * np.abs(sides).max())
         assert (np.abs(there.curvature[:, None] - sides).min(axis=1) < 1e-3 * np.abs(sides).max()).all()
 
 
