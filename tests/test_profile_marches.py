@@ -41,6 +41,7 @@ SHAPES = {
     "sharp wedge": wedge((0.0, 1.0), 70.0, 2.0),
     "punch with round edges": flat_punch((0.0, 1.0), 1.1, 2.0, 0.1),
     "punch with sharp edges": flat_punch((0.0, 1.0), 1.1, 2.0),
+    "groove": Profile(((3.0, 0.5), (1.0, 1.0), (0.0, 1.2), (-1.0, 1.0), (-3.0, 0.5)), (0.1, 0.5, 0.1)),
 }
 RUNS = dict[tuple[str, Geometry, type[Form]], list]()
 
@@ -129,6 +130,12 @@ def test_a_tool_that_slides_off_a_node_over_its_open_end_is_reported():
     # From a body that the end never comes to, and with a side, on which the body may come.
     for surface in (Profile(((2.0, 1.0), (-0.5, 1.0))), Profile(((2.0, 1.0), (0.45, 1.0), (0.45, 2.0)), 0.05)):
         assert list(march(edged(surface), Schedule(10)))[-1].state.tau == 1.0
+
+
+def test_a_body_that_starts_behind_an_open_end_is_told_so():
+    """Half of its top is past the end, and above the line that goes on, which is 0.1 lower at its corner."""
+    with pytest.raises(IncrementFailed, match=r"Node \d+ starts behind an open end of tools\[0\], by 0.0981: continue"):
+        list(march(edged(Profile(((0.5, 1.0), (-2.0, 1.5)))), Schedule(4)))
 
 
 def test_an_open_end_over_which_a_touching_node_slides_is_reported():
