@@ -1,6 +1,5 @@
-"""Ways along, around, through and past the end of profiles; their mirror images; unions; what is refused."""
+"""Ways along, around, through and past the end of profiles; their mirror images."""
 
-import re
 from itertools import pairwise
 
 import numpy as np
@@ -8,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bipot.profiles import Profile, Union, flat_punch, wedge
-from bipot.surfaces import Circle, Plane, Surface
+from bipot.profiles import Profile, flat_punch, wedge
+from bipot.surfaces import Circle, Plane
 from bipot.tensors import norm
-from tests.profiles import drawn, on_line, sampled
-from tests.scenes import refused
-from tests.test_profiles import DIE, ROUND, SEEDS, around
+from tests.profiles import drawn, sampled
+from tests.test_profiles import ROUND, SEEDS, around
 
 BLADE = Profile(((0.05, 2.0), (0.05, 0.0), (-0.05, 0.0), (-0.05, 2.0)))
 COMB = Profile(
@@ -129,10 +127,13 @@ def test_a_punch_that_is_driven_past_a_node_in_its_middle_has_crossed_it():
     punch = flat_punch((0.0, 0.0), 1.0, 2.0, 0.1)
     assert punch.crossed(np.array([0.05, 0.0]), np.array([0.46, 0.5]))
     assert not punch.crossed(np.array([0.4, 0.0]), np.array([0.1, 0.1]))
-    for surface in (DIE, Profile(ROUND.points[::-1], 1.0, closed=True)):
-        x, by = around(3)
-        outside = (surface.distance(x).gap > 0) & (surface.distance(x + by).gap > 0)
-        assert not surface.crossed(x, by)[outside & (surface is not DIE)].any()
+
+
+def test_no_way_inside_a_hollow_circle_crosses_it():
+    hollow, (x, by) = Profile(ROUND.points[::-1], 1.0, closed=True), around(3)
+    inside = (hollow.distance(x).gap > 0) & (hollow.distance(x + by).gap > 0)
+    assert inside.sum() > 10
+    assert not hollow.crossed(x, by)[inside].any()
 
 
 def test_points_past_an_open_end_are_told():
@@ -176,93 +177,6 @@ def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
 
 
 @given(SEEDS)
-def test_a_union_is_the_nearest_of_its_surfaces(seed):
-    parts = (Circle((0.8, 0.2), 0.4), Plane((0.0, -1.2), (0.0, 1.0)), drawn(seed))
-    union, (x, by) = Union(parts), around(seed)
-    found, each = union.distance(x), [part.distance(x) for part in parts]
-    nearest = np.argmin([one.gap for one in each], axis=0)
-    for k, one in enumerate(each):
-        for a, b in zip(found, one, strict=True):
-            np.testing.assert_array_equal(a[nearest == k], b[nearest == k])
-    np.testing.assert_array_equal(union.gap(x, np.zeros(2)), found.gap)
-    np.testing.assert_allclose(union.passed(x, by)[:, 0], union.distance(x + by).gap - found.gap, atol=1e-13)
-    same = nearest == np.argmin([part.gap(x + by, np.zeros(2)) for part in parts], axis=0)
-    slips = np.array([part.passed(x, by)[:, 1] for part in parts])[nearest, np.arange(len(x))]
-    np.testing.assert_array_equal(union.passed(x, by)[same, 1], slips[same])
-    np.testing.assert_array_equal(union.crossed(x, by), np.any([part.crossed(x, by) for part in parts], axis=0))
-    np.testing.assert_array_equal(union.beyond(x), parts[2].beyond(x) & (nearest == 2))
-    assert (union.size(x, np.ones(2)) >= parts[0].size(x, np.ones(2))).all()
-    assert isinstance(union, Surface)
-    assert Union((Circle((0.0, 1.0), 0.4), Plane((0.0, -1.2), (0.0, 1.0)))).mirrored(0, 0.0, 1e-9)
-    assert not union.mirrored(0, 0.0, 1e-9)
-
-
-SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Profile("line"), "profile.points = 'line': must be pairs of numbers"),
-        (lambda: Profile(((0.0, 0.0),)), "profile.points = .*: must be at least 2"),
-        (lambda: Profile(SQUARE[:2], closed=True), "profile.points = .*: must be at least 3"),
-        (lambda: Profile((*SQUARE, (1.0, "up"))), r"profile.points\[4\]"),
-        (lambda: Profile((*SQUARE, (1.0, float("nan")))), r"profile.points\[4\]"),
-        (lambda: Profile((*SQUARE, (1e50, 0.0))), r"profile.points\[4\]"),
-        (lambda: Profile(SQUARE, -0.1), "profile.fillets = -0.1"),
-        (lambda: Profile(SQUARE, float("inf")), "profile.fillets = inf"),
-        (lambda: Profile(SQUARE, True), "profile.fillets = True"),
-        (lambda: Profile(SQUARE, (0.1, "big")), r"profile.fillets\[1\] = 'big'"),
-        (lambda: Profile(SQUARE, (0.1,)), r"profile.fillets = .*: must be a radius, or 2"),
-        (lambda: Profile(SQUARE, (0.1,) * 3, closed=True), r"profile.fillets = .*: must be a radius, or 4"),
-        (lambda: Profile(SQUARE, closed=1), "profile.closed = 1"),
-        (lambda: Profile((*SQUARE[:2], *SQUARE[1:])), r"profile.points = .*: must be different: number \[1\]"),
-        (lambda: Profile((*SQUARE, SQUARE[0]), closed=True), r"different: number \[4\]"),
-        (lambda: Profile((*SQUARE[:2], SQUARE[0], SQUARE[3])), "does not go back on itself"),
-        (lambda: Profile(SQUARE[:3], 1.2), r"profile.fillets = \[1.2\]: must be such that they fit on a side of 1"),
-        (
-            lambda: Profile(SQUARE, (0.6, 0.5), closed=False),
-            r"fit on a side of 1: by corner they are \{1: 0.6, 2: 0.5\}",
-        ),
-        (lambda: Profile(SQUARE, 0.51, closed=True), "fit on a side of 1"),
-        (lambda: Profile((SQUARE[0], SQUARE[2], SQUARE[1], SQUARE[3]), closed=True), "does not meet itself"),
-        (
-            lambda: Profile((SQUARE[0], SQUARE[1], SQUARE[2], SQUARE[3], SQUARE[0])),
-            "beyond its ends: go on, or close it",
-        ),
-        (lambda: Profile(((1.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (-1.0, 0.0), (0.5, -1.0))), "beyond its ends"),
-        (lambda: Profile(((0.0, 1.0), (0.0, 0.0), (4.0, 0.0), (4.0, 1.0), (-1.0, 0.5), (3.0, 3.0))), "meet itself"),
-        (lambda: Profile(((0.0, 4.0), (0.0, 0.0), (4.0, 0.0), (0.9, 0.9), (5.0, 1.0)), (3.0, 0.0, 0.0)), "corner 1"),
-        (lambda: Profile(((0.0, 0.0), (1.0, 0.0), (2.0, 0.0)), closed=True), "profile.points"),
-        (lambda: wedge((0.0, 0.0), 90.0, 1.0), "wedge.semi_angle = 90.0"),
-        (lambda: wedge((0.0, 0.0), 45.0, 0.0), "wedge.length"),
-        (lambda: wedge((0.0, "x"), 45.0, 1.0), "wedge.apex"),
-        (lambda: wedge((0.0, 0.0), 45.0, 1.0, 2.0), "profile.fillets"),
-        (lambda: flat_punch((0.0, 0.0), -1.0, 1.0), "punch.width"),
-        (lambda: flat_punch((0.0, 0.0), 1.0, 1.0, 0.6), "profile.fillets"),
-        (lambda: Union(()), "union.surfaces"),
-        (lambda: Union((Circle((0.0, 0.0), 1.0), "plane")), r"union.surfaces\[1\] = 'plane'"),
-        (lambda: Union(Circle((0.0, 0.0), 1.0)), "union.surfaces"),
-    ],
-)
-def test_what_is_no_profile_is_refused_in_a_sentence(make, words):
-    refused(make, words)
-
-
-def test_straight_corners_and_numbers_of_any_kind_are_no_matter():
-    plain = Profile(SQUARE, 0.25, closed=True)
-    same = Profile(np.array([(0, 0), (0, 0.5), (0, 1), (1, 1), (1, 0), (0.3, 0)]), [0.25, 9, 0.25, 0.25, 0.25, 0], True)
-    x, by = around(4)
-    for one, other in zip(same.distance(x), plain.distance(x), strict=True):
-        np.testing.assert_allclose(one, other, atol=1e-14)
-    np.testing.assert_allclose(same.passed(x, by), plain.passed(x, by), atol=1e-14)
-    assert same.mirrored(0, 0.5, 1e-12)
-    assert re.fullmatch(r"Profile\(points=.*, fillets=0.25, closed=True\)", repr(plain))
-    assert plain == Profile(SQUARE, 0.25, closed=True)
-    assert hash(plain) == hash(Profile(SQUARE, 0.25, closed=True))
-
-
-@given(SEEDS)
 def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
     profile, (x, by) = drawn(seed), around(seed)
     part = np.linspace(0, 1, 2001)
@@ -277,24 +191,3 @@ def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
     met = np.where(met < 1, met, np.nan)
     gap = profile.distance(x[:, None] + np.nan_to_num(met)[..., None] * by[:, None]).gap
     np.testing.assert_allclose(gap[np.isfinite(met)], 0.0, atol=1e-13)
-
-
-@given(SEEDS, st.sampled_from([1e-25, 1e-6, 1e12, 1e25]), st.sampled_from([0.0, 1e3, 1e6]))
-def test_units_and_places_are_no_matter(seed, unit, far):
-    """To the round-off of coordinates so many sizes away from the origin."""
-    profile, (x, by) = drawn(seed), around(seed)
-    shift = far * np.array([1.0, -0.7])
-    points = (np.array(profile.points) + shift) * unit
-    other = Profile(tuple(map(tuple, points.tolist())), unit * profile.fillets, profile.closed)
-    noise = 1e-13 * (1 + far)
-    np.testing.assert_allclose(other.distance((x + shift) * unit).gap / unit, profile.distance(x).gap, atol=noise)
-    on = on_line(profile, seed)
-    np.testing.assert_allclose(other.distance((on + shift) * unit).gap / unit, 0.0, atol=noise)
-    assert (other.beyond((x + shift) * unit) == profile.beyond(x)).mean() > 0.95
-    if far == 0:
-        np.testing.assert_array_equal(other.crossed(x * unit, by * unit), profile.crossed(x, by))
-        half = profile.pieces.length / 2
-        clear = np.abs(np.abs(profile.passed(x, by)[:, 1]) - half) > 1e-9
-        np.testing.assert_allclose(
-            other.passed(x * unit, by * unit)[clear] / unit, profile.passed(x, by)[clear], atol=1e-12
-        )
