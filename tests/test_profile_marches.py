@@ -8,7 +8,8 @@ import pytest
 from bipot.certificate import Bounds
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
-from bipot.forms import Dissipation, Form, Newton, Tangent
+from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa
+from bipot.forms.penalty import contact_penalty
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -75,6 +76,19 @@ def test_a_tool_goes_in_by_a_tenth_and_every_increment_is_certified(name):
 def test_forms_of_the_exact_law_agree(name, form):
     one, other = run(name, Geometry.PLANE_STRAIN, Newton()), run(name, Geometry.PLANE_STRAIN, form)
     assert apart(forces(other), forces(one)) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["wedge of 70 degrees", "punch with round edges", "groove"])
+def test_delassus_uzawa_and_the_penalty_agree_within_the_default_bounds(name):
+    """Of a body that does not flow; the penalty as far as it penetrates."""
+    rubber, plain = Elastic(Elasticity(1e3, 0.3)), pressed(surface=SHAPES[name], mu=0.0)
+    scene = replace(plain, material=rubber)
+    K = 10 * contact_penalty(system_of(scene).candidates)
+    exact = forces(marched(scene))
+    assert apart(forces(marched(scene, Uzawa(K, K))), exact) < 1e-5
+    assert 1e-5 < apart(forces(marched(scene, Penalty(100 * K, 100 * K))), exact) < 1e-3
+    rough = pressed(surface=SHAPES[name], material=rubber)
+    assert apart(forces(marched(rough, Delassus())), forces(marched(rough))) < 1e-5
 
 
 @pytest.mark.parametrize("name", ["wedge of 70 degrees", "punch with round edges"])
