@@ -5,7 +5,8 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, ShapedTool, Plane, Circle, Sampling, Force, Turn
+* tools: FlatTool, ShapedTool, Sampling, Force, Turn
+* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -69,6 +70,7 @@ from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
 from bipot.poses import Turn
+from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
@@ -131,6 +133,7 @@ __all__ = [
     "PointForce",
     "Prescribed",
     "Pressure",
+    "Profile",
     "ProgramError",
     "Qoco",
     "Quadrature",
@@ -153,6 +156,7 @@ __all__ = [
     "Traction",
     "Turn",
     "UnboundedProgram",
+    "Union",
     "UnsuitedForm",
     "Uzawa",
     "Voce",
@@ -161,8 +165,10 @@ __all__ = [
     "block",
     "conic_program",
     "cylinder",
+    "flat_punch",
     "limit_load",
     "march",
     "ring",
     "upsetting",
+    "wedge",
 ]

@@ -108,6 +108,20 @@ class Candidates:
         """
         return Meeting.at(self.scene.tools, self._owned, gap, Going(self.mean(nodes), self.mean(du), placed, advance))
 
+    def crossed(self, meeting: Meeting) -> Bools:
+        """Who (c,) went through a tool and came out on another side of it."""
+        out = np.zeros(len(self.node), dtype=bool)
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
+        return out
+
+    def beyond(self, meeting: Meeting) -> Bools:
+        """Who (c,) came past an open end of a tool."""
+        out = np.zeros(len(self.node), dtype=bool)
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
+        return out
+
     def mean(self, nodal: Floats) -> Floats:
         """A nodal field (a, d) at the candidates (c, d)."""
         return np.asarray(self.weights @ nodal)

@@ -181,7 +181,7 @@ def solve_increment(
             if not np.array_equal(examined.iterate.x, iterate.x) and not watch.accepts(examined, step):
                 raise watch.failure("the least of the body's free rigid motions leaves")
             increment.system.body.refuse_folded(examined.response)
-            refuse_motion(examined.iterate)
+            refuse_motion(examined.iterate, r)
             return Solved(
                 iterate=examined.iterate,
                 r=r,

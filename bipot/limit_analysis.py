@@ -111,8 +111,13 @@ def _units(scene: Scene) -> Units:
 
 
 def _touching(increment: Increment) -> Bools:
-    """Candidates (c,) without a gap at the increment's start."""
-    return touches(increment.start.gap, increment.system.body.scene.mesh.size)
+    """Candidates (c,) without a gap at the increment's start, and not past an open end of their tool."""
+    start, system = increment.start, increment.system
+    near = touches(start.gap, system.body.scene.mesh.size)
+    if system.candidates.curved:
+        here = increment.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
+        near &= ~system.candidates.beyond(here)
+    return near
 
 
 def _rows(increment: Increment) -> ContactRows:

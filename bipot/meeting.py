@@ -36,28 +36,29 @@ class Going(NamedTuple):
 @dataclass(frozen=True)
 class Meeting:
     """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    the ``curvature`` (c,) of the lines of equal gaps they are on, and who ``crossed`` (c,) the tool on the way.
+    the ``curvature`` (c,) of the lines of equal gaps they are on; as their tools see them they were at ``place`` (c, d)
+    and went ``by`` (c, d).
     """
 
     motion: Floats
     frames: Floats
     curvature: Floats
-    crossed: Bools
+    place: Floats
+    by: Floats
 
     @staticmethod
     def at(tools: Sequence[Tool], owned: Bools, gap: Floats, going: Going) -> Meeting:
         """Of candidates that start with a ``gap`` (c,) and are ``going``; ``owned`` (k, c) says whose they are."""
         motion, normal, curvature = np.empty_like(going.x), np.empty_like(going.x), np.empty(len(gap))
-        crossed = np.zeros(len(gap), dtype=bool)
+        place, by = np.empty_like(going.x), np.empty_like(going.x)
         for mine, tool, pose, advance in zip(owned, tools, going.placed, going.advance, strict=True):
-            place = tool.own(going.x[mine], pose)
-            by = tool.going(going.x[mine], going.by[mine], pose, advance)
-            crossed[mine] = tool.face.crossed(place, by)
-            motion[mine] = tool.face.passed(place, by)
-            _, own, curvature[mine] = tool.face.distance(place + by)
+            place[mine] = start = tool.own(going.x[mine], pose)
+            by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
+            motion[mine] = tool.face.passed(start, went)
+            _, own, curvature[mine] = tool.face.distance(start + went)
             normal[mine] = tool.turned(own, pose + advance)
         motion[:, 0] += gap
-        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, crossed)
+        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, place, by)
 
     def bending(self, r: Floats) -> Floats:
         """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""

@@ -6,11 +6,12 @@ import numpy as np
 
 from bipot.between import between
 from bipot.certificate import Bounds
-from bipot.contact import TOUCHES
+from bipot.contact import TOUCHES, carries
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.symmetry import image_depth
 from bipot.tensors import norm
+from bipot.typing import Floats
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -25,11 +26,15 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
         raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
 
 
-def refuse_motion(iterate: Iterate) -> None:
-    """Refuse what a motion may not do: run away, go through a tool or let one between nodes, meet a mirror image."""
+def refuse_motion(iterate: Iterate, r: Floats) -> None:
+    """Refuse what no motion may do, r (c, d) the forces of all candidates.
+
+    It may not run away, go through a tool or let one between nodes, touch it past an open end, nor a mirror image.
+    """
     _refuse_runaway(iterate)
     if iterate.increment.system.candidates.curved:
         _refuse_crossed(iterate)
+        _refuse_beyond(iterate, r)
         _refuse_between(iterate)
     _refuse_image(iterate)
 
@@ -46,22 +51,32 @@ def _refuse_runaway(iterate: Iterate) -> None:
 def _refuse_crossed(iterate: Iterate) -> None:
     """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
     contacts = iterate.increment.system.candidates
-    crossed = np.flatnonzero(iterate.meeting.crossed)
+    crossed = np.flatnonzero(contacts.crossed(iterate.meeting))
     if len(crossed):
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
         raise Refused(f"tools[{tool}] goes through node {node}", "Use more increments: they are too long for the tool.")
+
+
+def _refuse_beyond(iterate: Iterate, r: Floats) -> None:
+    """Refuse nodes that touch a tool past an open end of it."""
+    contacts = iterate.increment.system.candidates
+    beyond = np.flatnonzero(contacts.beyond(iterate.meeting) & carries(r))
+    if len(beyond):
+        tool, node = contacts.tool[beyond[0]], contacts.node[beyond[0]]
+        advice = f"Continue the surface of tools[{tool}] to where the body does not come, or close it."
+        raise Refused(f"node {node} would be touched past an open end of tools[{tool}]", advice)
 
 
 def _refuse_between(iterate: Iterate) -> None:
     """Refuse tools that come into the body between two nodes, which feel nothing of it."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
-        start, before, after = increment.start.nodes, increment.placed_before[k], iterate.placed[k]
-        passed = between(scene.mesh, tool, tool.own(start, before), tool.own(start + iterate.response.du, after))
+        start, poses = increment.start.nodes, np.stack([increment.placed_before[k], iterate.placed[k]])
+        passed = between(scene.surroundings, tool, start, start + iterate.response.du, poses)
         if passed is not None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"
-            raise Refused(said, "Refine the boundary there: its edges are too long for so small a tool.")
+            raise Refused(said, "Refine the boundary there, or make it a candidate: it does not feel the tool.")
 
 
 def _refuse_image(iterate: Iterate) -> None:

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.between import inside
+from bipot.between import Surroundings, inside
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -37,7 +37,7 @@ from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
 from bipot.supports import Prescribed, Support, Symmetry, free_along, require_agreeing
 from bipot.surfaces import require_distance
-from bipot.symmetry import Plane, planes_of, require_mirrored, share
+from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
 from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
 
@@ -120,6 +120,13 @@ class Scene:
     def planes(self) -> tuple[Plane, ...]:
         """The planes of symmetry that cut the whole body."""
         return planes_of(self.mesh, self.geometry, self.supports)
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The whole body's surface: beyond planes of symmetry, and beyond the axis of a meridian, by mirror image."""
+        axis = Plane(0, 0.0, PLANAR * self.mesh.size)
+        ring = self.geometry is Geometry.AXISYMMETRIC
+        return Surroundings.of(self.mesh, (*self.planes, axis) if ring else self.planes)
 
     @property
     def images(self) -> int:
@@ -228,6 +235,16 @@ class Scene:
             driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
 
+    def _check_revolved(self, tool: Tool, label: str) -> None:
+        """What goes around the axis stays on it, or beside it."""
+        on_axis = tool.face.mirrored(0, 0.0, PLANAR * self.mesh.size)
+        require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
+        tips = tool.face.tips()
+        for tau, _ in tool.path:
+            r = tips.centre[:, 0] + tool.moved(0.0, tau)[0]
+            over = (r < -PLANAR * self.mesh.size) & (r + tips.radius > 0)
+            require(on_axis or not over.any(), f"{label}.surface", tool.face, "of parts around centres at r >= 0")
+
     def _check_candidates(self, tool: Tool, label: str) -> None:
         """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
         nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
@@ -241,8 +258,11 @@ class Scene:
         # Of a curved tool the normal turns as it comes along.
         movable = bool(free_along(free, normal).any() if tool.flat else free.any())
         require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-        allowed = "off the body: a part of it is in there, between nodes that do not feel it"
-        require(not inside(self.mesh, tool), f"{label}.surface", tool.face, allowed)
+        deep = inside(self.surroundings, tool, self.mesh.nodes, np.zeros(3))
+        allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
+        require(deep is None, f"{label}.surface", tool.face, allowed)
+        if self.geometry is Geometry.AXISYMMETRIC and not tool.flat:
+            self._check_revolved(tool, label)
         if tool.turn is not None:
             ring = self.geometry is not Geometry.AXISYMMETRIC
             require(ring, f"{label}.turn", tool.turn, "None in an axisymmetric scene: a tool is all around its axis")

@@ -33,6 +33,13 @@ AROUND = np.pi / 3
 """Who goes around a circle by more in one increment, and on a straight way through it, came out on another side."""
 
 
+OPEN = 1e-6
+"""Of a tool's radius or thickness: who is no farther from it touches it."""
+
+GRAZED = 0.02
+"""Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
+
+
 class Distance(NamedTuple):
     """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps."""
 
@@ -42,10 +49,14 @@ class Distance(NamedTuple):
 
 
 class Tips(NamedTuple):
-    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners."""
+    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners.
+
+    ``thickness`` is the diameter of the largest circle in the tool.
+    """
 
     centre: Floats
     radius: Floats
+    thickness: float
 
 
 @runtime_checkable
@@ -73,7 +84,11 @@ class Surface(Protocol):
         ...
 
     def tips(self) -> Tips:
-        """Its convex parts, whole circles or arcs of them."""
+        """Its convex parts: circles of which an arc is the surface."""
+        ...
+
+    def beyond(self, x: Floats) -> Bools:
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
         ...
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
@@ -126,7 +141,11 @@ class Plane:
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
-        return Tips(np.empty((0, 2)), np.empty(0))
+        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
@@ -154,8 +173,8 @@ class Circle:
     def __post_init__(self) -> None:
         object.__setattr__(self, "centre", place(self.centre, "circle.centre"))
         require_positive(**{"circle.radius": self.radius})
-        require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
         object.__setattr__(self, "radius", float(self.radius))
+        require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
         require_type(self.concave, bool, "circle.concave")
 
     def distance(self, x: Floats) -> Distance:
@@ -186,18 +205,27 @@ class Circle:
         return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
-        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far."""
+        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far.
+
+        Who touches it neither before nor after does not slide.
+        """
         start, length = x - np.array(self.centre), norm(by)
         end = start + by
         along = -np.vecdot(start, by) / np.where(length > 0, length, 1.0) ** 2
         nearest = norm(start + np.clip(along, 0.0, 1.0)[..., None] * by)
         turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
-        return turns & (nearest < np.cos(AROUND / 2) * self.radius) & (not self.concave)
+        slid = turns & (nearest < np.cos(AROUND / 2) * self.radius)
+        open_at_both = np.minimum(norm(start), norm(end)) > (1 + OPEN) * self.radius
+        return (slid | (open_at_both & (nearest < (1 - GRAZED) * self.radius))) & (not self.concave)
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: itself, where it is convex."""
         own = int(not self.concave)
-        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own))
+        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own), 2 * self.radius)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""

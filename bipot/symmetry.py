@@ -117,9 +117,12 @@ def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Float
     """
     if plane.cuts(tool):
         return 0.0
-    x = nodes[mesh.boundary_nodes(*tool.candidates)]
+    own = mesh.boundary_nodes(*tool.candidates)
+    # Who is in the plane is its own mirror image.
+    x = nodes[own[~plane.holds(mesh.nodes[own])]]
     x[:, plane.direction] = 2 * plane.position - x[:, plane.direction]
-    return max(0.0, -float(tool.distance(x, pose).min()))
+    gap = tool.distance(x, pose)
+    return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
 
 
 def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:

@@ -21,6 +21,7 @@ from bipot.limit_analysis import limit_load
 from bipot.loads import Traction
 from bipot.marching import Control, march
 from bipot.poses import Turn
+from bipot.profiles import flat_punch
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supports import Support
@@ -46,7 +47,11 @@ def derivative(f, x, v, h=1e-5):
     return (4 * one - two) / 3
 
 
-SURFACES = (Circle((0.1, 1.5), 0.5), Circle((-0.3, -1.5), 2.9, concave=True))
+SURFACES = (
+    Circle((0.1, 1.5), 0.5),
+    Circle((-0.3, -1.5), 2.9, concave=True),
+    flat_punch((0.0, 1.0), 0.6, 2.0, 0.2),
+)
 TURNS = (None, Turn(0.3, (0.2, 1.1)))
 
 

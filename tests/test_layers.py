@@ -23,7 +23,6 @@ LAYERS = (
     ("errors", "frozen", "machine", "progress", "replacing", "tensors", "typing", "undisturbed"),
     (
         "abaqus",
-        "between",
         "cells",
         "conic",
         "elements",
@@ -36,11 +35,12 @@ LAYERS = (
         "mesh_files",
         "paths",
         "poses",
+        "profiles",
         "surfaces",
         "tools",
     ),
     ("certificate", "coulomb", "fem"),
-    ("components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
+    ("between", "components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
     ("contact", "mobility", "overlap", "response", "shear", "system"),
     (
         "determinacy",
