@@ -10,7 +10,7 @@ from studies.verification.case import Asked, Sense, Watch
 
 PROBLEM = {problem.name: problem for problem in PROBLEMS}
 NEAR, STRICT = ElementType.T6, ElementType.T3
-"""The type that comes nearest, and the one whose value is a bound: of constant strain, it keeps the volume everywhere."""
+"""What comes nearest, and what is a bound: of constant strain, it keeps the volume everywhere."""
 
 
 def value(problem: str, kind: ElementType, n: int) -> float:

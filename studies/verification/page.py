@@ -16,8 +16,9 @@ FIGURES = f"figures/{NAME}"
 HEAD = f"""# Verification
 
 Cases whose answers no finite element code found, or that are published with their scatter, each on a series of meshes.
-`{RUN} --resume --out docs/results --page docs/verification.md` makes [results/verification.csv](results/verification.csv)
-and this page from it, `python -m paper_figs.fig_verification --results docs/results --out docs/figures/verification`
+`{RUN} --resume --out docs/results --page docs/verification.md` makes
+[results/verification.csv](results/verification.csv) and this page from it,
+`python -m paper_figs.fig_verification --results docs/results --out docs/figures/verification`
 the pictures; `{RUN} --only NAME` runs one case. The command ends with exit code 1 where a case misses a
 tolerance on its finest mesh. Errors are relative to the reference, absolute where that is zero; of a bound (`>=`, `<=`)
 only what is beyond it counts. Units are those of the set-up; seconds are of one run on one thread."""

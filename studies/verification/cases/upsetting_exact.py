@@ -29,9 +29,9 @@ CASE = Case(
     purpose="A homogeneous answer needs no mesh: what is left is the integration over increments and their geometry.",
     setup=(
         "Cylinder 10 mm high, 10 mm wide, E = 210000 MPa, nu = 0.3, sigma_Y = 300 MPa, perfect plasticity, between"
-        " rigid punches without friction, to 60 %; 2 x 2 Q8 of the quarter with seven points, as the seed paper has them."
-        " With eps = -ln(1 - reduction): eps_p = eps - sigma_Y/E, R = R0 exp(eps_p/2 + nu sigma_Y/E),"
-        " F = sigma_Y pi R^2."
+        " rigid punches without friction, to 60 %; 2 x 2 Q8 of the quarter with seven points, as the seed paper has"
+        " them. With eps = -ln(1 - reduction): eps_p = eps - sigma_Y/E, R = R0 exp(eps_p/2 + nu sigma_Y/E), F ="
+        " sigma_Y pi R^2."
     ),
     asked=tuple(
         Asked(f"{name} at {100 * reduction:.0f} %", exact(reduction), 1e-4)
