@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from studies import convergence, coupling, energy, fuzz, hard_cases, load_cases, optimisers, solvers
+from studies import convergence, coupling, energy, fuzz, hard_cases, optimisers, solvers
 from studies.fuzz_row import HEADER
 from studies.tables import read_csv
 from tests.test_outputs import content
@@ -19,7 +19,6 @@ STUDIES = (
     (coupling, "coupling.csv", []),
     (energy, "energy.csv", []),
     (hard_cases, "hard_cases.csv", ["--only", "13", "--forms", "newton", "tangent"]),
-    (load_cases, "load_cases.csv", []),
     (solvers, "solvers.csv", []),
 )
 
