@@ -40,11 +40,11 @@ FITTED = 0.3
 """Of the largest pressure: above it pressures are fitted."""
 
 
-def lines(fine: float, count: int) -> Floats:
-    """Ends of ``count`` equal elements to ``fine``, and of elements that grow from there to :data:`FAR`."""
+def lines(fine: float, count: int, far: float = FAR) -> Floats:
+    """Ends of ``count`` equal elements to ``fine``, and of elements that grow from there to ``far``."""
     size = fine / count
-    away = int(np.ceil(np.log1p((FAR - fine) * (GROWTH - 1) / size) / np.log(GROWTH)))
-    return np.append(np.linspace(0.0, fine, count + 1)[:-1], graded(fine, FAR, away, GROWTH ** (away - 1)))
+    away = int(np.ceil(np.log1p((far - fine) * (GROWTH - 1) / size) / np.log(GROWTH)))
+    return np.append(np.linspace(0.0, fine, count + 1)[:-1], graded(fine, far, away, GROWTH ** (away - 1)))
 
 
 def mesh(n: int, element: Element) -> Mesh:
