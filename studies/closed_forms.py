@@ -84,7 +84,8 @@ class Cylinder:
         return self.yield_stress * np.pi * radius**2 * (1 + 2 * radius / (3 * np.sqrt(3) * height))
 
     def _rigid_plastic(self, reduction: Floats | float) -> tuple[Floats, Floats]:
-        return self.radius / np.sqrt(1 - reduction), self.height * (1 - reduction)
+        left = 1 - np.asarray(reduction, dtype=np.float64)
+        return self.radius / np.sqrt(left), self.height * left
 
 
 PAPER = Cylinder(10.0, 5.0, 210_000.0, 0.3, 300.0)

@@ -34,7 +34,7 @@ CASE = Case(
         " sigma_Y pi R^2."
     ),
     asked=tuple(
-        Asked(f"{name} at {100 * reduction:.0f} %", exact(reduction), 1e-4)
+        Asked(f"{name} at {100 * reduction:.0f} %", float(exact(reduction)), 1e-4)
         for reduction in REDUCTIONS
         for name, exact in (("F", PAPER.exact_force), ("R", PAPER.exact_radius), ("eps_p", PAPER.plastic_strain))
     ),
