@@ -10,6 +10,7 @@ import pytest
 from studies import convergence, coupling, energy, fuzz, hard_cases, optimisers, solvers
 from studies.fuzz_row import HEADER
 from studies.tables import read_csv
+from studies.verification import __main__ as verification
 from tests.test_outputs import content
 
 ROOT = Path(__file__).parents[1]
@@ -20,6 +21,7 @@ STUDIES = (
     (energy, "energy.csv", []),
     (hard_cases, "hard_cases.csv", ["--only", "13", "--forms", "newton", "tangent"]),
     (solvers, "solvers.csv", []),
+    (verification, "verification.csv", ["--only", "shear_lag", "seven_points"]),
 )
 
 

@@ -31,8 +31,8 @@ CASE = Case(
         " small strain, Q8, no friction. a^2 = R d = 1, F = 4/3 E* sqrt(R) d^1.5, p0 = 2 E* sqrt(d/R)/pi. The contact"
         " radius is where the straight line through the squares of nodal pressures over r^2 is zero, p0 where r is:"
         " least squares over the nodes with p > 0.3 of the largest. The elastic constants are those of a published case"
-        " (MOOSE, R_eff = 1, d = 0.01: a = 0.1, p0 = 9.55e5), made smaller, because there the sphere is no paraboloid"
-        " by 0.25 % of its depth, and the force takes 1 % of it."
+        " (MOOSE, R_eff = 1, d = 0.01: a = 0.1, p0 = 9.55e5), made smaller, because"
+        " at a/R = 0.1 the sphere is no paraboloid to 1 % of the force."
     ),
     asked=(
         Asked("F", 4 / 3 * STAR * float(np.sqrt(RADIUS)) * DEPTH**1.5, 0.01),

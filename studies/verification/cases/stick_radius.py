@@ -50,8 +50,7 @@ CASE = Case(
         " under a rigid cylinder and a rigid sphere, R = 1000 a, Q4, n/2 increments. K'(c/a)/K(c/a) = beta/mu of the"
         " cylinder, (a/2c) ln((a + c)/(a - c)) = (mu/beta) K'(c/a) of the sphere. The coupling that is left out is of"
         " the order of beta. c is halfway between the last node that sticks and the next, a that of Hertz by the"
-        " force. Far sides and normals that turn are of the order of a/R and a/L beside beta: with 1/30 for 1/1000"
-        " c/a becomes 0.95."
+        " force. Far sides and normals that turn change c/a by the order of a/R and a/L over beta, so these are small."
     ),
     asked=tuple(
         Asked(f"c/a, {name}, {'half the travel' if half < 1 else 'end'}", exact, 0.05)
