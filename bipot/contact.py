@@ -32,7 +32,7 @@ import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
 from bipot.laws.coulomb import force_threshold
-from bipot.meeting import Going, Meeting, slopes
+from bipot.meeting import Going, Meeting, in_air, slopes
 from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
@@ -101,12 +101,13 @@ class Candidates:
         """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
         return slopes(self.scene.tools, self._owned, self.mean(nodes), placed) if self.curved else self.frames
 
-    def meeting(self, gap: Floats, nodes: Floats, placed: Floats, du: Floats, advance: Floats) -> Meeting:
-        """Where candidates meet tools that go on by ``advance`` (k, 3) while nodes go by ``du`` (a, d).
+    def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
+        """Where candidates that start with the gaps (c,) meet their tools, with arcs (c,) ``before`` they touch."""
+        return Meeting.at(self.scene.tools, self._owned, gap, going, before)
 
-        They start at ``nodes`` (a, d) and in the poses ``placed`` (k, 3) with the gaps (c,).
-        """
-        return Meeting.at(self.scene.tools, self._owned, gap, Going(self.mean(nodes), self.mean(du), placed, advance))
+    def in_air(self, gap: Floats, going: Going) -> Floats:
+        """Arcs (c,) that candidates with the gaps (c,) come along before they touch."""
+        return in_air(self.scene.tools, self._owned, ~touches(gap, self.scene.mesh.size), going)
 
     def crossed(self, meeting: Meeting) -> Bools:
         """Who (c,) went through a tool and came out on another side of it."""

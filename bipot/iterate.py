@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from bipot import supported
 from bipot.contact import LEAST_MOTION
 from bipot.fem.strain import Scratch
-from bipot.meeting import Meeting
+from bipot.meeting import Going, Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.shear import Strength, caps
@@ -42,8 +42,17 @@ class Increment:
 
     def meeting(self, du: Floats, travel: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
-        start, advance = self.start, self.advance(travel)
-        return self.system.candidates.meeting(start.gap, start.nodes, self.placed_before, du, advance)
+        return self.system.candidates.meeting(self.start.gap, self._going(du, travel), self._in_air)
+
+    def _going(self, du: Floats, travel: Floats) -> Going:
+        """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
+        mean = self.system.candidates.mean
+        return Going(mean(self.start.nodes), mean(du), self.placed_before, self.advance(travel))
+
+    @cached_property
+    def _in_air(self) -> Floats:
+        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
+        return self.system.candidates.in_air(self.start.gap, self._going(self.driven, self.travel))
 
     def advance(self, travel: Floats) -> Floats:
         """What poses (k, 3) change by where the tools ``travel`` (k, d)."""

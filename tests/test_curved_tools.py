@@ -28,6 +28,17 @@ from tests.recording import COLUMNS, arrays
 from tests.scenes import PLANES, refused
 
 
+def where_touched(before, by, gap, radius=RADIUS):
+    """Where slip begins for places off the centre that go ``by``, of who starts apart: at the circle, or at the end."""
+    out = before.copy()
+    for k in np.flatnonzero(gap > 1e-9):
+        a, b, c = by @ by, before[k] @ by, before[k] @ before[k] - radius**2
+        root = b**2 - a * c
+        meets = root > 0 and 0 < (-b - np.sqrt(root)) / a < 1
+        out[k] += by * ((-b - np.sqrt(root)) / a if meets else 1.0)
+    return out
+
+
 @pytest.mark.parametrize("geometry", PLANES)
 def test_the_law_holds_between_positions(geometry):
     """Gaps, slips, friction and balance recomputed from where nodes and punch are, with unit normals and tangents."""
@@ -43,7 +54,8 @@ def test_the_law_holds_between_positions(geometry):
         np.testing.assert_allclose(end.gap, gap, atol=1e-13)
         assert gap.min() >= -1e-10
         # Clockwise around the centre is along the tangent.
-        slip = RADIUS * (np.arctan2(*before[:, ::-1].T) - np.arctan2(*after[:, ::-1].T))
+        touched = where_touched(before, centres[0] - centres[1], start.gap)
+        slip = RADIUS * (np.arctan2(*touched[:, ::-1].T) - np.arctan2(*after[:, ::-1].T))
         slip[~accepted.solved.rows.rubs] = 0.0
         np.testing.assert_allclose(accepted.solved.iterate.motion[:, 1], slip, atol=1e-13)
         largest = np.abs(r).max()
@@ -201,3 +213,21 @@ def test_a_run_is_recorded_with_its_surface_and_read_back(tmp_path):
     )
     np.testing.assert_array_equal(one.state.nodes, other.state.nodes)
     np.testing.assert_array_equal(run.nodal("contact_force")[:, :2].sum(axis=0), accepted[-1].tool_forces[0])
+
+
+@pytest.mark.parametrize("gap", [0.01, 0.3, 7.0])
+def test_the_way_through_the_air_is_no_slip(gap):
+    """A circle comes straight down on a block, however far from it it starts: its force and friction are the same."""
+    scene = dragged(material=Elastic(Elasticity(1e3, 0.3)), mu=0.3)
+    ends = []
+    for far in (0.0, gap):
+        punch = replace(
+            scene.tools[0],
+            surface=Circle((0.4, 1.0 + RADIUS + far), RADIUS),
+            travel=(0.0, -0.02 - far),
+            path=((0, 0), (1, 1)),
+        )
+        ends.append(list(march(replace(scene, tools=(punch,)), Schedule(1), Control(Newton())))[-1])
+    np.testing.assert_allclose(ends[1].tool_forces, ends[0].tool_forces, rtol=1e-6)
+    np.testing.assert_allclose(ends[1].energies.friction, ends[0].energies.friction, rtol=1e-6)
+    np.testing.assert_allclose(ends[1].energies.work, ends[0].energies.work, rtol=1e-6)

@@ -22,6 +22,7 @@ from bipot.surfaces import Circle, Plane
 from bipot.tools import FlatTool, ShapedTool
 from tests.curved import STEEL, TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import refused
+from tests.test_curved_tools import where_touched
 
 RUBBER = Elastic(Elasticity(1e3, 0.3))
 
@@ -85,12 +86,12 @@ def test_a_punch_that_turns_in_its_place_drags_all_that_it_touches():
     accepted = marched(scene)
     for a in accepted:
         nodes, r = a.solved.iterate.increment.system.candidates.node, a.solved.r
-        start, end = (
-            np.arctan2(*(s.nodes[nodes] - tool.surface.centre - tool.pose(s.tau)[:2]).T) for s in (a.start, a.state)
-        )
+        centres = [np.add(tool.surface.centre, tool.pose(s.tau)[:2]) for s in (a.start, a.state)]
+        before, after = (s.nodes[nodes] - c for s, c in zip((a.start, a.state), centres, strict=True))
+        touched = where_touched(before, centres[0] - centres[1], a.start.gap, R)
         turned = tool.pose(a.state.tau)[2] - tool.pose(a.start.tau)[2]
         # Below its centre the surface goes to the right, against the tangent there: who rests slips along that.
-        slip = R * (end - start) + R * turned
+        slip = R * (np.arctan2(*after.T) - np.arctan2(*touched.T)) + R * turned
         touching = r[:, 0] > 1e-6 * np.abs(r).max()
         np.testing.assert_allclose(a.solved.iterate.motion[touching, 1], slip[touching], atol=1e-12)
         slides = touching & (np.abs(slip) > 1e-7)
