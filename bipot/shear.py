@@ -51,7 +51,7 @@ class Strength(NamedTuple):
 def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
     """Largest friction forces (c,), inf where none is asked.
 
-    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools displaced by ``placed`` (k, d).
+    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, 3).
     """
     scene, k = candidates.scene, strength.shear
     carried = np.zeros(len(candidates.node))
