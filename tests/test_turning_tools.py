@@ -9,8 +9,9 @@ import pytest
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.flow import Integration
+from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
-from bipot.laws.von_mises import Elasticity
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.mesh import block
 from bipot.paths import Amplitude
@@ -108,6 +109,16 @@ def test_a_punch_that_turns_in_its_place_drags_all_that_it_touches():
 def test_forms_agree_under_a_punch_that_turns(form):
     one, other = marched(spun(), bounds=TIGHT), marched(spun(), form, bounds=TIGHT)
     assert apart(forces(other), forces(one)) < 1e-8
+
+
+def test_a_punch_that_turns_shears_by_no_more_than_the_body_carries():
+    """Where edges lie on it on both sides the shear of who slides is m k, whatever the pressure there."""
+    m, k = 0.1, 300.0 / np.sqrt(3.0)
+    last = marched(spun(material=VonMises(Elasticity(210e3, 0.3), Perfect(300.0)), mu=np.inf, shear=m))[-1]
+    shear = np.abs(np.nan_to_num(last.traction.recovered_shear))
+    assert (np.abs(shear / (m * k) - 1) < 1e-6).sum() >= 3
+    assert np.ptp(last.traction.recovered_pressure[np.abs(shear / (m * k) - 1) < 1e-6]) > k / 10
+    np.testing.assert_allclose(last.tool_moment(0), 2.0 * np.abs(last.solved.r[:, 1]).sum(), rtol=1e-6)
 
 
 @pytest.mark.parametrize("centre", [None, (0.0, 2.0)])
