@@ -32,7 +32,7 @@ import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
 from bipot.laws.coulomb import force_threshold
-from bipot.meeting import Going, Meeting, in_air, slopes
+from bipot.meeting import Faces, Meeting
 from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
@@ -92,36 +92,18 @@ class Candidates:
         return not all(tool.flat for tool in self.scene.tools)
 
     @cached_property
+    def faces(self) -> Faces:
+        """The surfaces of the tools."""
+        return Faces(self.scene.tools, self._owned)
+
+    @cached_property
     def frames(self) -> Floats:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        at_rest = np.zeros((len(self.scene.tools), 3))
-        return slopes(self.scene.tools, self._owned, self.mean(self.scene.mesh.nodes), at_rest)
+        return self.faces.slopes(self.mean(self.scene.mesh.nodes), np.zeros((len(self.scene.tools), 3)))
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
         """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
-        return slopes(self.scene.tools, self._owned, self.mean(nodes), placed) if self.curved else self.frames
-
-    def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
-        """Where candidates that start with the gaps (c,) meet their tools, with arcs (c,) ``before`` they touch."""
-        return Meeting.at(self.scene.tools, self._owned, gap, going, before)
-
-    def in_air(self, gap: Floats, going: Going) -> Floats:
-        """Arcs (c,) that candidates with the gaps (c,) come along before they touch."""
-        return in_air(self.scene.tools, self._owned, ~touches(gap, self.scene.mesh.size), going)
-
-    def crossed(self, meeting: Meeting) -> Bools:
-        """Who (c,) went through a tool and came out on another side of it."""
-        out = np.zeros(len(self.node), dtype=bool)
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
-            out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
-        return out
-
-    def beyond(self, meeting: Meeting) -> Bools:
-        """Who (c,) came past an open end of a tool."""
-        out = np.zeros(len(self.node), dtype=bool)
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
-            out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
-        return out
+        return self.faces.slopes(self.mean(nodes), placed) if self.curved else self.frames
 
     def mean(self, nodal: Floats) -> Floats:
         """A nodal field (a, d) at the candidates (c, d)."""
@@ -133,17 +115,7 @@ class Candidates:
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
         """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
-        gap, at = np.empty(len(self.node)), self.mean(nodes)
-        for mine, tool, pose in zip(self._owned, self.scene.tools, placed, strict=True):
-            gap[mine] = tool.distance(at[mine], pose)
-        return gap
-
-    def places(self, nodes: Floats, placed: Floats) -> Floats:
-        """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
-        out, at = np.empty(len(self.node)), self.mean(nodes)
-        for mine, tool, pose in zip(self._owned, self.scene.tools, placed, strict=True):
-            out[mine] = tool.places(at[mine], pose)
-        return out
+        return self.faces.distance(self.mean(nodes), placed)
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
@@ -157,17 +129,6 @@ class Candidates:
             lengths[k] += norm(swept[self._owned[k]][np.argmin(gap[self._owned[k]])])
         return float(lengths[near.any(axis=1)].max(initial=0.0))
 
-    def swept(self, nodes: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (c, d) turns take the tools' points at the candidates of ``nodes`` (a, d), half an ``advance`` on."""
-        out = np.zeros((len(self.node), 2))
-        if not self.scene.turning.any():
-            return out
-        at = self.mean(nodes)
-        for mine, tool, pose, by in zip(self._owned, self.scene.tools, placed, advance, strict=True):
-            if tool.turn is not None:
-                out[mine] = tool.turn.carried(at[mine], pose, by)
-        return out
-
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Contact forces r (c, d) on the body as vectors (c, d), by ``frames`` (c, d, d) or by those at rest."""
         return np.einsum("ci,cij->cj", r, self.frames if frames is None else frames)
@@ -179,15 +140,6 @@ class Candidates:
     def sums(self, vectors: Floats) -> Floats:
         """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
         return self._owned @ vectors
-
-    def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (c, d) at the candidates of ``nodes`` (a, d) about the centres of tools that turn."""
-        out, at = np.zeros(len(self.scene.tools)), self.mean(nodes)
-        for k, (mine, tool, pose) in enumerate(zip(self._owned, self.scene.tools, placed, strict=True)):
-            if tool.turn is not None:
-                arm = at[mine] - tool.turn.centre - pose[:2]
-                out[k] = np.sum(arm[:, 0] * vectors[mine, 1] - arm[:, 1] * vectors[mine, 0])
-        return out
 
     def load(self, r: Floats, frames: Floats) -> Floats:
         """What contact forces r (c, d) in ``frames`` (c, d, d) do on the free unknowns (n,), whatever the friction."""

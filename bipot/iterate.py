@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot import supported
-from bipot.contact import LEAST_MOTION
+from bipot.contact import LEAST_MOTION, touches
 from bipot.fem.strain import Scratch
 from bipot.meeting import Going, Meeting
 from bipot.programs.data import ContactRows, Units
@@ -42,7 +42,7 @@ class Increment:
 
     def meeting(self, du: Floats, travel: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
-        return self.system.candidates.meeting(self.start.gap, self._going(du, travel), self._in_air)
+        return self.system.candidates.faces.meeting(self.start.gap, self._going(du, travel), self._in_air)
 
     def _going(self, du: Floats, travel: Floats) -> Going:
         """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
@@ -52,7 +52,8 @@ class Increment:
     @cached_property
     def _in_air(self) -> Floats:
         """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
-        return self.system.candidates.in_air(self.start.gap, self._going(self.driven, self.travel))
+        apart = ~touches(self.start.gap, self.system.body.scene.mesh.size)
+        return self.system.candidates.faces.in_air(apart, self._going(self.driven, self.travel))
 
     def advance(self, travel: Floats) -> Floats:
         """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
@@ -66,7 +67,8 @@ class Increment:
 
     def swept(self, travel: Floats) -> Floats:
         """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
-        return self.system.candidates.swept(self.start.nodes, self.placed_before, self.advance(travel))
+        contacts = self.system.candidates
+        return contacts.faces.swept(contacts.mean(self.start.nodes), self.placed_before, self.advance(travel))
 
     @cached_property
     def placed_before(self) -> Floats:
@@ -298,7 +300,7 @@ class Iterate:
         """
         contacts = self.increment.system.candidates
         nodes = self.increment.start.nodes + self.response.du
-        return contacts.moments(contacts.vectors(r, self.frames), nodes, self.placed)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.mean(nodes), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""

@@ -116,7 +116,7 @@ def _touching(increment: Increment) -> Bools:
     near = touches(start.gap, system.body.scene.mesh.size)
     if system.candidates.curved:
         here = increment.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
-        near &= ~system.candidates.beyond(here)
+        near &= ~system.candidates.faces.beyond(here)
     return near
 
 

@@ -51,7 +51,7 @@ def _refuse_runaway(iterate: Iterate) -> None:
 def _refuse_crossed(iterate: Iterate) -> None:
     """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
     contacts = iterate.increment.system.candidates
-    crossed = np.flatnonzero(contacts.crossed(iterate.meeting))
+    crossed = np.flatnonzero(contacts.faces.crossed(iterate.meeting))
     if len(crossed):
         tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
         raise Refused(f"tools[{tool}] goes through node {node}", "Use more increments: they are too long for the tool.")
@@ -60,7 +60,7 @@ def _refuse_crossed(iterate: Iterate) -> None:
 def _refuse_beyond(iterate: Iterate, r: Floats) -> None:
     """Refuse nodes that touch a tool past an open end of it."""
     contacts = iterate.increment.system.candidates
-    beyond = np.flatnonzero(contacts.beyond(iterate.meeting) & carries(r))
+    beyond = np.flatnonzero(contacts.faces.beyond(iterate.meeting) & carries(r))
     if len(beyond):
         tool, node = contacts.tool[beyond[0]], contacts.node[beyond[0]]
         advice = f"Continue the surface of tools[{tool}] to where the body does not come, or close it."

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.between import Surroundings, inside
+from bipot.between import Surroundings
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -28,6 +28,7 @@ from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.fitting import Fitted, require_fitting
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -35,14 +36,10 @@ from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
-from bipot.supports import Prescribed, Support, Symmetry, free_along, require_agreeing
-from bipot.surfaces import require_distance
+from bipot.supports import Prescribed, Support, Symmetry, require_agreeing
 from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
 from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
-
-INSIDE = 1e-9
-"""Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +82,9 @@ class Scene:
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
+        fitted = Fitted(self.mesh, self.geometry, self.material, self.held, self.surroundings)
         for k, tool in enumerate(self.tools):
-            self._check_candidates(tool, f"tools[{k}]")
+            require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)
 
     def _check_types(self) -> None:
@@ -234,56 +232,6 @@ class Scene:
             moving = [s for s in self.supports if isinstance(s, Prescribed) and s.displacement and s.direction == 0]
             driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
-
-    def _check_revolved(self, tool: Tool, label: str) -> None:
-        """What goes around the axis stays on it, or beside it."""
-        on_axis = tool.face.mirrored(0, 0.0, PLANAR * self.mesh.size)
-        require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
-        tips = tool.face.tips()
-        for tau, _ in tool.path:
-            r = tips.centre[:, 0] + tool.moved(0.0, tau)[0]
-            over = (r < -PLANAR * self.mesh.size) & (r + tips.radius > 0)
-            require(on_axis or not over.any(), f"{label}.surface", tool.face, "of parts around centres at r >= 0")
-
-    def _check_candidates(self, tool: Tool, label: str) -> None:
-        """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
-        nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
-        inner = self.mesh.inner_edges(*names)[:1].tolist()
-        require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
-        edges = self.mesh.edges(*names)
-        twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
-        require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
-        free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
-        normal = require_distance(tool.face, self.mesh.nodes[nodes], f"{label}.surface").normal
-        # Of a curved tool the normal turns as it comes along.
-        movable = bool(free_along(free, normal).any() if tool.flat else free.any())
-        require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-        deep = inside(self.surroundings, tool, self.mesh.nodes, np.zeros(3))
-        allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
-        require(deep is None, f"{label}.surface", tool.face, allowed)
-        if self.geometry is Geometry.AXISYMMETRIC and not tool.flat:
-            self._check_revolved(tool, label)
-        if tool.turn is not None:
-            ring = self.geometry is not Geometry.AXISYMMETRIC
-            require(ring, f"{label}.turn", tool.turn, "None in an axisymmetric scene: a tool is all around its axis")
-            let_go = f"boundaries of free nodes: the tool turns, and a support holds one of {names}"
-            require(bool(free.all()), f"{label}.candidates", names, let_go)
-        force = tool.driven_by
-        along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
-        require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
-        depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(3)).min())
-        outside = force is None or depth <= INSIDE * self.mesh.size
-        off = f"off the body, not inside it by {depth:.3g}: a force drives it"
-        require(outside, f"{label}.point", tool.face, off)
-        points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
-        for name in ("mu_at", "shear_at"):
-            for node in getattr(tool, name):
-                require(
-                    node in points, f"{name} node", node, "one of the tool's candidates (ends of edges if weighted)"
-                )
-        allowed = "inf where the material does not flow: it is a part of the yield stress"
-        caps = not tool.capped or bool(np.isfinite(self.material.yield_stress(0.0)))
-        require(caps, f"{label}.shear", tool.shear, allowed)
 
 
 def upsetting(

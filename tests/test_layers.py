@@ -40,7 +40,7 @@ LAYERS = (
         "tools",
     ),
     ("certificate", "coulomb", "fem"),
-    ("between", "components", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
+    ("between", "components", "fitting", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
     ("contact", "mobility", "overlap", "response", "shear", "system"),
     (
         "determinacy",
