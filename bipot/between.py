@@ -32,6 +32,9 @@ DEPTH = 0.25
 ON = 1e-6
 """Of an edge: who is no farther outside the tool is on its surface, and who no farther past an edge is at its end."""
 
+SAMPLES = 9
+"""On an edge, of how deep it is in the tool."""
+
 STEPS, HALVINGS = 8, 40
 """Of an increment, between which a part goes in once at most, and of one of them: when it got too deep."""
 
@@ -44,7 +47,8 @@ def inside(body: Surroundings, tool: Tool, nodes: Floats, pose: Floats) -> tuple
     tips = tool.face.tips()
     if not len(tips.radius):
         return None
-    return body.nodes(_behind(tool.own(body.ends(nodes), pose), tips, tool.face))
+    ends = tool.own(body.ends(nodes), pose)
+    return body.nodes(_behind(ends, tips, tool.face) | _sunk(ends, tips, tool.face))
 
 
 def between(body: Surroundings, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
@@ -56,7 +60,8 @@ def between(body: Surroundings, tool: Tool, start: Floats, end: Floats, poses: F
     if not len(tips.radius):
         return None
     before, after = tool.own(body.ends(start), poses[0]), tool.own(body.ends(end), poses[1])
-    return body.nodes(_behind(after, tips, tool.face) | _passed(before, after, tips, tool.face))
+    sunk = _behind(after, tips, tool.face) | _sunk(after, tips, tool.face)
+    return body.nodes(sunk | _passed(before, after, tips, tool.face))
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,13 @@ def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
         # The circle of an arc may be there without the tool.
         out[f, m] = float(surface.distance(deepest).gap) <= ON * float(norm(along[f]))
     return out.any(axis=1)
+
+
+def _sunk(ends: Floats, tips: Tips, surface: Surface) -> Bools:
+    """Which segments (f, 2, d) are too deep in the tool somewhere."""
+    s = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+    gap = surface.distance((1 - s) * ends[:, None, 0] + s * ends[:, None, 1]).gap.min(axis=1)
+    return -gap > DEPTH * np.minimum(norm(ends[:, 1] - ends[:, 0]), tips.thickness)
 
 
 def _passed(start: Floats, end: Floats, tips: Tips, surface: Surface) -> Bools:

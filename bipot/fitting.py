@@ -59,8 +59,6 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
         _require_revolved(body, tool, label)
     if tool.turn is not None:
         require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
-        let_go = f"boundaries of free nodes: the tool turns, and a support holds one of {names}"
-        require(bool(free.all()), f"{label}.candidates", names, let_go)
     if tool.driven_by is not None:
         _require_driven(body, tool, x, label)
     _require_coefficients(body, tool, label)

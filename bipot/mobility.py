@@ -43,7 +43,7 @@ def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
     led, along = directions(scene)[number], _at_rest(scene, number, nodes)
     moves = np.stack([free_along(free, axis) | (np.abs(axis @ led) > ACROSS) for axis in along.swapaxes(0, 1)], axis=1)
     if not tool.flat:
-        turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0))
+        turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0) | (tool.turn is not None))
         moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False))
     return moves
 

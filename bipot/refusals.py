@@ -13,15 +13,22 @@ from bipot.symmetry import image_depth
 from bipot.tensors import norm
 from bipot.typing import Floats
 
+MOST_TURNED = float(np.pi) / 6
+"""The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
+
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
 
 
 def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
-    """Refuse a tool that ends in a node held along its normal, and a weld torn by a support: no motion helps."""
+    """Refuse what no motion helps: a tool in a held node, or that turns too far, a weld torn by a support."""
     inside = increment.inside / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
+    if np.abs(increment.turned).max(initial=0.0) > MOST_TURNED:
+        turned = int(np.argmax(np.abs(increment.turned)))
+        said = f"tools[{turned}] turns by {increment.turned[turned]:.3g} in one increment"
+        raise Refused(said, f"Use more increments: a tool turns by no more than {MOST_TURNED:.3g} in one.")
     if increment.torn is not None:
         raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
 

@@ -95,6 +95,14 @@ class Surface(Protocol):
         """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
         ...
 
+    def image(self, direction: int, position: float) -> Surface:
+        """Its mirror image in the plane x_direction = position."""
+        ...
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """Whether the ``other`` is the same, to ``roundoff`` of places."""
+        ...
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -150,6 +158,20 @@ class Plane:
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
         return abs(self.normal[direction]) <= ACROSS
+
+    def image(self, direction: int, position: float) -> Plane:
+        """As :meth:`Surface.image`."""
+        normal = np.array(self.normal)
+        normal[direction] *= -1
+        return Plane(reflected(self.point, direction, position), (float(normal[0]), float(normal[1])))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        return (
+            isinstance(other, Plane)
+            and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
+            and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
+        )
 
 
 @dataclass(frozen=True)
@@ -231,6 +253,17 @@ class Circle:
         """As :meth:`Surface.mirrored`."""
         return abs(self.centre[direction] - position) <= roundoff
 
+    def image(self, direction: int, position: float) -> Circle:
+        """As :meth:`Surface.image`."""
+        return Circle(reflected(self.centre, direction, position), self.radius, self.concave)
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        if not isinstance(other, Circle) or self.concave != other.concave:
+            return False
+        apart = np.subtract((*self.centre, self.radius), (*other.centre, other.radius))
+        return bool(np.abs(apart).max() <= roundoff)
+
     @property
     def _sign(self) -> float:
         return -1.0 if self.concave else 1.0
@@ -255,6 +288,13 @@ def frames(normal: Floats) -> Floats:
     [[0.6, 0.8], [0.8, -0.6]]
     """
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def reflected(point: tuple[float, float], direction: int, position: float) -> tuple[float, float]:
+    """The mirror image of a point in the plane x_direction = position."""
+    out = np.array(point)
+    out[direction] = 2 * position - out[direction]
+    return float(out[0]), float(out[1])
 
 
 def place(value: object, field: str) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
 from bipot.mesh import block
+from bipot.profiles import Profile, flat_punch
 from bipot.schedule import Schedule
 from bipot.supports import Support
 from bipot.surfaces import Circle, Distance, Plane
@@ -63,10 +64,10 @@ def test_between_is_by_the_way_of_both():
     body = Surroundings.of(mesh, ())
     tool = ShapedTool(Circle((0.0, 0.0), R), (0.0, 0.0), ("top",), 0.1)
     around, seen, asked = mesh.elements[0][:4], 0, 0
-    for _ in range(400):
+    for _ in range(150):
         start = mesh.nodes + rng.uniform(-1, 1, 2) + (0.0, -1.5)
         end = start + rng.uniform(-0.2, 0.2, (4, 2)) + (0.0, rng.uniform(0.0, 3.0))
-        depth = np.array([_depth((start + s * (end - start))[around]) for s in np.linspace(0, 1, 400)]) + R
+        depth = np.array([_depth((start + s * (end - start))[around]) for s in np.linspace(0, 1, 200)]) + R
         # Whoever is in at the start was refused before, and whoever grazes it is on no side for sure.
         if depth[0] > 0 or abs(depth.max()) < 3 * R:
             continue
@@ -74,7 +75,7 @@ def test_between_is_by_the_way_of_both():
         found = between(body, tool, start, end, np.zeros((2, 3))) is not None
         assert found == (depth.max() > 0)
         seen += found
-    assert 50 < seen < asked - 50
+    assert 15 < seen < asked - 15
 
 
 def _depth(corners):
@@ -129,7 +130,7 @@ class Broken:
     def distance(self, *x: Any) -> Any:
         return self.said(*x)
 
-    gap = size = passed = crossed = beyond = tips = mirrored = distance
+    gap = size = passed = crossed = beyond = tips = mirrored = image = same = distance
 
 
 @pytest.mark.parametrize(
@@ -206,3 +207,18 @@ def test_who_slides_round_has_not_crossed_but_who_is_open_before_and_after_was_g
     on = np.array([[-np.sin(turn), np.cos(turn)]])
     for far, crosses in ((1.0, False), (1.0 + 1e-4, through)):
         assert circle.crossed(far * on, -2 * far * on * (1, 0)).tolist() == [crosses]
+
+
+def test_a_plate_that_lies_through_the_body_is_refused():
+    """Its corners are outside, and no candidate in it."""
+    plate = Profile(((-1.0, 0.55), (2.0, 0.55), (2.0, 0.45), (-1.0, 0.45)), closed=True)
+    refused(lambda: pressed(surface=plate, elements=2), r"tools\[0\].surface.*behind nodes")
+
+
+def test_a_punch_that_sinks_into_a_side_that_is_no_candidate_is_refused():
+    scene = dragged(material=RUBBER)
+    punch = replace(
+        scene.tools[0], surface=flat_punch((0.5, 1.0), 3.0, 2.0, 0.1), travel=(0.0, -0.4), candidates=("right",)
+    )
+    with pytest.raises(IncrementFailed, match="comes into the body between"):
+        list(march(replace(scene, tools=(punch,)), Schedule(10), Control(Newton(), fallbacks=())))

@@ -92,6 +92,34 @@ def test_two_solvers_of_the_stated_increment_find_the_forces_of_the_march(run):
     assert max(off, also_off) < 1e-6
 
 
+def test_a_rolled_strip_comes_in_slower_than_the_roll_and_leaves_faster(run):
+    _, torque, before, behind = np.array(run("rolling", increments=50, elements=2))[-25:].T
+    assert (torque > 0).all()
+    assert (before < 1).all()
+    assert (behind > 1).all()
+    # What comes in leaves, at the height that the roll leaves, or a little more: it springs back.
+    assert before.mean() / behind.mean() == pytest.approx(1 - 0.75 / 5, rel=0.02)
+
+
+def test_a_sphere_presses_an_elastic_block_as_hertz_says(run):
+    force, expected, a, radius = np.array(run("hertz", increments=3, elements=24)).T
+    np.testing.assert_allclose(force, expected, rtol=0.02)
+    np.testing.assert_allclose(a, radius, rtol=0.06)
+
+
+def test_a_sphere_meets_nearly_three_yield_stresses_and_a_rim_piles_up(run):
+    _, pressure, rim = np.array(run("sphere_indentation", increments=10, elements=16)).T
+    # A node more or less on the edge of the contact is 15 % of its area on this mesh.
+    assert 2.3 < pressure[-4:].mean() < 3.1
+    assert (rim[-4:] > 0.01).all()
+
+
+def test_the_force_of_coining_rises_as_the_die_fills(run):
+    _, force, gap = np.array(run("coining", increments=30, elements=6)).T
+    assert (np.diff(gap[5:]) < 0).all()
+    assert force[-1] > 1.5 * force[len(force) // 2]
+
+
 def test_every_example_has_a_test():
     tested = {
         node.args[0].value

@@ -90,6 +90,7 @@ def test_who_slides_along_a_profile_does_not_cross_it(seed):
     start, end = places[:-ahead], places[ahead:]
     near = norm(end - start) < profile.fillets
     normal = profile.distance(end).normal
+    start, end, near, normal = start[::7], end[::7], near[::7], normal[::7]
     for off in (0.0, 1e-12, -1e-12, 0.1 * profile.fillets):
         way = end + off * normal - start
         assert not (profile.crossed(start, way) & near & (profile.distance(start + way).gap > -1e-9)).any()

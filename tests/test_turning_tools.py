@@ -18,7 +18,7 @@ from bipot.paths import Amplitude
 from bipot.poses import Turn, rotation
 from bipot.scene import Scene
 from bipot.schedule import Schedule
-from bipot.supports import Symmetry
+from bipot.supports import Support, Symmetry
 from bipot.surfaces import Circle, Plane
 from bipot.tools import FlatTool, ShapedTool
 from tests.curved import STEEL, TIGHT, apart, dragged, forces, marched, pressed
@@ -170,7 +170,7 @@ def test_a_plane_turned_onto_the_block_is_where_it_was_turned_to():
 
 def test_what_no_turn_may_do_is_refused():
     turn: Any = Turn(0.1, (0.0, 3.0))
-    refused(lambda: pressed(turn=turn), r"tools\[0\].candidates")
+    refused(lambda: pressed(turn=turn), r"tools\[0\].turn")
     mirrored = replace(dragged(), supports=(Symmetry("left", 0),), tools=())
     lid = ShapedTool(Plane((0.0, 1.0), (0.0, -1.0)), (0.0, 0.0), ("right",), 0.1, turn=turn)
     refused(lambda: replace(mirrored, tools=(lid,)), r"tools\[0\].turn")
@@ -180,3 +180,26 @@ def test_what_no_turn_may_do_is_refused():
     refused(lambda: Turn(0.1, (0.0, 0.0), Amplitude(((0, 1), (1, 1)))), "turn.amplitude")
     wrong: Any = 0.1
     refused(lambda: spun(turn=wrong), "tool.turn")
+
+
+def test_a_turn_that_comes_back_is_not_taken_for_none():
+    """Once around in a single increment: it is cut, and rubs as in many."""
+    ends = []
+    for increments in (2, 40):
+        scene = spun(angle=-2 * np.pi)
+        whole = list(march(scene, Schedule(increments), Control(Newton())))
+        assert len(whole) > 6
+        ends.append(whole[-1])
+        assert ends[-1].tool_forces[0, 0] < 0
+    np.testing.assert_allclose(ends[0].tool_forces, ends[1].tool_forces, rtol=0.02)
+
+
+def test_a_tool_may_turn_where_a_symmetry_holds_the_end_of_its_candidates():
+    """The side of a strip whose base is a plane of symmetry: a roll beside it draws it up."""
+    strip = block(1.0, 1.0, 4, 4)
+    roll = ShapedTool(Circle((1.5, 0.5), 0.5), (-0.02, 0.0), ("right",), 0.2, turn=Turn(0.3, (1.5, 0.5)))
+    scene = Scene(strip, Geometry.PLANE_STRAIN, RUBBER, (Symmetry("base", 1), Support("left", 0)), (roll,))
+    last = marched(scene)[-1]
+    # To the left of its centre a surface that turns anticlockwise goes down.
+    assert last.tool_forces[0, 1] < 0 < -last.tool_forces[0, 0]
+    np.testing.assert_allclose(last.tool_moment(0), -0.5 * last.tool_forces[0, 1], rtol=0.2)

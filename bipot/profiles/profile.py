@@ -15,7 +15,7 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
 from bipot.profiles.outline import pieces_of
 from bipot.profiles.pieces import Pieces
-from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Tips, place
+from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Surface, Tips, place, reflected
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
@@ -119,20 +119,39 @@ class Profile:
         return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.thickness)
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.surfaces.Surface.mirrored`."""
-        straights, rounds = self.pieces.straights, self.pieces.rounds
-        ends = np.stack([straights.start, straights.start + straights.length[:, None] * straights.along], axis=1)
-        image = ends.copy()
-        image[..., direction] = 2 * position - image[..., direction]
-        # Followed the other way, so that the tool stays on the right; of a closed line from any of its sides on.
-        for k in range(len(ends) if self.closed else 1):
-            way = np.roll(image[::-1, ::-1], k, axis=0)
-            # The round before a side of a closed line becomes the one behind it.
-            radius, turn = (np.roll(part[::-1], k + self.closed) for part in (rounds.radius, rounds.turn))
-            same = np.array_equal(turn, rounds.turn) and bool((np.abs(radius - rounds.radius) <= roundoff).all())
-            if same and norm(way - ends).max() <= roundoff:
+        """As :meth:`bipot.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
+        return self.same(self.image(direction, position), roundoff)
+
+    def image(self, direction: int, position: float) -> Profile:
+        """As :meth:`bipot.surfaces.Surface.image`: followed the other way, so that the tool stays on the right."""
+        points = tuple(reflected(point, direction, position) for point in self.points[::-1])
+        radii = self._radii[::-1]
+        # The round before a side of a closed line becomes the one behind it.
+        return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`bipot.surfaces.Surface.same`: of a closed line from any of its sides on."""
+        if not isinstance(other, Profile) or self.closed != other.closed:
+            return False
+        own, its = (surface._sides(self.pieces.span) for surface in (self, other))
+        radii, others = self.pieces.rounds.radius, other.pieces.rounds.radius
+        turns, theirs = self.pieces.rounds.turn, other.pieces.rounds.turn
+        if own.shape != its.shape or radii.shape != others.shape:
+            return False
+        for k in range(len(own) if self.closed else 1):
+            near = bool(norm(np.roll(its, k, axis=0) - own).max() <= roundoff)
+            round_ = np.abs(np.roll(others, k) - radii).max(initial=0.0) <= roundoff
+            if near and bool(round_) and np.array_equal(np.roll(theirs, k), turns):
                 return True
         return False
+
+    def _sides(self, span: float) -> Floats:
+        """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
+        s = self.pieces.straights
+        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
+        if not self.closed:
+            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * s.along[0], ends[-1, 0] + span * s.along[-1]
+        return ends
 
     @cached_property
     def thickness(self) -> float:

@@ -74,8 +74,19 @@ class Union:
         )
 
     def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
-        """As :meth:`bipot.surfaces.Surface.mirrored`: where each of them is."""
-        return all(surface.mirrored(direction, position, roundoff) for surface in self.surfaces)
+        """As :meth:`bipot.surfaces.Surface.mirrored`: one of them may be another's image."""
+        return self.same(self.image(direction, position), roundoff)
+
+    def image(self, direction: int, position: float) -> Union:
+        """As :meth:`bipot.surfaces.Surface.image`."""
+        return Union(tuple(surface.image(direction, position) for surface in self.surfaces))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`bipot.surfaces.Surface.same`, in whatever order."""
+        if not isinstance(other, Union):
+            return False
+        pairs = (self.surfaces, other.surfaces), (other.surfaces, self.surfaces)
+        return all(any(one.same(its, roundoff) for its in theirs) for own, theirs in pairs for one in own)
 
     def _nearest(self, x: Floats) -> Ints:
         """Number (…) of the surface that is nearest to points x (…, d)."""
