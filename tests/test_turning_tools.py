@@ -186,7 +186,7 @@ def test_a_turn_that_comes_back_is_not_taken_for_none():
     """Once around in a single increment: it is cut, and rubs as in many."""
     ends = []
     for increments in (2, 40):
-        scene = spun(angle=-2 * np.pi)
+        scene = spun(angle=-2 * np.pi, material=RUBBER)
         whole = list(march(scene, Schedule(increments), Control(Newton())))
         assert len(whole) > 6
         ends.append(whole[-1])
