@@ -207,10 +207,10 @@ class Iterate:
         """The largest friction force (c,) of each candidate by the shear yield stress, inf where none is asked."""
         response, increment = self.response, self.increment
         body = increment.system.body
-        placed = increment.placed_before + self.tool_travel
         sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
         strength = Strength(sigma_y, response.kinematics.volume)
-        return caps(increment.system.candidates, strength, self.balanced, increment.start.nodes + response.du, placed)
+        nodes = increment.start.nodes + response.du
+        return caps(increment.system.candidates, strength, self.balanced, nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:

@@ -51,14 +51,14 @@ class Strength(NamedTuple):
 def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
     """Largest friction forces (c,), inf where none is asked.
 
-    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools displaced by ``placed`` (k, d).
+    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, 3).
     """
     scene, k = candidates.scene, strength.shear
     carried = np.zeros(len(candidates.node))
-    for number, (tool, points, moved) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
+    for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         own, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
-        gap = tool.distance(np.asarray(points.weights @ nodes), moved)[points.edges]
+        gap = tool.distance(np.asarray(points.weights @ nodes), pose)[points.edges]
         flat = lying(nodes[lines], gap) * k[scene.mesh.owners(*tool.candidates)]
         total = np.zeros(len(own))
         np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))
