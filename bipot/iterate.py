@@ -220,9 +220,8 @@ class Iterate:
         body = increment.system.body
         sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
         strength = Strength(sigma_y, response.kinematics.volume)
-        return caps(
-            increment.system.candidates, strength, self.balanced, increment.start.nodes + response.du, self.placed
-        )
+        nodes = increment.start.nodes + response.du
+        return caps(increment.system.candidates, strength, self.balanced, nodes, self.placed)
 
     @cached_property
     def meeting(self) -> Meeting:
