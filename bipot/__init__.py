@@ -5,7 +5,8 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, Sampling, Force
+* tools: FlatTool, ShapedTool, Sampling, Force, Turn
+* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -16,7 +17,7 @@ results by name and its certificate. Public names by subject; everything else is
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
 * files: Recorder, Existing, History
-* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, InvertedElement
+* errors: BipotError, SceneError, ResultsError, IncrementFailed, LimitPassed, NotConverged, Refused, InvertedElement
 * errors of programs: ProgramError, InfeasibleProgram, UnboundedProgram, UnsuitedForm, FileError
 
 >>> accepted = next(march(upsetting(mu=0.1, elements=2), Schedule(45, first=0.001 / 0.45)))
@@ -44,6 +45,7 @@ from bipot.errors import (
     LimitPassed,
     NotConverged,
     ProgramError,
+    Refused,
     ResultsError,
     SceneError,
     UnboundedProgram,
@@ -67,13 +69,16 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.paths import Amplitude
+from bipot.poses import Turn
+from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.surfaces import Circle, Plane
+from bipot.tools import FlatTool, Force, Sampling, ShapedTool
 
 __version__ = "0.1.0"
 
@@ -85,6 +90,7 @@ __all__ = [
     "BodyForce",
     "Bounds",
     "Certificate",
+    "Circle",
     "Clarabel",
     "Components",
     "Configuration",
@@ -123,19 +129,23 @@ __all__ = [
     "Optimiser",
     "Penalty",
     "Perfect",
+    "Plane",
     "PointForce",
     "Prescribed",
     "Pressure",
+    "Profile",
     "ProgramError",
     "Qoco",
     "Quadrature",
     "Recorder",
+    "Refused",
     "ResultsError",
     "Safeguard",
     "Sampling",
     "Scene",
     "SceneError",
     "Schedule",
+    "ShapedTool",
     "State",
     "Support",
     "Swift",
@@ -144,7 +154,9 @@ __all__ = [
     "Tangent",
     "TangentKind",
     "Traction",
+    "Turn",
     "UnboundedProgram",
+    "Union",
     "UnsuitedForm",
     "Uzawa",
     "Voce",
@@ -153,8 +165,10 @@ __all__ = [
     "block",
     "conic_program",
     "cylinder",
+    "flat_punch",
     "limit_load",
     "march",
     "ring",
     "upsetting",
+    "wedge",
 ]

@@ -75,6 +75,10 @@ class Accepted:
         """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
         return traction(self.solved.iterate, self.solved.r)
 
+    def tool_moment(self, tool: int) -> float:
+        """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not."""
+        return float(self.solved.iterate.tool_moments(self.solved.r)[tool])
+
     def tool_force(self, tool: int) -> Floats:
         """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.
 

@@ -16,6 +16,8 @@ stress sigma, plastic strain increment e_p from the state the increment started 
   in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment,
   and the material's part also to its own, the plastic dissipation and the stored energy.
 
+Where friction is capped (:func:`bipot.laws.coulomb.limit`), min(mu r_n, cap) stands for mu r_n in the cone and the gap.
+
 Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
 measure is its :class:`Resolution`; where that is above the bound the measure decides nothing and is said to be below
 resolution, neither passed nor refused.
@@ -30,7 +32,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.errors import require, require_number
-from bipot.laws.coulomb import cone_violation, natural_map
+from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
@@ -41,7 +43,7 @@ EPS = 8 * float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class ContactFields:
-    """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, tied, stiffness rho (c,).
+    """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, caps, tied, stiffness rho (c,).
 
     ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is what
     round-off makes of the motion. ``inside`` is the depth in a tool of nodes that are held, hence no contacts.
@@ -50,12 +52,18 @@ class ContactFields:
     r: Floats
     motion: Floats
     mu: Floats
+    cap: Floats
     tied: Bools
     stiffness: Floats
     largest: float
     present: float
     blur: Floats
     inside: float = 0.0
+
+    @property
+    def none(self) -> float:
+        """What counts as no force where the law asks whether a point carries one."""
+        return force_threshold(self.r)
 
 
 @dataclass(frozen=True)
@@ -219,20 +227,23 @@ def certify(
 
 
 def contact_gaps(contact: ContactFields) -> Floats:
-    """|r_n (g + du_n)| + |mu r_n |du_t| + r_t . du_t| (c,); where tied, the work of r on the motion it forbids."""
+    """|r_n (g + du_n)| + |s |du_t| + r_t . du_t| (c,); where tied, the work of r on the motion it forbids."""
     c = contact
-    mu = np.where(c.tied | np.isinf(c.mu), 0.0, c.mu)
-    sliding = np.abs(mu * c.r[:, 0] * norm(c.motion[:, 1:]) + np.vecdot(c.r[:, 1:], c.motion[:, 1:]))
+    sliding = np.abs(friction_gap(c.r, c.motion[:, 1:], c.mu, c.cap, c.none))
     work = np.abs(c.r * c.motion)
     return work[:, 0] + np.where(c.tied, work[:, 1:].sum(axis=1), sliding)
 
 
 def law_residual(contact: ContactFields) -> Floats:
-    """r - P_K(r - rho (u + mu |u_t| n)) (c, d), force units; where tied, rho times the motion that r forbids."""
+    """r - P_K(r - rho (u + mu |u_t| n)) (c, d), force units; where tied, rho times the motion that r forbids.
+
+    Where friction is capped, as in :func:`~bipot.laws.coulomb.natural_map`.
+    """
     c = contact
     mu = np.where(c.tied, 0.0, c.mu)
     rho = c.stiffness / np.maximum(np.where(np.isinf(mu), 0.0, mu), 1.0)
-    return np.where(c.tied[:, None], c.stiffness[:, None] * c.motion, natural_map(c.r, c.motion, mu, rho))
+    residual = natural_map(c.r, c.motion, mu, rho, c.cap, c.none)
+    return np.where(c.tied[:, None], c.stiffness[:, None] * c.motion, residual)
 
 
 def material_gaps(material: MaterialFields) -> Floats:
@@ -259,7 +270,8 @@ def _friction(contact: ContactFields) -> float:
 
 def _cone(contact: ContactFields) -> float:
     free = ~contact.tied
-    return float(cone_violation(contact.r[free], contact.mu[free]).max(initial=0.0))
+    out = cone_violation(contact.r[free], contact.mu[free], contact.cap[free], contact.none)
+    return float(out.max(initial=0.0))
 
 
 def _ratio(value: float, scale: float) -> float:

@@ -6,8 +6,10 @@ a point of the boundary (:mod:`bipot.sampling`),
     gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
     relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion along it,
 
-both relative to the tool, in its frame (:func:`frames`): n from the tool into the body, t = (n_y, -n_x). Dual to them
-are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free and the tool has friction.
+both relative to the tool, in its frame (:func:`bipot.surfaces.frames`): n from the tool into the body,
+t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free
+and the tool has friction. Of flat tools the rows are the same for a whole increment; where a tool is curved they are
+those of the :class:`~bipot.meeting.Meeting` at the iterate, linearised there.
 
 A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). Which of them is
 asked depends on what is known and what for:
@@ -21,6 +23,7 @@ The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -28,16 +31,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.assembly import Space
+from bipot.laws.coulomb import force_threshold
+from bipot.meeting import Faces, Meeting
+from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
-from bipot.sampling import Points, creased, points
+from bipot.sampling import Points, points
 from bipot.scene import Scene
-from bipot.supports import free_along
+from bipot.surfaces import ACROSS
 from bipot.tensors import norm
-from bipot.tools import ACROSS
 from bipot.typing import Bools, Floats, Ints
-
-CARRIES = 1e-8
-"""A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
 
 TOUCHES = 1e-9
 """A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
@@ -54,7 +56,7 @@ LEAST_MOTION = 1e-6
 
 @dataclass(frozen=True)
 class Candidates:
-    """Points that may touch a tool, tool by tool: ``node``, ``tool`` and coefficient ``mu`` (c,).
+    """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
 
     ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
     ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are
@@ -72,11 +74,36 @@ class Candidates:
     tangent_free: Bools
     tangent_held: Bools
     mu: Floats
+    shear: Floats
+
+    @cached_property
+    def capped(self) -> bool:
+        """Whether the shear yield stress caps the friction of any (:mod:`bipot.shear`)."""
+        return bool(np.isfinite(self.shear).any())
+
+    @property
+    def changes(self) -> bool:
+        """Whether rows are those of an iterate, not of a whole increment."""
+        return self.curved or self.capped
+
+    @cached_property
+    def curved(self) -> bool:
+        """Whether a tool is, so that rows depend on where candidates are."""
+        return not all(tool.flat for tool in self.scene.tools)
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The surfaces of the tools."""
+        return Faces(self.scene.tools, self._owned)
 
     @cached_property
     def frames(self) -> Floats:
-        """Normal and tangent (c, d, d) of each candidate: those of the tools, which do not turn."""
-        return frames(_normals(self.scene))[self.tool]
+        """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
+        return self.faces.slopes(self.mean(self.scene.mesh.nodes), np.zeros((len(self.scene.tools), 3)))
+
+    def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
+        """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
+        return self.faces.slopes(self.mean(nodes), placed) if self.curved else self.frames
 
     def mean(self, nodal: Floats) -> Floats:
         """A nodal field (a, d) at the candidates (c, d)."""
@@ -87,32 +114,54 @@ class Candidates:
         return np.asarray(self.weights.T @ vectors)
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
-        """Gap (c,) of ``nodes`` (a, 2) to the tools displaced by ``placed`` (k, d), good to its round-off."""
-        gap, at = np.empty(len(self.node)), self.mean(nodes)
-        for mine, tool, moved in zip(self._owned, self.scene.tools, placed, strict=True):
-            gap[mine] = tool.distance(at[mine], moved)
-        return gap
+        """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
+        return self.faces.distance(self.mean(nodes), placed)
 
-    def reach(self, gap: Floats, travel: Floats) -> float:
+    def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
-        ``gap`` (c,) is that at the end if the body rests.
+        Where it turns, with what its turn has ``swept`` (c, d) along at the nearest candidate. ``gap`` (c,) is that at
+        the end if the body rests.
         """
-        near = (self._owned & (gap <= REACH * self.scene.mesh.size)).any(axis=1)
-        return float(norm(travel)[near].max(initial=0.0))
+        near = self._owned & (gap <= REACH * self.scene.mesh.size)
+        lengths = norm(travel)
+        for k in np.flatnonzero(self.scene.turning & near.any(axis=1)).tolist():
+            lengths[k] += norm(swept[self._owned[k]][np.argmin(gap[self._owned[k]])])
+        return float(lengths[near.any(axis=1)].max(initial=0.0))
 
-    def vectors(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) on the body as vectors (c, d)."""
-        return np.einsum("ci,cij->cj", r, self.frames)
+    def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
+        """Contact forces r (c, d) on the body as vectors (c, d), by ``frames`` (c, d, d) or by those at rest."""
+        return np.einsum("ci,cij->cj", r, self.frames if frames is None else frames)
 
-    def resultant(self, r: Floats) -> Floats:
-        """Force (k, d) of each tool on the modelled body from contact forces r (c, d)."""
-        return self._owned @ self.vectors(r)
+    def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
+        """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""
+        return self.sums(self.vectors(r, frames))
 
-    def load(self, r: Floats) -> Floats:
-        """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction."""
-        normal, tangent = self._operators
+    def sums(self, vectors: Floats) -> Floats:
+        """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
+        return self._owned @ vectors
+
+    def load(self, r: Floats, frames: Floats) -> Floats:
+        """What contact forces r (c, d) in ``frames`` (c, d, d) do on the free unknowns (n,), whatever the friction."""
+        normal, tangent = self._operators(frames)
         return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
+
+    def add_bending(self, K: Floats, bending: Floats) -> None:
+        """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
+
+        Those of curved tools; others have none. A node's are an element's that has it.
+        """
+        own, element, dofs = self._bent
+        np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending[own])
+
+    @cached_property
+    def _bent(self) -> tuple[Ints, Ints, Ints]:
+        """Candidates (b,) of curved tools, an element of each one's node, and the node's unknowns (b, d) in it."""
+        shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
+        own, elements = np.flatnonzero(shaped[self.tool]), self.scene.mesh.elements
+        _, first = np.unique(elements, return_index=True)
+        element, local = np.divmod(first[self.node[own]], elements.shape[1])
+        return own, element, 2 * local[:, None] + np.arange(2)
 
     def driven_sums(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
@@ -125,7 +174,7 @@ class Candidates:
         Supports hold them, and no force moves the tool along that.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
-        moving = [_movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
+        moving = [movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
@@ -137,17 +186,30 @@ class Candidates:
 
         In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
         """
-        normal_rows, tangent_rows = self._operators
-        moved, mu = self.approach(travel, self.mean(driven)), self.mu
+        moved = self.approach(travel, self.mean(driven))
+        motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
+        return self._rows(gap, self._resting, motion)
+
+    def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
+        """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
+        operators = self._operators(meeting.frames)
+        motion = meeting.motion - np.column_stack([G @ x for G in operators])
+        return self._rows(gap, operators, motion)
+
+    def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
+        """Rows with the ``motion`` (c, d) of no displacement."""
+        (normal_rows, tangent_rows), mu = operators, self.mu
         tied = self.welded & touches(gap, self.scene.mesh.size)
-        rubs = self.tangent_free & (mu > 0) & (tied | np.isfinite(mu))
+        acts = np.isfinite(mu) | np.isfinite(self.shear)
+        rubs = self.tangent_free & (mu > 0) & (self.shear > 0) & (tied | acts)
         return ContactRows(
             normal_rows,
-            gap - moved[:, 0],
+            motion[:, 0].copy(),
             rows_of(tangent_rows, rubs),
-            -moved[rubs, 1:],
+            motion[rubs, 1:],
             np.flatnonzero(rubs),
-            np.where(np.isfinite(mu), mu, np.where(tied, np.inf, 0.0)),
+            np.where(acts, mu, np.where(tied, np.inf, 0.0)),
+            np.full(len(mu), np.inf),
             tied,
         )
 
@@ -167,9 +229,13 @@ class Candidates:
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
     @cached_property
-    def _operators(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal and tangential rows of every candidate."""
-        return self._operator(self.frames[:, 0]), self._operator(self.frames[:, 1])
+    def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate at rest."""
+        return self._operators(self.frames)
+
+    def _operators(self, frames: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate in ``frames`` (c, d, d)."""
+        return self._operator(frames[:, 0]), self._operator(frames[:, 1])
 
     def _operator(self, direction: Floats) -> sp.csr_matrix:
         """Rows ``direction . (dU_point - dU_tool)``, held nodes and tools along their paths apart."""
@@ -177,10 +243,11 @@ class Candidates:
         count, owner = len(self.node), np.repeat(np.arange(len(self.node)), np.diff(W.indptr))
         row = np.concatenate([np.repeat(owner, 2), np.arange(count)])
         column = np.concatenate([self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel(), self._translation])
-        by_tool = -np.vecdot(direction, _directions(self.scene)[self.tool])
+        by_tool = -np.vecdot(direction, directions(self.scene)[self.tool])
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
         entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
-        kept = (column >= 0) & (entries != 0)
+        # A normal that turns keeps its zeros: rows have the same entries at all iterates.
+        kept = (column >= 0) & ((entries != 0) | self.curved)
         return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
 
     @cached_property
@@ -189,20 +256,6 @@ class Candidates:
         by_force = self.scene.by_force
         number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
         return number.astype(np.intp)[self.tool]
-
-
-def frames(normal: Floats) -> Floats:
-    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
-
-    >>> frames(np.array([0.6, 0.8])).tolist()
-    [[0.6, 0.8], [0.8, -0.6]]
-    """
-    return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
-
-
-def force_threshold(r: Floats) -> float:
-    """The force up to which a contact force of r (c, d) is none, see :data:`CARRIES`."""
-    return CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
 
 
 def carries(r: Floats, noise: float = 0.0) -> Bools:
@@ -227,17 +280,18 @@ def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    moving = [_moving(scene, space, k, own) for k, own in enumerate(found)]
-    chosen = [moves[:, 0] for moves in moving]
-    rests = [_mirrored(scene, k, own) for k, own in enumerate(found)]
-    none, mu = np.empty(0, dtype=bool), [np.empty(0)]
+    ways = [moving(scene, space, k, own) for k, own in enumerate(found)]
+    chosen = [moves[:, 0] for moves in ways]
+    rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
+    none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]
     for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
-        mu.append(np.array([tool.mu_at.get(a, tool.mu) for a in own.node[moves].tolist()], dtype=np.float64))
+        mu.append(_by_node(tool.mu_at, tool.mu, own.node[moves]))
+        shear.append(_by_node(tool.shear_at, tool.shear, own.node[moves]))
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
-    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(moving, chosen, strict=True))])
-    mirrored = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
+    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(ways, chosen, strict=True))])
+    still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,
         space=space,
@@ -246,46 +300,13 @@ def candidates(scene: Scene, space: Space) -> Candidates:
         weights=sp.csr_matrix(sp.vstack([sp.csr_matrix((0, len(scene.mesh.nodes))), *weights])),
         node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
         tool=np.repeat(np.arange(len(found)), counts),
-        tangent_free=slides & ~mirrored,
+        tangent_free=slides & ~still,
         tangent_held=~slides,
         mu=np.concatenate(mu),
+        shear=np.concatenate(shear),
     )
 
 
-def _moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
-    """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`_movable`."""
-    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
-    out = np.zeros((len(own.node), 2), dtype=bool)
-    np.logical_or.at(out, owner, _movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
-    return out
-
-
-def _mirrored(scene: Scene, number: int, own: Points) -> Bools:
-    """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
-
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
-    """
-    tangent = frames(np.array(scene.tools[number].normal))[1]
-    rests = scene.mirrored[own.node]
-    for plane in scene.planes:
-        rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
-    return ~free_along(~rests, tangent)
-
-
-def _movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
-    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2)."""
-    free = space.position[2 * nodes[:, None] + np.arange(2)] >= 0
-    led, along = _directions(scene)[number], frames(np.array(scene.tools[number].normal))
-    return np.column_stack(
-        [free_along(free, direction) | (abs(float(led @ direction)) > ACROSS) for direction in along]
-    )
-
-
-def _directions(scene: Scene) -> Floats:
-    """Directions (k, d) along which forces drive the tools; zero where none does."""
-    return scene.led(np.ones(len(scene.pushed)))
-
-
-def _normals(scene: Scene) -> Floats:
-    """Normals (k, d) of the tools."""
-    return np.array([tool.normal for tool in scene.tools]).reshape(-1, 2)
+def _by_node(given: Mapping[int, float], other: float, node: Ints) -> Floats:
+    """What is ``given`` by node (c,), the ``other`` elsewhere."""
+    return np.array([given.get(a, other) for a in node.tolist()], dtype=np.float64)

@@ -59,11 +59,15 @@ TIGHT = Accuracy(1e-12)
 
 @dataclass(frozen=True)
 class Active:
-    """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge."""
+    """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge.
+
+    ``drag`` (c,) is what the friction of sliding ones grows by with their normal force.
+    """
 
     closed: Bools
     sticking: Bools
     still: Bools
+    drag: Floats
 
     @staticmethod
     def of(iterate: Iterate, r: Floats) -> Active:
@@ -71,10 +75,10 @@ class Active:
         rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | carries(r) | touches(motion[:, 0], size)
-        limit = np.where(rows.tied, np.inf, np.where(np.isfinite(rows.mu), rows.mu, 0.0) * r[:, 0])
-        sticking = closed & rows.rubs & (norm(r[:, 1:]) < limit - STICKS * largest)
+        sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - STICKS * largest)
         slip = norm(motion[:, 1:])
-        return Active(closed, sticking, closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0))))
+        still = closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0)))
+        return Active(closed, sticking, still, rows.limit_slope(r))
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
@@ -142,7 +146,7 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     rows, active = iterate.rows, Active.of(iterate, r)
     held = rows_of(rows.G_t, _slips(rows, active.sticking))
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
-    K = iterate.increment.system.body.space.matrix(iterate.tangent())
+    K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
     lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
@@ -213,7 +217,7 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
         by_motion += [c] * sum(map(len, own))
         if not active.still[c]:
             slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
-            own = [normal - rows.mu[c] * slip @ tangents if len(tangents) else normal]
+            own = [normal - active.drag[c] * slip @ tangents if len(tangents) else normal]
         pushing += own
         by_push += [c] * sum(map(len, own))
     found = [_dependent(np.vstack(A), np.array(of)) for A, of in ((pushing, by_push), (forbidden, by_motion)) if A]

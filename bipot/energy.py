@@ -9,13 +9,15 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
 
 with f the forces of tools, loads and supports on what they move, r those of the candidates, de_p as the states carry
 it, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The term r_n dgap
-takes out what the mean force of a contact that opens or closes would do across its gap; it is zero elsewhere.
+takes out what the mean force of a contact that opens or closes would do across its gap; it is zero elsewhere. Of one
+that comes to a curved tool from afar the work is f . du - r_t . du_t, of what the body takes up: the same where the
+tool is flat.
 
 Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
 (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
 solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by increment, to round-off and the
-certificate: it is equilibrium at the end tested with dU. The elastic part then has sum_q w/2 dsigma : C^-1 dsigma above
-the energy stored, which backward differences dissipate.
+certificate, where tools are flat: it is equilibrium at the end tested with dU. The elastic part then has
+sum_q w/2 dsigma : C^-1 dsigma above the energy stored, which backward differences dissipate.
 
 All energies are those of the whole body: of the modelled part, times the images of it that planes of symmetry make.
 """
@@ -27,10 +29,12 @@ from enum import Enum
 
 import numpy as np
 
+from bipot.contact import touches
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
+from bipot.typing import Floats
 
 
 class Rule(Enum):
@@ -67,16 +71,13 @@ class Energies:
         before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
-        r = increment.rubbed((1 - theta) * start.forces + theta * end.forces)
+        r = solved.iterate.rubbed((1 - theta) * start.forces + theta * end.forces)
         motion = solved.iterate.motion
-        opened = motion[:, 0] - start.gap
-        contacts = system.candidates
-        tools = float(np.vdot(contacts.resultant(r), solved.iterate.tool_travel))
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
         return self._plus(
             scene.images,
-            work=tools + loads + float(np.vdot(r[:, 0], opened)),
+            work=_tools(solved, r, theta) + loads,
             elastic=float(np.vdot(S, elastic)),
             plastic=float(np.vdot(S, end.plastic_strain - flowed)),
             friction=-float(np.vdot(r[:, 1:], motion[:, 1:]) + r[:, 1] @ increment.dragged),
@@ -85,6 +86,34 @@ class Energies:
     def _plus(self, images: int, **parts: float) -> Energies:
         """With the ``parts`` of one increment of the modelled part added, ``images`` times each."""
         return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
+
+
+def _tools(solved: Solved, r: Floats, theta: float) -> float:
+    """Work of the tools against mean contact forces r (c, d), with what contacts that open or close do across gaps.
+
+    To a curved tool a candidate comes from afar on a way that is not along its force at the end: that does what the
+    body takes up, and what the slip dissipates.
+    """
+    increment, motion = solved.iterate.increment, solved.iterate.motion
+    start, contacts = increment.start, increment.system.candidates
+    pushed, travel = _pushed(solved, r, theta), solved.iterate.tool_travel
+    opened = motion[:, 0] - start.gap
+    if not contacts.curved:
+        return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
+    gone = travel[contacts.tool] + increment.swept(travel)
+    taken = np.vecdot(pushed, contacts.mean(solved.response.du)) - r[:, 1] * motion[:, 1]
+    closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
+    return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())
+
+
+def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
+    """Mean vectors (c, d) of the contact forces, of which r (c, d) is the mean in frames that turn."""
+    increment = solved.iterate.increment
+    contacts = increment.system.candidates
+    if not contacts.curved:
+        return contacts.vectors(r)
+    before = contacts.vectors(solved.iterate.rubbed(increment.start.forces), increment.frames_before)
+    return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
 
 
 def _driven(start: State, solved: Solved, theta: float) -> float:
@@ -97,7 +126,6 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    before = system.reactions(
-        element_force(placed, start.stress), increment.load_before, increment.rubbed(start.forces)
-    )
+    contacts = system.candidates.vectors(solved.iterate.rubbed(start.forces), increment.frames_before)
+    before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

@@ -66,6 +66,14 @@ class NotConverged(BipotError):
         self.residuals = residuals
 
 
+class Refused(NotConverged):
+    """An increment ended where no increment may; ``advice`` is one sentence on what to change."""
+
+    def __init__(self, message: str, advice: str) -> None:
+        super().__init__(message)
+        self.advice = advice
+
+
 class IncrementFailed(BipotError):
     """The march stopped: ``state`` is the last accepted state, ``history`` what the runner had recorded.
 

@@ -103,6 +103,7 @@ class Examined:
             r=r,
             motion=motion,
             mu=rows.mu,
+            cap=rows.cap,
             tied=rows.tied,
             stiffness=self.increment.system.rigidity.contact,
             largest=max(self.largest, present),

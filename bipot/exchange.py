@@ -43,7 +43,7 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
     increment's own motion, of the tools or where they rest of the body; closed ones also where both rest.
 
     Raises:
-        ProgramError: a welded point, or a singular stiffness.
+        ProgramError: a welded point, capped friction, or a singular stiffness.
     """
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
     near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
@@ -77,7 +77,7 @@ def conic_program(
     solves, and rows of the candidates near their tool. It is dimensionless: lengths in ``accepted.units.length``,
     forces in ``accepted.units.force``, energies in their product. ``conic()`` is the standard form, ``statement()`` the
     same in cvxpy. The multipliers of the rows "gap" are the normal contact forces, those of "friction" the thresholds
-    mu r_n and the tangential forces.
+    mu r_n, or their caps, and the tangential forces.
 
     Raises:
         SceneError: a form that poses no conic program.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bipot.carrying import Attempt
 from bipot.diagnosis import diagnosis
-from bipot.errors import IncrementFailed, InvertedElement, LimitPassed
+from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
@@ -39,6 +39,8 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> I
         if top is not None and top - state.tau < NEXT * (tau - state.tau):
             most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"
         more = f"Drive the body by displacements, or use more increments: the load {most}."
+    elif isinstance(attempt.last, Refused):
+        more = attempt.last.advice
     elif isinstance(attempt.last, InvertedElement):
         more = (
             "Remesh there: shorter increments fold the element too."

@@ -23,14 +23,11 @@ from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
+from bipot.refusals import refuse_blocked, refuse_motion
 from bipot.response import Response, State
 from bipot.schedule import SAME
 from bipot.system import System as System
-from bipot.tensors import norm
 from bipot.typing import Floats
-
-RUNAWAY = 10.0
-"""Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +155,7 @@ def solve_increment(
         InvertedElement: from an iterate, or the answer is folded anywhere in an element.
         ProgramError: from an iterate.
     """
-    _refuse_blocked(increment, limits.bounds)
+    refuse_blocked(increment, limits.bounds)
     watch, iterations, almost = _Watch(limits), 0, 0
     began = time.perf_counter()
     if near_to is None:
@@ -184,7 +181,7 @@ def solve_increment(
             if not np.array_equal(examined.iterate.x, iterate.x) and not watch.accepts(examined, step):
                 raise watch.failure("the least of the body's free rigid motions leaves")
             increment.system.body.refuse_folded(examined.response)
-            _refuse_runaway(examined.iterate)
+            refuse_motion(examined.iterate, r)
             return Solved(
                 iterate=examined.iterate,
                 r=r,
@@ -200,24 +197,6 @@ def solve_increment(
         if leave is not None and leave(Near(iterate, r), step.error):
             raise LeftOff(Near(iterate, r))
     raise watch.failure(f"{limits.passes} passes left")
-
-
-def _refuse_blocked(increment: Increment, bounds: Bounds) -> None:
-    """Refuse a tool that ends in a node held along its normal, and a weld torn by a support: no motion helps."""
-    inside = increment.inside / increment.system.body.scene.mesh.size
-    if inside > bounds.penetration:
-        raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
-    if increment.torn is not None:
-        raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
-
-
-def _refuse_runaway(iterate: Iterate) -> None:
-    """Refuse a motion so long that its round-off hides every strain."""
-    body = iterate.increment.system.body
-    size, moved = body.scene.mesh.size, float(norm(iterate.response.du).max())
-    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
-    if moved > allowed:
-        raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
 
 
 class _Watch:

@@ -6,17 +6,19 @@ for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
 from bipot import supported
-from bipot.contact import LEAST_MOTION
+from bipot.contact import LEAST_MOTION, touches
 from bipot.fem.strain import Scratch
+from bipot.meeting import Going, Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
+from bipot.shear import Strength, caps
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
@@ -32,8 +34,56 @@ class Increment:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """The contact rows of all candidates."""
-        return self.system.candidates.rows(self.start.gap, self.travel, self.driven)
+        """The contact rows of all candidates; where a tool is curved those of a body that rests."""
+        contacts = self.system.candidates
+        if contacts.curved:
+            return contacts.linearised(self.start.gap, self.meeting(self.driven, self.travel), np.zeros(self.size))
+        return contacts.rows(self.start.gap, self.travel, self.driven)
+
+    def meeting(self, du: Floats, travel: Floats) -> Meeting:
+        """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
+        return self.system.candidates.faces.meeting(self.start.gap, self._going(du, travel), self._in_air)
+
+    def _going(self, du: Floats, travel: Floats) -> Going:
+        """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
+        mean = self.system.candidates.mean
+        return Going(mean(self.start.nodes), mean(du), self.placed_before, self.advance(travel))
+
+    @cached_property
+    def _in_air(self) -> Floats:
+        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
+        apart = ~touches(self.start.gap, self.system.body.scene.mesh.size)
+        return self.system.candidates.faces.in_air(apart, self._going(self.driven, self.travel))
+
+    def advance(self, travel: Floats) -> Floats:
+        """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
+        return np.column_stack([travel, self.turned])
+
+    @cached_property
+    def turned(self) -> Floats:
+        """The angle (k,) by which each tool turns."""
+        turns = [tool.turn for tool in self.system.body.scene.tools]
+        return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
+
+    def swept(self, travel: Floats) -> Floats:
+        """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
+        contacts = self.system.candidates
+        return contacts.faces.swept(contacts.mean(self.start.nodes), self.placed_before, self.advance(travel))
+
+    @cached_property
+    def placed_before(self) -> Floats:
+        """Pose (k, 3) of each tool at the start."""
+        return self.system.body.scene.placed(self.start.tau, self.start.translation)
+
+    @cached_property
+    def frames_before(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
+        return self.system.candidates.frames_at(self.start.nodes, self.placed_before)
+
+    @property
+    def size(self) -> int:
+        """Number n of unknowns."""
+        return self.system.body.space.size
 
     @cached_property
     def driven(self) -> Floats:
@@ -49,21 +99,12 @@ class Increment:
         """
         return supported.dragged(self.system.candidates, self.travel, self.driven)
 
-    def rubbed(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) with the friction -mu r_n sign(slip) where the slip is known: of tool and support."""
-        mu = np.where(np.isfinite(self.rows.mu), self.rows.mu, 0.0)
-        out = r.copy()
-        out[:, 1] -= mu * r[:, 0] * np.sign(self.dragged)
-        return out
-
     @cached_property
     def torn(self) -> int | None:
         """A node that a support drives off or along a tool it is welded to."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
-        start = self.start
-        placed = self.system.body.scene.placed(start.tau, start.translation)
-        touching = supported.Touching(start.gap, start.nodes, placed)
+        touching = supported.Touching(self.start.gap, self.start.nodes, self.placed_before)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property
@@ -90,7 +131,7 @@ class Increment:
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.travel)
+        return self.system.candidates.reach(self.rows.gap, self.travel, self.swept(self.travel))
 
     @cached_property
     def inside(self) -> float:
@@ -153,6 +194,11 @@ class Iterate:
         travel = self.increment.travel
         return travel + self.increment.system.body.scene.led(self.translated) if self.translated.size else travel
 
+    @cached_property
+    def placed(self) -> Floats:
+        """Pose (k, 3) of each tool."""
+        return self.increment.placed_before + self.increment.advance(self.tool_travel)
+
     @property
     def length(self) -> float:
         """How far tools go in the increment, or nodes where the tools rest; never zero."""
@@ -160,15 +206,41 @@ class Iterate:
         moved = max(float(norm(self.response.du).max()), least)
         return max(self.increment.reach, float(np.abs(self.translated).max(initial=0.0))) or moved
 
-    @property
+    @cached_property
     def rows(self) -> ContactRows:
-        """Contact rows of all candidates; those of flat tools are the same at every iterate."""
-        return self.increment.rows
+        """Contact rows of all candidates; those of flat tools are the same at every iterate but for caps."""
+        increment, contacts = self.increment, self.increment.system.candidates
+        rows = contacts.linearised(increment.start.gap, self.meeting, self.x) if contacts.curved else increment.rows
+        return replace(rows, cap=self._caps) if contacts.capped else rows
+
+    @property
+    def _caps(self) -> Floats:
+        """The largest friction force (c,) of each candidate by the shear yield stress, inf where none is asked."""
+        response, increment = self.response, self.increment
+        body = increment.system.body
+        sigma_y = body.scene.material.yield_stress(response.state.peeq + response.returned.dpeeq)
+        strength = Strength(sigma_y, response.kinematics.volume)
+        nodes = increment.start.nodes + response.du
+        return caps(increment.system.candidates, strength, self.balanced, nodes, self.placed)
+
+    @cached_property
+    def meeting(self) -> Meeting:
+        """Where candidates meet their tools."""
+        return self.increment.meeting(self.response.du, self.tool_travel)
+
+    @cached_property
+    def frames(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places: of closed contacts normal and tangent."""
+        contacts = self.increment.system.candidates
+        return self.meeting.frames if contacts.curved else contacts.frames
 
     @cached_property
     def motion(self) -> Floats:
         """Gap at the end and slip (c, d) of all candidates."""
-        return self.rows.motion(self.x)
+        if not self.increment.system.candidates.curved:
+            return self.rows.motion(self.x)
+        motion = self.meeting.motion
+        return np.column_stack([motion[:, 0], np.where(self.rows.rubs, motion[:, 1], 0.0)])
 
     @cached_property
     def balanced(self) -> Floats:
@@ -196,27 +268,52 @@ class Iterate:
         """K of the convex model."""
         return self.increment.system.body.stiffness(self.response, kind)
 
-    def tangent(self, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual`."""
+    def tangent(self, r: Floats, scratch: Scratch | None = None) -> Floats:
+        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less what contacts r (c, d) push.
+
+        The latter's changes as normals turn: flat tools add nothing.
+        """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)
         if self.response.kinematics.moves:
             increment.system.loading.add_stiffness(K, self.balanced, increment.tau)
+        if increment.system.candidates.curved:
+            increment.system.candidates.add_bending(K, self.meeting.bending(r))
         return K
+
+    def rubbed(self, r: Floats) -> Floats:
+        """Contact forces r (c, d) with the friction -s sign(slip) where the slip is known: of tool and support."""
+        s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
+        out = r.copy()
+        out[:, 1] -= s * np.sign(self.increment.dragged)
+        return out
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""
-        return self.increment.system.candidates.resultant(self.increment.rubbed(r))
+        return self.increment.system.candidates.resultant(self.rubbed(r), self.frames)
+
+    def tool_moments(self, r: Floats) -> Floats:
+        """Moment (tools,) of each tool that turns on the modelled body, about its centre, under r (c, d); 0 of others.
+
+        A unit of thickness's, anticlockwise.
+        """
+        contacts = self.increment.system.candidates
+        nodes = self.increment.start.nodes + self.response.du
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.mean(nodes), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
         system = self.increment.system
-        return system.reactions(self.response.element_forces, self.nodal_load, self.increment.rubbed(r))
+        contacts = system.candidates.vectors(self.rubbed(r), self.frames)
+        return system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
+        if increment.turned.any():
+            contacts = increment.system.candidates
+            tools += np.vdot(contacts.vectors(r, self.frames), increment.swept(self.tool_travel))
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

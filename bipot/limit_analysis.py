@@ -52,13 +52,15 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 
     Raises:
         SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a force on a tool that touches nothing,
-            a material that does not flow or hardens for ever.
+            friction that is capped (tool.shear), a material that does not flow or hardens for ever.
         InfeasibleProgram: any multiple is carried, by elements that lock, supports or tools.
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
     """
     require_type(scene, Scene, "scene")
     require_number(tau, "tau")
     require(0 <= tau <= 1, "tau", tau, "in [0, 1]")
+    for k, tool in enumerate(scene.tools):
+        require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
     require(bool(_load(increment).any()), "scene", f"loads at tau = {tau}", "not all zero: they are what is multiplied")
@@ -68,7 +70,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     for k, tool in enumerate(scene.tools):
         nothing = tool.driven_by is None or bool(_touching(increment)[system.candidates.tool == k].any())
         require(nothing, f"scene.tools[{k}]", tool.driven_by, "on a tool that touches the body at rest")
-    found = _analysed(increment, increment.rows.take(_touching(increment)))
+    found = _analysed(increment, _rows(increment).take(_touching(increment)))
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
         raise ProgramError(f"no mechanism found: the nearest {short}")
@@ -79,13 +81,15 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 def collapse(increment: Increment) -> Mechanism | None:
     """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
 
-    It is a proof; the motion v is a length over the load's gain. None where none is found.
+    It is a proof; the motion v is a length over the load's gain. None where none is found, or friction is capped.
     """
     body = increment.system.body
+    if increment.system.candidates.capped:
+        return None
     flows = bool(np.isfinite(body.scene.material.yield_stress(0.0)))
     if not (flows and _load(increment).any()):
         return None
-    rows = increment.rows
+    rows = _rows(increment)
     # An open candidate may not close, however it slips.
     rows = replace(rows, mu=np.where(_touching(increment), rows.mu, 0.0))
     try:
@@ -107,8 +111,18 @@ def _units(scene: Scene) -> Units:
 
 
 def _touching(increment: Increment) -> Bools:
-    """Candidates (c,) without a gap at the increment's start."""
-    return touches(increment.start.gap, increment.system.body.scene.mesh.size)
+    """Candidates (c,) without a gap at the increment's start, and not past an open end of their tool."""
+    start, system = increment.start, increment.system
+    near = touches(start.gap, system.body.scene.mesh.size)
+    if system.candidates.curved:
+        here = increment.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
+        near &= ~system.candidates.faces.beyond(here)
+    return near
+
+
+def _rows(increment: Increment) -> ContactRows:
+    """Contact rows in the shape of the increment's start: normals of curved tools turn on the way to its end."""
+    return replace(increment, tau=increment.start.tau).rows
 
 
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:

@@ -163,6 +163,11 @@ class Mesh:
         edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
 
+    @cached_property
+    def outline(self) -> Ints:
+        """Edges (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
+        return self._facets.nodes[~self._facets.shared]
+
     def surface(self, name: str) -> tuple[Ints, Ints]:
         """Edges (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
         found = self._facets.find(self.boundary(name))
@@ -176,6 +181,10 @@ class Mesh:
     def edges(self, *names: str) -> Ints:
         """Edges (f, n) of the named boundaries, one after the other."""
         return np.concatenate([self.boundary(name) for name in names])
+
+    def owners(self, *names: str) -> Ints:
+        """The elements (f,) that have the :meth:`edges` of the named boundaries, the first one of two."""
+        return self._facets.owner[self._facets.find(self.edges(*names))]
 
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""

@@ -30,7 +30,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
 from bipot.mesh import Mesh
 from bipot.tensors import norm
-from bipot.tools import FlatTool, Sampling
+from bipot.tools import Sampling, Tool
 from bipot.typing import Bools, Floats, Ints
 
 CREASE = 0.5
@@ -59,7 +59,7 @@ class Points:
         return self.edges.shape[1] < self.lines.shape[1]
 
 
-def points(mesh: Mesh, geometry: Geometry, tool: FlatTool) -> Points:
+def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
     """Where contact with the tool is posed."""
     lines = mesh.edges(*tool.candidates)
     if tool.sampling is Sampling.NODES or lines.shape[1] == 2:

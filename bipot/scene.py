@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.between import Surroundings
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -27,6 +28,7 @@ from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.fitting import Fitted, require_fitting
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -34,13 +36,10 @@ from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
-from bipot.supports import Prescribed, Support, Symmetry, free_along, require_agreeing
-from bipot.symmetry import Plane, planes_of, require_mirrored, share
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.supports import Prescribed, Support, Symmetry, require_agreeing
+from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
+from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
-
-INSIDE = 1e-9
-"""Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ class Scene:
     geometry: Geometry
     material: Material
     supports: tuple[Support, ...]
-    tools: tuple[FlatTool, ...] = ()
+    tools: tuple[AnyTool, ...] = ()
     quadrature: Quadrature | None = None
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
@@ -83,8 +82,9 @@ class Scene:
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
+        fitted = Fitted(self.mesh, self.geometry, self.material, self.held, self.surroundings)
         for k, tool in enumerate(self.tools):
-            self._check_candidates(tool, f"tools[{k}]")
+            require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)
 
     def _check_types(self) -> None:
@@ -101,7 +101,7 @@ class Scene:
         require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
         plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
         require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
-        for name, kind in (("supports", Support), ("tools", FlatTool), ("loads", Load)):
+        for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
     @property
@@ -118,6 +118,13 @@ class Scene:
     def planes(self) -> tuple[Plane, ...]:
         """The planes of symmetry that cut the whole body."""
         return planes_of(self.mesh, self.geometry, self.supports)
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The whole body's surface: beyond planes of symmetry, and beyond the axis of a meridian, by mirror image."""
+        axis = Plane(0, 0.0, PLANAR * self.mesh.size)
+        ring = self.geometry is Geometry.AXISYMMETRIC
+        return Surroundings.of(self.mesh, (*self.planes, axis) if ring else self.planes)
 
     @property
     def images(self) -> int:
@@ -139,7 +146,8 @@ class Scene:
     def kinks(self) -> tuple[float, ...]:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
-        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed)]
+        turns = [tool.turn for tool in self.tools if tool.turn is not None]
+        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed, *turns)]
         paths = [*changing, *(tool.path for tool in self.tools)]
         return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
@@ -157,6 +165,11 @@ class Scene:
         return np.array([tool.driven_by is not None for tool in self.tools], dtype=bool)
 
     @cached_property
+    def turning(self) -> Bools:
+        """Which tools (k,) turn."""
+        return np.array([tool.turn is not None for tool in self.tools], dtype=bool)
+
+    @cached_property
     def pushed(self) -> tuple[Force, ...]:
         """The forces (m,) that drive tools, tool by tool."""
         return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
@@ -171,8 +184,10 @@ class Scene:
         return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Displacement (k, d) of each tool since rest at ``tau``, by ``translation`` (m,) where forces drive it."""
-        return self.travel(0.0, tau) + self.led(translation)
+        """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by ``translation`` (m,) where forces drive it."""
+        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, 3)
+        poses[:, :2] += self.led(translation)
+        return poses
 
     def led(self, translation: Floats) -> Floats:
         """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
@@ -186,6 +201,14 @@ class Scene:
         out = np.zeros(self.mesh.nodes.shape)
         for support, nodes in self._driven:
             out[nodes, support.direction] = support.at(tau)
+        return out
+
+    @cached_property
+    def shifted(self) -> Bools:
+        """Which displacements (a, d) are prescribed other than zero."""
+        out = np.zeros(self.mesh.nodes.shape, dtype=bool)
+        for support, nodes in self._driven:
+            out[nodes, support.direction] |= support.displacement != 0
         return out
 
     @cached_property
@@ -209,27 +232,6 @@ class Scene:
             moving = [s for s in self.supports if isinstance(s, Prescribed) and s.displacement and s.direction == 0]
             driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
-
-    def _check_candidates(self, tool: FlatTool, label: str) -> None:
-        """Edges of the surface, of which a node can move along the normal; coefficients only at such nodes."""
-        nodes, names = self.mesh.boundary_nodes(*tool.candidates), tool.candidates
-        inner = self.mesh.inner_edges(*names)[:1].tolist()
-        require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
-        edges = self.mesh.edges(*names)
-        twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
-        require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
-        free = ~np.isin(2 * nodes[:, None] + np.arange(2), self.held)
-        movable = bool(free_along(free, np.array(tool.normal)).any())
-        require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-        force = tool.driven_by
-        along = self.geometry is not Geometry.AXISYMMETRIC or force is None or force.vector[0] == 0
-        require(along, f"{label}.driven_by", force and force.vector, "along the axis of an axisymmetric body")
-        depth = -float(tool.distance(self.mesh.nodes[nodes], np.zeros(2)).min())
-        outside = force is None or depth <= INSIDE * self.mesh.size
-        require(outside, f"{label}.point", tool.point, f"off the body, not inside it by {depth:.3g}: a force drives it")
-        points = nodes if tool.sampling is Sampling.NODES else np.unique(edges[:, [0, -1]])
-        for node in tool.mu_at:
-            require(node in points, "mu_at node", node, "one of the tool's candidates (ends of edges if weighted)")
 
 
 def upsetting(

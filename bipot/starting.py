@@ -14,6 +14,7 @@ from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.response import State
+from bipot.supported import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
@@ -86,8 +87,10 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
-    at_tools = system.candidates.distance(start.nodes, scene.placed(start.tau, start.translation))
-    apart = float(np.abs(start.gap - at_tools).max(initial=0.0))
+    contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
+    # The gaps of a start have round-off of motions, these that of places: much, where a circle is large.
+    off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(contacts.mean(at[0]), at[1])
+    apart = float(off.max(initial=0.0))
     allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
     require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
     if start.gap.size:
@@ -132,7 +135,8 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
-    residual = body.space.vector(forces) - loads - contacts.load(start.forces)
+    frames = contacts.frames_at(start.nodes, body.scene.placed(start.tau, start.translation))
+    residual = body.space.vector(forces) - loads - contacts.load(start.forces, frames)
     # Of a tool that a force drives, by the same scale: that it is near is all that is asked here.
     off_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
     off = max(float(norm(body.space.spread(residual)).max()), float(off_tools))

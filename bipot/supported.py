@@ -8,7 +8,7 @@ import numpy as np
 
 from bipot.contact import TOUCHES, Candidates, touches
 from bipot.tensors import norm
-from bipot.tools import FlatTool
+from bipot.tools import Tool
 from bipot.typing import Floats
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
@@ -26,7 +26,7 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: gaps (c,), nodes (a, d), and what the tools have ``placed`` (k, d) since rest."""
+    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, 3) of the tools."""
 
     gap: Floats
     nodes: Floats
@@ -36,13 +36,14 @@ class Touching(NamedTuple):
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
     """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
 
-    Tools are displaced by ``placed`` (k, d) since rest, held nodes by what is ``driven`` (a, d).
+    Tools are in the poses ``placed`` (k, 3), held nodes displaced by what is ``driven`` (a, d).
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
-    for k, (tool, nodes, moved) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
-        plane, level = tool.offset(moved), nodes_at[nodes] @ np.array(tool.normal)
+    for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
+        held = nodes_at[nodes]
         # What round-off of the two positions makes of their difference is no depth.
-        depth = plane - level - ROUND_OFF * np.maximum(np.abs(level), abs(plane))
+        depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
+        depth[tool.face.beyond(tool.own(held, pose))] = 0.0
         if len(nodes) and depth.max() > worst.depth:
             worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
     return worst
@@ -79,7 +80,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     return None
 
 
-def _across(tool: FlatTool, motion: Floats) -> Floats:
+def _across(tool: Tool, motion: Floats) -> Floats:
     """The part of motions (…, d) that a force on the tool does not let go of."""
     if tool.driven_by is None:
         return motion

@@ -2,12 +2,14 @@ r"""Planes of symmetry: what they ask of a scene, and what they make of the forc
 
 A plane x_d = const cuts the body, and one side of it is modelled. Supports, tools and loads of a scene are those on the
 modelled part; their mirror images act on its mirror image. A flat tool whose normal has no component along d is its own
-mirror image: the plane *cuts* it. From f, its force on the modelled part, such a plane makes that on the whole body,
+mirror image, and so is a circle around a point of the plane: the plane *cuts* it. From f, its force on the modelled
+part, such a plane makes that on the whole body,
 
     F = 2 (f - f_d e_d),
 
 one plane after the other. The mirror image of any other tool is another tool, with a force of its own, which meets the
-mirror images of the candidates alone. In a point of the plane a force and its mirror image act both: of a point force
+mirror images of the candidates alone: where it meets the modelled part too (:func:`image_depth`), the scene is refused,
+or the increment. In a point of the plane a force and its mirror image act both: of a point force
 there the whole body bears twice what the scene is given. Parts of the body that meet their mirror image do not feel it.
 """
 
@@ -23,7 +25,7 @@ from bipot.fem.reduction import Geometry
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.supports import Support, Symmetry
-from bipot.tools import ACROSS, FlatTool
+from bipot.tools import Tool
 from bipot.typing import Bools, Floats
 
 PLANAR = 1e-9
@@ -42,9 +44,9 @@ class Plane:
         """Which of the points (..., d) are on the plane."""
         return np.abs(points[..., self.direction] - self.position) <= self.roundoff
 
-    def cuts(self, tool: FlatTool) -> bool:
+    def cuts(self, tool: Tool) -> bool:
         """Whether the tool is its own mirror image."""
-        return abs(tool.normal[self.direction]) <= ACROSS
+        return tool.face.mirrored(self.direction, self.position, self.roundoff)
 
 
 def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Plane, ...]:
@@ -80,12 +82,13 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
     return plane
 
 
-def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[FlatTool], loads: Sequence[Load]) -> None:
+def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse what is no body, tool or load together with its mirror images.
 
     Raises:
         SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
-            that travels off it; a body force along the normal of a plane, or a point force in it along that.
+            that travels off it or turns, or whose mirror image is in the modelled part; a body force along the normal
+            of a plane, or a point force in it along that.
     """
     for plane in planes:
         d = plane.direction
@@ -96,8 +99,30 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[FlatTo
             require(not cut or tool.travel[d] == 0, f"tools[{k}].travel", tool.travel, halves)
             whole = force is None or force.vector[d] == 0 or not cut
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
+            rests = not cut or tool.turn is None
+            require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(3))
+            apart = (
+                f"such that its mirror image beyond x_{d} = {plane.position:g} is off the body, not {depth:.3g} in it"
+            )
+            require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
+
+
+def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
+
+    Of a tool that the plane cuts it is the tool itself, and the depth zero.
+    """
+    if plane.cuts(tool):
+        return 0.0
+    own = mesh.boundary_nodes(*tool.candidates)
+    # Who is in the plane is its own mirror image.
+    x = nodes[own[~plane.holds(mesh.nodes[own])]]
+    x[:, plane.direction] = 2 * plane.position - x[:, plane.direction]
+    gap = tool.distance(x, pose)
+    return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
 
 
 def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:
@@ -120,16 +145,17 @@ def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str)
     require(not inside, label, names, surface)
 
 
-def share(planes: Sequence[Plane], tool: FlatTool) -> float:
+def share(planes: Sequence[Plane], tool: Tool) -> float:
     """What a force on the whole tool is on its modelled part, over that: a half for each plane that cuts it."""
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
-def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: FlatTool, force: Floats) -> Floats:
+def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
     Around an axis the radial components are a force all around, which is none as a vector.
 
+    >>> from bipot.tools import FlatTool
     >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
     >>> whole_force((Plane(0, 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
     array([  0., -14.])

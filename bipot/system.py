@@ -48,9 +48,9 @@ class System:
         """What acts on the unknowns (n,): ``nodal`` loads (a, d), and the forces on tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.push(tau)))
 
-    def reactions(self, element_forces: Floats, load: Floats, r: Floats) -> Floats:
-        """Forces (a, d) of the supports that balance element forces (e, dk), nodal loads (a, d), contacts r (c, d)."""
-        out = self.body.space.nodal(element_forces) - load - self.candidates.nodal(self.candidates.vectors(r))
+    def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
+        """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (c, d)."""
+        out = self.body.space.nodal(element_forces) - load - self.candidates.nodal(contacts)
         out.ravel()[self.body.space.free] = 0.0
         return out
 
@@ -127,7 +127,7 @@ class System:
     def rest(self) -> State:
         """The state at rest."""
         scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))))
+        return rest(scene, self.candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))))
 
 
 def system_of(scene: Scene) -> System:

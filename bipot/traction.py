@@ -37,11 +37,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from bipot.contact import Candidates, carries, force_threshold
+from bipot.contact import Candidates, carries
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
 from bipot.iterate import Iterate
-from bipot.laws.coulomb import status
+from bipot.laws.coulomb import force_threshold, status
+from bipot.programs.data import ContactRows
 from bipot.sampling import hat_areas
 from bipot.typing import Bools, Floats, Ints
 
@@ -71,23 +72,27 @@ class Traction:
 def traction(iterate: Iterate, r: Floats) -> Traction:
     """Traction and status of contact forces r (c, d) of all candidates at the iterate, where that is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
-    pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r))
-    state = status(r, iterate.motion, 0.0, iterate.rows.mu, force_tol, slip_tol)
+    rows = iterate.rows
+    pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r), rows)
+    state = status(r, iterate.motion, 0.0, rows.mu, force_tol, slip_tol, rows.cap)
     return Traction(pressure, shear, state, force_tol, slip_tol)
 
 
-def tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
+def tractions(
+    candidates: Candidates, nodes: Floats, r: Floats, closed: Bools, rows: ContactRows | None = None
+) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
 
-    Within sign and cone to the last digit, whatever the forces are: they are projected. Where Coulomb's law holds that
-    takes away what they miss by round-off of an accepted increment. A weld (mu = inf) may pull besides: on an edge of
-    the line its tension then is the pressure 0, and its shear is left as it is, so pressures have not the forces'
-    resultant; r holds the tension.
+    Within sign and cone, or what a cap of ``rows`` leaves of it, to the last digit, whatever the forces are: they are
+    projected. Where Coulomb's law holds that takes away what they miss by round-off of an accepted increment. A weld
+    may pull besides: on an edge of the line its tension then is the pressure 0, and its shear is left as it is, so
+    pressures have not the forces' resultant; r holds the tension.
     """
+    mu = candidates.mu if rows is None else _quotients(candidates.mu, r, rows)
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
         edges = contact_edges(candidates, number, closed)
-        line, mu = np.unique(edges), candidates.mu
+        line = np.unique(edges)
         if not line.size:
             continue
         if candidates.points[number].weighted:
@@ -99,6 +104,12 @@ def tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -
         limit[~candidates.tangent_free] = 0.0
         shear[line] = np.clip(found[line, 1], -limit[line], limit[line])
     return pressure, shear
+
+
+def _quotients(mu: Floats, r: Floats, rows: ContactRows) -> Floats:
+    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or what forces r (c, 2) have where a cap acts."""
+    acts = np.isfinite(rows.cap) & (r[:, 0] > 0)
+    return np.divide(rows.limit(r), r[:, 0], out=mu.copy(), where=acts)
 
 
 def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:

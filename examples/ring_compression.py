@@ -1,36 +1,68 @@
-"""The ring compression test: the bore opens where friction is low and closes where it is high.
+"""The ring compression test at constant shear: the bore opens where friction is low and closes where it is high.
 
-A ring 6 : 3 : 2 (outer diameter, inner diameter, height) between flat platens, its upper half modelled. The change of
-the inner diameter measures the friction, without a measured force.
+A ring 6 : 3 : 2 (outer diameter, inner diameter, height) between flat platens, its upper half modelled; the platens
+shear it by m times its shear yield stress. The change of the inner diameter measures m, without a measured force. Next
+to it stands Avitzur's upper bound for a ring that stays one (parallel velocity field, ideally plastic), whose pressure
+no true one exceeds.
 """
 
 # %%
-from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, march, ring
+from math import inf, pi
+
+import numpy as np
+
+from bipot import Accepted, Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, march, ring
 
 INNER, OUTER, HALF = 3.0, 6.0, 2.0  # mm: radii and half the height
+YIELD, YOUNG = 300.0, 3e6  # MPa: next to rigid
+REDUCTIONS = (0.1, 0.3, 0.5)
+BOUND = {  # decrease of the inner diameter in %, mean pressure over the yield stress, at these reductions
+    0.1: ((-3.32, 1.072), (-10.00, 1.098), (-13.64, 1.146)),
+    0.3: ((0.53, 1.173), (3.98, 1.230), (14.92, 1.355)),
+    1.0: ((3.89, 1.411), (16.46, 1.595), (44.66, 2.062)),
+}
 
 
-def upper_half(mu: float, reduction: float) -> Scene:
+def upper_half(m: float, elements: int) -> Scene:
     """The ring above its plane of symmetry, under one platen."""
+    platen = FlatTool(
+        point=(0.0, HALF),
+        normal=(0.0, -1.0),
+        travel=(0.0, -REDUCTIONS[-1] * HALF),
+        candidates=("top", "bore", "side"),
+        mu=inf,
+        shear=m,
+    )
     return Scene(
-        mesh=ring(INNER, OUTER, HALF, 6, 4),
+        mesh=ring(INNER, OUTER, HALF, 3 * elements, 2 * elements),
         geometry=Geometry.AXISYMMETRIC,
-        material=VonMises(Elasticity(young=210_000.0, poisson=0.3), Perfect(300.0)),
+        material=VonMises(Elasticity(YOUNG, 0.3), Perfect(YIELD)),
         supports=(Symmetry("base", 1),),
-        tools=(FlatTool((0.0, HALF), (0.0, -1.0), (0.0, -reduction * HALF), ("top", "bore", "side"), mu),),
+        tools=(platen,),
     )
 
 
-def main(increments: int = 20, reduction: float = 0.2, friction: tuple[float, ...] = (0.02, 0.3)) -> dict[float, float]:
-    """Relative change of the inner radius, at half the height, by friction."""
-    changes = {}
-    for mu in friction:
-        scene = upper_half(mu, reduction)
-        middle = min(scene.mesh.boundary_nodes("bore"), key=lambda node: scene.mesh.nodes[node, 1])
-        *_, last = march(scene, Schedule(increments, first=0.005))
-        changes[mu] = float(last.displacement[middle, 0]) / INNER
-        print(f"mu = {mu:.2f}: the bore changes by {100 * changes[mu]:+.2f} % at a reduction of {reduction:.0%}")
-    return changes
+def measured(scene: Scene, accepted: Accepted) -> tuple[float, float, float]:
+    """Decrease of the bore in %, at half the height and in the mean over its height, and F h / (V sigma_Y)."""
+    r, z = accepted.state.nodes[scene.mesh.boundary("bore")[:, [0, -1]]].T
+    radius = np.array([r[z == 0.0][0], np.abs(np.diff(z, axis=0)[0]) @ r.mean(axis=0) / np.ptp(z)])
+    height = 2 * (HALF + accepted.state.tau * scene.tools[0].travel[1])
+    pressure = -accepted.tool_force(0)[1] * height / (pi * (OUTER**2 - INNER**2) * 2 * HALF * YIELD)
+    return (*(100 * (1 - radius / INNER)), pressure)
+
+
+def main(increments: int = 50, elements: int = 4, shear: tuple[float, ...] = tuple(BOUND)) -> dict[float, np.ndarray]:
+    """What is :func:`measured` at each reduction, by the shear factor m."""
+    times = [reduction / REDUCTIONS[-1] for reduction in REDUCTIONS]
+    found = {}
+    for m in shear:
+        scene = upper_half(m, elements)
+        steps = march(scene, Schedule(increments, first=0.002, landings=tuple(times[:-1])))
+        found[m] = np.array([measured(scene, step) for step in steps if step.state.tau in times])
+        for reduction, (middle, mean, p), bound in zip(REDUCTIONS, found[m], BOUND.get(m, ("",) * 3), strict=True):
+            said = f"bore less by {middle:+.2f} % at the middle, {mean:+.2f} % in the mean, p = {p:.3f} sigma_Y"
+            print(f"m = {m:.2f}, {reduction:.0%}: {said}, bound {bound}")
+    return found
 
 
 # %%

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.contact import carries, frames, touches
+from bipot.contact import carries, touches
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.coulomb import Status
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
 from bipot.sampling import hat_areas, points
+from bipot.surfaces import frames
 from bipot.tools import FlatTool, Sampling
 from bipot.traction import edge_tractions
 from bipot.typing import Floats, Ints

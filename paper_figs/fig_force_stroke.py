@@ -1,7 +1,7 @@
 """Punch force against stroke, a line a run, with closed forms, the limits of refined meshes, and landings.
 
 On the right the force over the section that the volume gives, F (1 - reduction) / A0, in which elements and landings
-are told apart. The closed forms (:mod:`paper_figs.closed_forms`) are of a perfectly plastic cylinder, the slab as long
+are told apart. The closed forms (:mod:`studies.closed_forms`) are of a perfectly plastic cylinder, the slab as long
 as it slips everywhere; the limits (:mod:`studies.known_limits`) of the seed's cylinder at coefficients that are known.
 Elsewhere they are left out. A landing is marked at the end of the increment in which a node of the side comes to carry.
 
@@ -20,9 +20,9 @@ from matplotlib.figure import Figure
 
 from bipot import plot
 from bipot.typing import Floats
-from paper_figs.closed_forms import Cylinder
 from paper_figs.common import GREY, WIDTH, legend_below
 from paper_figs.shown import Group, cylinder_of, has_closed_forms, landings, make, named, per_cent, stopped
+from studies.closed_forms import Cylinder
 from studies.known_limits import limits_of
 
 MARKS = 9

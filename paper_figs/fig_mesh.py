@@ -21,13 +21,13 @@ from matplotlib.figure import Figure
 from bipot.layout import Layout
 from bipot.scene import upsetting
 from bipot.typing import Floats
-from paper_figs.closed_forms import Cylinder
 from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, WIDTH, from_results, rows_of
 from studies.accuracy.limits import Limit, courses_of, limit
 from studies.accuracy.mesh import NAME, REDUCTION
 from studies.accuracy.mesh import name as named
 from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.smooth import AT, smoothed
+from studies.closed_forms import Cylinder
 from studies.element_types import ElementType
 from studies.outputs import read_curves
 from studies.tables import read_rows

@@ -13,15 +13,16 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from bipot.contact import carries, frames
+from bipot.contact import carries
 from bipot.errors import ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
+from bipot.surfaces import frames
 from bipot.typing import Ints
-from paper_figs.closed_forms import Cylinder
 from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results
+from studies.closed_forms import Cylinder
 from studies.known_limits import is_upsetting, of_run
 from studies.run_names import friction_of, is_papers, name_of
 from studies.upsetting_beside import BESIDE
@@ -239,7 +240,7 @@ def cylinder_of(run: History) -> Cylinder:
 
 
 def has_closed_forms(run: History) -> bool:
-    """Whether :mod:`paper_figs.closed_forms` apply: a cylinder between punches, perfectly plastic."""
+    """Whether :mod:`studies.closed_forms` apply: a cylinder between punches, perfectly plastic."""
     if not run.scene["perfectly_plastic"]:
         return False
     one = cylinder_of(run)

@@ -16,7 +16,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from studies import element_tables, load_cases, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies import element_tables, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
 from studies.accuracy import paced, total_tables
 from studies.accuracy import tables as mesh_tables
 from studies.command import command, say
@@ -179,19 +179,6 @@ def of_scatter(results: Path) -> str:
     return table(["increments", "F at 45 % [N]"], [[brief(r["value"], 6), brief(r["force_end_N"], 7)] for r in kept])
 
 
-def of_load_cases(results: Path) -> str:
-    """Loads against their references."""
-    rows = [
-        [
-            f"{line['case']}: {line['quantity']}",
-            *(f"{line[name]:.6g}" for name in ("reference", "measured")),
-            *(f"{100 * float(line[name]):.2g} %" for name in ("difference", "allowed")),
-        ]
-        for line in _read(results, load_cases.NAME, load_cases.NAME)
-    ]
-    return table(["what", "reference", "measured", "difference", "allowed"], rows)
-
-
 def of_paced(results: Path) -> str:
     """Error and cost of increments by accuracy, beside the cheapest equal ones that err no more."""
     names = ("true_error", "increments", "passes", "uniform_error", "uniform_increments", "uniform_passes", "ratio")
@@ -239,7 +226,7 @@ TABLES: dict[str, Callable[[Path], str]] = {
 }
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
-    "scenes.md": {load_cases.NAME: of_load_cases, paced.NAME: of_paced},
+    "scenes.md": {paced.NAME: of_paced},
     "robustness.md": {"faults": of_faults},
     "elements.md": {
         "series": lambda results: table(*element_tables.of_series(results)),

@@ -13,6 +13,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool, Force
 from bipot.typing import Floats
+from studies.flat import flat_tools
 from studies.fuzz_meshes import Rng
 
 FORCED, PRESCRIBED = 1 / 6, 1 / 7
@@ -30,7 +31,7 @@ def forced(rng: Rng, scene: Scene) -> Scene:
     """
     if rng.random() >= FORCED:
         return scene
-    tools, count = list(scene.tools), len(scene.tools)
+    tools, count = list(flat_tools(scene)), len(scene.tools)
     first = 0 if rng.random() < 0.75 else int(rng.integers(count))
     force = _force(rng, scene, tools[first])
     tools[first] = force

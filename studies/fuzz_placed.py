@@ -13,6 +13,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
+from studies.flat import flat_tools
 from studies.independent_data import Led
 
 FLAT = 1e-9
@@ -21,7 +22,7 @@ FLAT = 1e-9
 
 def along_path(scene: Scene, tau: float, tau_end: float) -> Floats:
     """Displacement (k, d) of the tools along their paths between two times."""
-    moved = [(_multiple(t, tau_end) - _multiple(t, tau)) * np.array(t.travel) for t in scene.tools]
+    moved = [(_multiple(t, tau_end) - _multiple(t, tau)) * np.array(t.travel) for t in flat_tools(scene)]
     across = np.array(moved).reshape(-1, 2)
     way = directions(scene)
     return across - np.vecdot(across, way)[:, None] * way
@@ -69,7 +70,7 @@ def led_of(scene: Scene, tau: float, start: State, end: State | None = None) -> 
     number, end = driven_tools(scene), start if end is None else end
     return Led(
         tool=number,
-        normal=np.array([tool.normal for tool in scene.tools]).reshape(-1, 2)[number],
+        normal=np.array([tool.normal for tool in flat_tools(scene)]).reshape(-1, 2)[number],
         direction=directions(scene)[number],
         force=forces_on_tools(scene, tau) * halves(scene),
         begun=start.translation,

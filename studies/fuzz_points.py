@@ -11,6 +11,7 @@ from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.tools import FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
+from studies.flat import flat_tools
 from studies.fuzz_meshes import Rng
 from studies.fuzz_placed import directions
 from studies.independent_contact import moves
@@ -56,7 +57,7 @@ def _weighted(mesh: Mesh, tool: FlatTool) -> FlatTool:
 def posed(scene: Scene, setting: Setting) -> Points:
     """Every candidate: a point of a tool's edges of which a node, or the tool by a force, goes along the normal."""
     found = list[Means]()
-    for tool, movable in zip(scene.tools, _movable(scene, setting, _normals(scene)), strict=True):
+    for tool, movable in zip(flat_tools(scene), _movable(scene, setting, _normals(scene)), strict=True):
         every = _points(setting, tool, _edges(scene, tool))
         asked = ((every.weights != 0) & movable).any(axis=1)
         found.append(Means(every.node[asked], every.weights[asked]))
@@ -65,7 +66,7 @@ def posed(scene: Scene, setting: Setting) -> Points:
 
 def held_nodes(scene: Scene, setting: Setting) -> Points:
     """The nodes of the tools' boundaries that supports hold along the normal while no force drives the tool so."""
-    pairs = zip(scene.tools, _movable(scene, setting, _normals(scene)), strict=True)
+    pairs = zip(flat_tools(scene), _movable(scene, setting, _normals(scene)), strict=True)
     held = [np.setdiff1d(_edges(scene, tool), np.flatnonzero(movable)) for tool, movable in pairs]
     return _by_tool(scene, setting, [at_nodes(nodes, len(setting.rest)) for nodes in held])
 
@@ -91,7 +92,7 @@ def _points(setting: Setting, tool: FlatTool, edges: Ints) -> Means:
 
 
 def _normals(scene: Scene) -> Floats:
-    return np.array([tool.normal for tool in scene.tools])
+    return np.array([tool.normal for tool in flat_tools(scene)])
 
 
 def _movable(scene: Scene, setting: Setting, ways: Floats) -> Bools:

@@ -19,6 +19,7 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
+from studies.flat import flat_tools
 from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
 from studies.fuzz_points import Points, held_nodes, posed
 from studies.independent_contact import TOUCHING
@@ -179,8 +180,8 @@ def _moment(state: State) -> Moment:
 
 
 def _contacts(scene: Scene, points: Points, start: State, end: State) -> Contacts:
-    normal = np.array([t.normal for t in scene.tools])
-    point = np.array([t.point for t in scene.tools])
+    normal = np.array([t.normal for t in flat_tools(scene)])
+    point = np.array([t.point for t in flat_tools(scene)])
     node, tool = points.node, points.tool
     mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
     return Contacts(

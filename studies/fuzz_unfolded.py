@@ -15,6 +15,7 @@ from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
+from studies.flat import flat_tools
 from studies.fuzz_variants import Variant, moved_by, reflected
 
 IMAGE = "'"
@@ -58,7 +59,7 @@ def about(scene: Scene, plane: Symmetry) -> Unfolded:
     off = np.setdiff1d(np.arange(len(mesh.nodes)), on)
     image = np.arange(len(mesh.nodes))
     image[off] = len(mesh.nodes) + np.arange(len(off))
-    whole = [_tools(tool, d, at, image) for tool in scene.tools]
+    whole = [_tools(tool, d, at, image) for tool in flat_tools(scene)]
     other = replace(
         scene,
         mesh=_mesh(mesh, plane, at, image),

@@ -16,6 +16,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
+from studies.flat import flat_tools
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
 """A quadrilateral's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""
@@ -63,7 +64,7 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
     )
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
     tools = tuple(
-        _moved(tool, lambda x: x * length, lambda x: x * length, push=lambda f: f * force) for tool in scene.tools
+        _moved(tool, lambda x: x * length, lambda x: x * length, push=lambda f: f * force) for tool in flat_tools(scene)
     )
     other = replace(
         scene,
@@ -80,7 +81,7 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     """Coordinate ``axis`` reversed."""
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
-    tools = tuple(_moved(tool, *[lambda x: x * sign] * 4) for tool in scene.tools)
+    tools = tuple(_moved(tool, *[lambda x: x * sign] * 4) for tool in flat_tools(scene))
     supports = tuple(moved_by(support, sign) for support in scene.supports)
     mesh = Mesh(mesh.nodes * sign, mesh.elements[:, reflected(mesh, axis)], mesh.boundaries)
     loads = tuple(_turned(load, sign) for load in scene.loads)

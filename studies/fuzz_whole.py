@@ -12,6 +12,7 @@ from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats
+from studies.flat import flat_tools
 from studies.fuzz_placed import FLAT, directions, driven_tools, forces_on_tools, tools_gone
 from studies.fuzz_record import pushed_by, setting_of
 from studies.fuzz_variants import Variant
@@ -39,7 +40,7 @@ def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
     sizes = np.zeros(len(scene.tools))
     np.add.at(sizes, pushed.tool, np.linalg.norm(pushed.forces, axis=1))
     for across in {support.direction for support in scene.supports if isinstance(support, Symmetry)}:
-        for k, tool in enumerate(scene.tools):
+        for k, tool in enumerate(flat_tools(scene)):
             if abs(tool.normal[across]) < FLAT:
                 forces[k] *= 2 * (np.arange(2) != across)
                 sizes[k] *= 2

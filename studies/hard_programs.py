@@ -102,7 +102,8 @@ def passes_of(W: Floats, q: Floats, mu: float, rule: Safeguard = RULE) -> Iterat
     K, c = np.asarray(np.linalg.inv(W), dtype=np.float64), len(q) // 2
     identity = sp.csr_matrix(np.eye(2 * c))
     zero, rho = np.zeros(c), 2 * c / float(np.trace(W))
-    rows = ContactRows(identity[::2], zero, identity[1::2], zero[:, None], np.arange(c), zero + mu, zero > 0)
+    law = zero + mu, np.full(c, np.inf), zero > 0
+    rows = ContactRows(identity[::2], zero, identity[1::2], zero[:, None], np.arange(c), *law)
     coupling = Coupling.start(image(rows, np.zeros((c, 2)), q), rule)
     while True:
         program = TangentProgram(K, K @ q, ContactTerms(rows, coupling.value, coupling.shift))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from bipot.marching import Schedule
-from paper_figs.closed_forms import Cylinder
 from studies.accuracy import paced
 from studies.accuracy.paced import FAST, FEWEST, Plan, Row, cheapest, key, run
 from studies.accuracy.paced_scenes import SCENES, cylinder
+from studies.closed_forms import Cylinder
 from studies.tables import read_rows
 
 KEPT = Path(__file__).parents[1] / "docs" / "results"

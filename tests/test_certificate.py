@@ -139,13 +139,14 @@ def material_fields(plastic_factor=1.0):
     return fields, found
 
 
-def contact_fields(r, motion, mu=0.3, *, tied=False, largest=None, present=None, stiffness=1.0):
+def contact_fields(r, motion, mu=0.3, *, cap=np.inf, tied=False, largest=None, present=None, stiffness=1.0):
     """One contact whose numbers have no round-off."""
     size = float(np.abs(r).max()) if largest is None else largest
     return ContactFields(
         r=np.array(r, dtype=float),
         motion=np.array(motion, dtype=float),
         mu=np.array([mu]),
+        cap=np.array([cap]),
         tied=np.array([tied]),
         stiffness=np.array([stiffness]),
         largest=size,

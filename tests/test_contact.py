@@ -7,12 +7,13 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.contact import CARRIES, LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
+from bipot.contact import LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
 from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
+from bipot.laws.coulomb import CARRIES
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of

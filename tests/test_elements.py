@@ -8,15 +8,7 @@ from bipot.elements import Element
 from bipot.fem.elements import Quadrature, Reference, line, radon7, tabulated
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-
-
-def moment(i, j):
-    return (2 / (i + 1) if i % 2 == 0 else 0.0) * (2 / (j + 1) if j % 2 == 0 else 0.0)
-
-
-def integral(i, j):
-    points, weights = radon7()
-    return float(weights @ (points[:, 0] ** i * points[:, 1] ** j))
+from studies.verification.cases.seven_points import integral, moment
 
 
 @pytest.mark.parametrize(("i", "j"), [(i, j) for i in range(6) for j in range(6 - i)])

@@ -6,7 +6,7 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from bipot import increment
+from bipot import refusals
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
@@ -186,9 +186,9 @@ def test_a_body_held_by_nothing_is_named_as_that():
 
 def test_a_body_that_runs_away_is_refused(monkeypatch):
     """The punch moves it by 2.4 % of size and travel; ten times them is no usual end."""
-    monkeypatch.setattr(increment, "RUNAWAY", 0.03)
+    monkeypatch.setattr(refusals, "RUNAWAY", 0.03)
     next(march(scene(), Schedule(2), CUT_ONCE))
-    monkeypatch.setattr(increment, "RUNAWAY", 1e-3)
+    monkeypatch.setattr(refusals, "RUNAWAY", 1e-3)
     assert "the body runs away by 0.0" in last_words(scene())
 
 

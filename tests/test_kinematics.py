@@ -11,8 +11,8 @@ from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.plane import turn_half
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.laws.von_mises import Elasticity
 from bipot.mesh import block, cylinder
+from studies.verification.cases.simple_shear import sheared
 
 SQRT2 = np.sqrt(2.0)
 
@@ -26,27 +26,14 @@ def rotate(tensor, angle):
     return turn_half(tensor, np.array([np.cos(2 * angle), np.sin(2 * angle)]))
 
 
-def simple_shear(steps):
-    """(s12/G, s11/G) after shear 1 in equal steps of an elastic Jaumann body."""
-    mesh, elastic = block(1.0, 1.0, 1, 1, element=Element.Q8), Elasticity(2.6, 0.3)
-    C = elastic.stiffness(4)
-    nodes, stress = mesh.nodes, np.zeros((1, 7, 4))
-    for _ in range(steps):
-        du = np.column_stack([nodes[:, 1] / steps, np.zeros(len(nodes))])
-        kin = run(mesh, du, nodes=nodes)
-        stress = kin.turned(stress) + kin.strain @ C
-        nodes = nodes + du
-    return stress[0, 0, 3] / SQRT2 / elastic.shear, stress[0, 0, 0] / elastic.shear
-
-
 @pytest.mark.parametrize(("steps", "s12", "s11"), [(10, 0.841884, 0.459810), (100, 0.841475, 0.459699)])
 def test_hughes_winget_table(steps, s12, s11):
-    assert simple_shear(steps) == pytest.approx((s12, s11), abs=6e-7)
+    assert sheared(steps) == pytest.approx((s12, s11), abs=6e-7)
 
 
 def test_simple_shear_converges_with_order_two():
     exact = np.array([np.sin(1.0), 1 - np.cos(1.0)])
-    errors = [np.abs(np.array(simple_shear(n)) - exact).max() for n in (10, 20, 40)]
+    errors = [np.abs(np.array(sheared(n)) - exact).max() for n in (10, 20, 40)]
     np.testing.assert_allclose(np.log2(np.array(errors[:-1]) / errors[1:]), 2.0, atol=0.05)
 
 

@@ -73,7 +73,7 @@ def test_follower_stiffness_is_the_derivative_of_its_force(geometry):
     system = system_of(scene)
     increment, rng = Increment(system, system.rest(), 0.5), np.random.default_rng(1)
     x = 0.01 * rng.uniform(-1, 1, system.body.space.size)
-    K = system.body.space.matrix(increment.at(x).tangent())
+    K = system.body.space.matrix(increment.at(x).tangent(increment.start.forces))
     for _ in range(3):
         v, h = rng.uniform(-1, 1, len(x)), 1e-6
         d1, d2 = (

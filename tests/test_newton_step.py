@@ -30,6 +30,7 @@ def rows_of(
         slip.reshape(c, -1),
         np.arange(c),
         np.full(c, np.inf if tied else mu),
+        np.full(c, np.inf),
         np.full(c, tied),
     )
 
@@ -153,7 +154,7 @@ def test_frames_agree_with_the_rows() -> None:
     G_n[0, 1:3], G_t[0, 1:3] = turned(0.3)
     G_n[1, 4] = -1.0
     rows = rows_of(G_n, G_t, rng.normal(size=2), rng.normal(size=2), 0.2).take(np.array([True, True]))
-    rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.tied)
+    rows = ContactRows(rows.G_n, rows.gap, rows.G_t[:1], rows.slip[:1], np.array([0]), rows.mu, rows.cap, rows.tied)
     pattern = Pattern.of(*_csc(np.zeros((5, 5))))
     held = Frames.of(rows, pattern)
     r = np.array([[1.0, -0.3], [2.0, 0.0]])

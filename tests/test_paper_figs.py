@@ -13,14 +13,13 @@ from bipot.mesh import cylinder
 from bipot.results import open as open_results
 from bipot.scene import upsetting
 from paper_figs import fig2_velocity, fig_force_stroke
-from paper_figs.closed_forms import Cylinder
 from paper_figs.contact_line import contact_line
 from paper_figs.shown import shown
+from studies.closed_forms import PAPER
 from studies.quality import quality, stretch_ratios
 from tests.drawn import FIGURES, REDUCTION, boxes, clashes, drawn, record
 
 MU = (0.1, 0.3)
-PAPER = Cylinder(10.0, 5.0, 210_000.0, 0.3, 300.0)
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ def program(seed, d):
         rng.normal(size=(len(FRICTIONAL), width)),
         FRICTIONAL,
         np.array([0.3, 0.3, 0.0, 0.3]),
+        np.full(COUNT, np.inf),
         np.zeros(COUNT, bool),
     )
     t_0 = rng.normal(size=(COUNT, d))

@@ -144,7 +144,8 @@ def one_dof(gap, tied=False):
     """Two opposed candidates on one unknown: total clearance sum(gap)."""
     G = sp.csr_matrix(np.array([[1.0], [-1.0]]))
     none = sp.csr_matrix((0, 1))
-    rows = ContactRows(G, np.array(gap), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(2), np.array([tied, tied]))
+    free, both = np.full(2, np.inf), np.array([tied, tied])
+    rows = ContactRows(G, np.array(gap), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(2), free, both)
     return TangentProgram.of(np.eye(1), np.zeros(1), rows, np.zeros(0))
 
 

@@ -37,6 +37,9 @@ def runs(name):
         found = importlib.util.find_spec(name)
     except ModuleNotFoundError:
         return False
+    if found is not None and found.submodule_search_locations:
+        # Of a package it is its module of that name that runs.
+        return importlib.util.find_spec(f"{name}.__main__") is not None
     return found is not None and "__main__" in text(Path(str(found.origin)))
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from studies import convergence, coupling, energy, fuzz, hard_cases, load_cases, optimisers, solvers
+from studies import convergence, coupling, energy, fuzz, hard_cases, optimisers, solvers
 from studies.accuracy import paced
 from studies.fuzz_row import HEADER
 from studies.tables import read_csv
+from studies.verification import __main__ as verification
 from tests.test_outputs import content
 
 ROOT = Path(__file__).parents[1]
@@ -20,9 +21,9 @@ STUDIES = (
     (coupling, "coupling.csv", []),
     (energy, "energy.csv", []),
     (hard_cases, "hard_cases.csv", ["--only", "13", "--forms", "newton", "tangent"]),
-    (load_cases, "load_cases.csv", []),
     (paced, "paced.csv", []),
     (solvers, "solvers.csv", []),
+    (verification, "verification.csv", ["--only", "shear_lag", "bar_under_weight"]),
 )
 
 

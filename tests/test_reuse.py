@@ -212,7 +212,8 @@ def chain(stiffness, kept):
         K[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
     G = sp.csr_matrix((np.ones(1), ([0], [kept])), shape=(1, n))
     none = sp.csr_matrix((0, n))
-    rows = ContactRows(G, np.ones(1), none, np.zeros((0, 1)), np.empty(0, int), np.zeros(1), np.zeros(1, bool))
+    bare = np.empty(0, int), np.zeros(1), np.full(1, np.inf), np.zeros(1, bool)
+    rows = ContactRows(G, np.ones(1), none, np.zeros((0, 1)), *bare)
     return TangentProgram.of(sp.csc_matrix(K), np.arange(float(n)), rows, np.zeros(0))
 
 

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
-from bipot.contact import CARRIES, LEAST_MOTION
+from bipot.contact import LEAST_MOTION
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.surface import edge_mass
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
-from bipot.laws.coulomb import Status
+from bipot.laws.coulomb import CARRIES, Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import upsetting
 from bipot.traction import (

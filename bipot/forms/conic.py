@@ -23,7 +23,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate
-from bipot.laws.coulomb import natural_map
+from bipot.laws.coulomb import force_threshold, natural_map
 from bipot.programs.condensation import condense, pays
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, Stopwatch
@@ -218,7 +218,7 @@ def _improved(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: St
     ``iterate`` and r are those of the pass, whose threshold the model has.
     """
     there, units = tried.iterate, state.units
-    terms = state.terms(iterate, r)
+    terms = state.turned(tried.iterate).terms(iterate, r)
     try:
         program = tangent_program(there, terms, state, TangentKind.CONSISTENT, clock)
         found = _coupled(program, there, tried.r, state)
@@ -241,10 +241,11 @@ def _coupled(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed)
 
 def _distance(iterate: Iterate, r: Floats, state: Posed) -> float:
     """Largest component of equilibrium residual and natural map of the exact law, in the units of the program."""
-    units, rows, near = state.units, state.rows, r[state.near]
+    units, rows, near = state.units, state.turned(iterate).rows, r[state.near]
     residual = (iterate.residual - rows.forces(near)) / units.force
     motion, force = iterate.motion[state.near] / units.length, near / units.force
-    law = np.where(rows.tied[:, None], motion, natural_map(force, motion, rows.mu, 1.0))
+    residual_of_law = natural_map(force, motion, rows.mu, 1.0, rows.cap / units.force, force_threshold(force))
+    law = np.where(rows.tied[:, None], motion, residual_of_law)
     return float(max(np.abs(residual).max(), np.abs(law).max(initial=0.0)))
 
 

@@ -119,6 +119,10 @@ class Law:
         merit, miss = float(np.sqrt(balance @ balance + np.vdot(law, law))), float(np.linalg.norm(law))
         return Point(iterate, r, motion, pieces, balance, merit, miss)
 
+    def frames_at(self, iterate: Iterate) -> Frames:
+        """The contacts' frames at an iterate."""
+        return self.frames.turned(iterate.rows) if iterate.increment.system.candidates.curved else self.frames
+
 
 @dataclass(frozen=True)
 class Memory:
@@ -163,18 +167,19 @@ class Newton:
         began = clock.outside()
         here = state.here or state.law.point(iterate, r, None)
         merits = (*state.merits, here.merit)
-        linearised = self._linearised(state, here, merits, clock)
+        frames = state.law.frames_at(here.iterate)
+        linearised = self._linearised(state, here, frames, merits, clock)
         built = clock.outside()
         dx, new = linearised.step(iterate.residual, here.motion, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
-        # Where there is no force, what is left of it is the round-off of its row.
-        forces = np.where(there.pieces.none, 0.0, there.r)
+        # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
+        forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
 
     def _linearised(
-        self, state: Memory, here: Point, merits: tuple[float, ...], clock: Stopwatch
+        self, state: Memory, here: Point, frames: Frames, merits: tuple[float, ...], clock: Stopwatch
     ) -> Linearised[Pieces]:
         """The last factor while it serves, else a new one at the iterate."""
         last, setup = state.linearised, state.setup
@@ -182,10 +187,11 @@ class Newton:
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
         if last is not None and falls and last.pieces.same(here.pieces):
-            return last
+            # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
+            return replace(last, frames=frames, pieces=here.pieces)
         with clock:
-            element = here.iterate.tangent(setup.scratch)
-        return Linearised.of(setup.data(element), state.law.frames, here.pieces)
+            element = here.iterate.tangent(here.r, setup.scratch)
+        return Linearised.of(setup.data(element), frames, here.pieces)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""

@@ -145,7 +145,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
-    closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 2))), scene.mesh.size)
+    closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))), scene.mesh.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
     area = edge_mass(scene.mesh.nodes, lines, scene.geometry).sum()
     ends = scene.mesh.nodes[lines[:, [0, -1]]]
@@ -199,7 +199,9 @@ def _minimised(
     x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length)
     with clock:
         there = iterate.increment.at(x * units.length)
-    r = state.spread(scaled.contact.forces(x) * units.force)
+    near = scaled.contact.forces(x)
+    r = state.spread(near * units.force)
+    posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units)).mismatch(x, near)
     state = state.after(there, r, exact=False)
     timing += Timing(assembly=clock.seconds)
-    return Step(there, r, outcome, iterations, timing, state.coupling.report, scaled.contact.mismatch(x)), state
+    return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state

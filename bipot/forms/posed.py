@@ -43,18 +43,23 @@ class Posed:
         if system.rigid.size or iterate.translated.size:
             # What supports do not hold may go as far as the next tool.
             near = np.ones_like(near)
-        coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), rule is not None)
+        # De Saxce's shift is that of a cone: what is capped has the threshold alone.
+        second = rule is not None and not system.candidates.capped
+        coupling = Coupling.start(image(rows, r, iterate.x), rule or Safeguard(), second)
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:
-        """With rows for the candidates that have come through their tool."""
-        if self.near.all():
-            return self
+        """With the rows of an iterate, also for the candidates that have come through their tool."""
         entering = ~self.near & (iterate.motion[:, 0] < 0)
         if not entering.any():
-            return self
+            return self.turned(iterate)
         near = self.near | entering
         return replace(self, near=near, rows=iterate.rows.take(near), distance=None)
+
+    def turned(self, iterate: Iterate) -> Posed:
+        """With the same candidates' rows of an iterate, which flat tools have once for all but for caps."""
+        changes = iterate.increment.system.candidates.changes
+        return replace(self, rows=iterate.rows.take(self.near)) if changes else self
 
     def terms(self, iterate: Iterate, r: Floats) -> ContactTerms:
         """The contact of the next program, with threshold or shift frozen; r (c, d) are the last forces of all."""

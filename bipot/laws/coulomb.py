@@ -7,6 +7,13 @@ r_t = -mu r_n du_t/|du_t|.
 mu = inf glues what touches. The cone is then the closed half space r_n >= 0, its dual {u_t = 0, u_n >= 0};
 du_t = 0 is a constraint measured by :func:`dual_cone_violation`, and the terms mu |u_t| and mu r_n |du_t|
 count as 0 in the shift, the natural map and the gap. Only :func:`bipotential` gives its +inf.
+
+A ``cap`` on the friction force, a number or (c,), makes it |r_t| <= s(r_n) = min(mu r_n, cap) (:func:`limit`): Orowan's
+law. With it mu = inf glues nothing, s = cap is that of constant shear where r_n > 0; where a point touches without a
+force s = 0, and s jumps at a landing. The set of (15), K = {r_n >= 0, |r_t| <= s(r_n)}, stays convex, a cone cut by a
+cylinder, but De Saxce's shift, of the cone alone, does not bring its law to one projection: natural map and gap then
+have the normal and the tangential part apart, each with its own projection at the frozen s(r_n). Without a cap,
+cap = inf, nothing is changed.
 """
 
 from __future__ import annotations
@@ -16,7 +23,7 @@ from enum import IntEnum
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.laws.projections import project_cone
+from bipot.laws.projections import project_cone, project_disc
 from bipot.tensors import BoolArray, FloatArray, norm
 
 Friction = FloatArray | float
@@ -36,15 +43,37 @@ def _finite(mu: Friction) -> FloatArray:
     return np.where(np.isinf(mu), 0.0, mu)
 
 
-def _limit(r_n: FloatArray, mu: Friction) -> FloatArray:
-    """Largest friction force mu r_n, and inf where mu = inf whatever r_n (the closed cone)."""
-    return np.where(np.isinf(mu), np.inf, _finite(mu) * r_n)
+CARRIES = 1e-8
+"""A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
 
 
-def cone_violation(r: FloatArray, mu: Friction) -> FloatArray:
-    """How far r is outside K_mu (15): max of (|r_t| - mu r_n)+ and (-r_n)+, (…, d) -> (…), force units."""
+def force_threshold(r: FloatArray) -> float:
+    """The force up to which a contact force of r (c, d) is none, see :data:`CARRIES`."""
+    return CARRIES * float(norm(r).max(initial=0.0))
+
+
+def limit(r_n: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> FloatArray:
+    """Largest friction force s = min(mu r_n, cap), (…).
+
+    Where mu = inf: inf without a cap, whatever r_n (the closed cone), else the cap where r_n is above ``none``, what
+    counts as no force.
+
+    >>> limit(np.array([1.0, 4.0, 0.0]), np.array([0.5, 0.5, np.inf]), 1.0).tolist()
+    [0.5, 1.0, 0.0]
+    """
+    glued = np.where(np.isinf(cap) | (r_n > none), np.inf, 0.0)
+    return np.minimum(np.where(np.isinf(mu), glued, _finite(mu) * r_n), cap)
+
+
+def limit_slope(r_n: FloatArray, mu: Friction, cap: Friction = np.inf) -> FloatArray:
+    """ds/dr_n of :func:`limit`, (…): mu, and 0 where the cap is active or mu = inf."""
+    return np.where(_finite(mu) * r_n < cap, _finite(mu), 0.0)
+
+
+def cone_violation(r: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0) -> FloatArray:
+    """How far r is outside K (15): max of (|r_t| - s(r_n))+ and (-r_n)+, (…, d) -> (…), force units."""
     r_n = r[..., 0]
-    return np.maximum(np.maximum(norm(r[..., 1:]) - _limit(r_n, mu), -r_n), 0.0)
+    return np.maximum(np.maximum(norm(r[..., 1:]) - limit(r_n, mu, cap, none), -r_n), 0.0)
 
 
 def dual_cone_violation(u: FloatArray, mu: Friction) -> FloatArray:
@@ -70,6 +99,17 @@ def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -
     with np.errstate(invalid="ignore"):
         value = np.where(slip_force == 0, 0.0, mu * slip_force)
     return np.where(admissible, value, np.inf)
+
+
+def friction_gap(
+    r: FloatArray, du_t: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0
+) -> FloatArray:
+    """s(r_n) |du_t| + r_t · du_t, (…), energy units: what the tangential force misses of the law, for |r_t| <= s >= 0.
+
+    Without a cap mu = inf counts as 0.
+    """
+    s = limit(r[..., 0], np.where(np.isinf(cap), _finite(mu), mu), cap, none)
+    return s * norm(du_t) + np.vecdot(r[..., 1:], du_t)
 
 
 def bipotential_gap(du: FloatArray, r: FloatArray, mu: Friction) -> FloatArray:
@@ -98,30 +138,46 @@ def de_saxce_shift(u: FloatArray, mu: Friction) -> FloatArray:
     return shifted
 
 
-def natural_map(r: FloatArray, u: FloatArray, mu: Friction, rho: Friction) -> FloatArray:
+def natural_map(
+    r: FloatArray, u: FloatArray, mu: Friction, rho: Friction, cap: Friction = np.inf, none: float = 0.0
+) -> FloatArray:
     """Residual r - P_K(r - rho (u + mu |u_t| n)) of the law (12), zero exactly where it holds, (…, d).
 
+    With a cap, r_n - (r_n - rho u_n)+ and r_t - P(r_t - rho u_t), P on the disc of radius s(r_n)+ (:func:`limit`).
     ``rho`` > 0 is a number or (…), force per length; the map has the units of r.
     """
-    return r - project_cone(r - np.asarray(rho)[..., None] * de_saxce_shift(u, mu), mu)
+    stiff = np.asarray(rho)[..., None]
+    cone = r - project_cone(r - stiff * de_saxce_shift(u, mu), mu)
+    if np.isinf(cap).all():
+        return cone
+    y, radius = r - stiff * u, np.maximum(limit(r[..., 0], mu, cap, none), 0.0)
+    normal = r[..., :1] - np.maximum(y[..., :1], 0.0)
+    apart = np.concatenate([normal, r[..., 1:] - project_disc(y[..., 1:], radius)], axis=-1)
+    return np.where(np.isinf(cap)[..., None], cone, apart)
 
 
 def status(
-    r: FloatArray, du: FloatArray, gap: FloatArray | float, mu: Friction, force_tol: float, slip_tol: float
+    r: FloatArray,
+    du: FloatArray,
+    gap: FloatArray | float,
+    mu: Friction,
+    force_tol: float,
+    slip_tol: float,
+    cap: Friction = np.inf,
 ) -> NDArray[np.int8]:
     """:class:`Status` of each point as an integer, (…).
 
     OPEN: |r| <= force_tol and gap + du_n > slip_tol. Otherwise, touching means r_n > force_tol and
     |gap + du_n| <= slip_tol, and then
-    SLIP: |du_t| > slip_tol and |r_t| >= mu r_n - force_tol (or mu = 0, where nothing resists);
-    STICK: |du_t| <= slip_tol and |r_t| < mu r_n - force_tol.
+    SLIP: |du_t| > slip_tol and |r_t| >= s - force_tol (or mu = 0 or cap = 0, where nothing resists);
+    STICK: |du_t| <= slip_tol and |r_t| < s - force_tol, s = mu r_n or less by the cap.
     UNDECIDED is the rest: grazing, on the edge between stick and slip, or outside the law.
     """
     r_n, slip, room = r[..., 0], norm(du[..., 1:]), gap + du[..., 0]
-    strictly_inside = norm(r[..., 1:]) < _limit(r_n, mu) - force_tol
+    strictly_inside = norm(r[..., 1:]) < limit(r_n, mu, cap, force_tol) - force_tol
     opened = (norm(r) <= force_tol) & (room > slip_tol)
     touching = (r_n > force_tol) & (np.abs(room) <= slip_tol)
-    sliding = touching & (((slip > slip_tol) & ~strictly_inside) | (np.asarray(mu) == 0))
+    sliding = touching & (((slip > slip_tol) & ~strictly_inside) | (np.minimum(mu, cap) == 0))
     sticking = touching & (slip <= slip_tol) & strictly_inside
     choices = [np.int8(Status.OPEN), np.int8(Status.SLIP), np.int8(Status.STICK)]
     return np.select([opened, sliding, sticking], choices, np.int8(Status.UNDECIDED))
@@ -135,14 +191,14 @@ def satisfies_law(du: FloatArray, r: FloatArray, mu: Friction, tol: float) -> Bo
     >= 0, and sticking allows equality (which the sliding case with λ = 0 covers).
     """
     r_n, r_t, du_n, du_t = r[..., 0], r[..., 1:], du[..., 0], du[..., 1:]
-    force, slip, limit = norm(r_t), norm(du_t), _limit(r_n, mu)
+    force, slip, most = norm(r_t), norm(du_t), limit(r_n, mu)
     no_force = np.abs(r_n) <= tol
     separating = (force <= tol * (1.0 + _finite(mu))) & (du_n >= -tol)
     sticking = (np.abs(du_n) <= tol) & (slip <= tol)
     along = np.divide(r_t, force[..., None], out=np.zeros(r_t.shape), where=force[..., None] > tol)
     opposed = (norm(du_t + slip[..., None] * along) <= tol) | (force <= tol)
-    sliding = (np.abs(force - limit) <= tol) & (np.abs(du_n) <= tol) & opposed
-    pushing = np.where(force < limit - tol, sticking, sliding)
+    sliding = (np.abs(force - most) <= tol) & (np.abs(du_n) <= tol) & opposed
+    pushing = np.where(force < most - tol, sticking, sliding)
     return np.where(no_force, separating, (r_n > tol) & pushing)
 
 
@@ -156,7 +212,7 @@ def satisfies_inverse_law(du: FloatArray, r: FloatArray, mu: Friction, tol: floa
     r_n, r_t, du_n, du_t = r[..., 0], r[..., 1:], du[..., 0], du[..., 1:]
     slip = norm(du_t)
     no_contact = norm(r) <= tol
-    sticking = (r_n >= -tol) & (norm(r_t) <= _limit(r_n, mu) + tol)
+    sticking = (r_n >= -tol) & (norm(r_t) <= limit(r_n, mu) + tol)
     along = np.divide(du_t, slip[..., None], out=np.zeros(du_t.shape), where=slip[..., None] > tol)
     opposed = norm(r_t + (_finite(mu) * r_n)[..., None] * along) <= tol
     sliding = np.where(np.isinf(mu), no_contact, (r_n >= -tol) & opposed)

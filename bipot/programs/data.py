@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.laws.coulomb import force_threshold, limit, limit_slope
 from bipot.typing import Bools, Floats, Ints
 
 
@@ -82,7 +83,8 @@ class ContactRows:
     """Affine contact operators of c candidates, f of them with friction rows, on n unknowns dU.
 
     Gap at the end ``gap + G_n dU`` (c,), slip ``slip + G_t dU`` (f, d-1); ``frictional`` (f,) numbers the
-    candidates with friction rows, ``mu`` (c,), ``tied`` (c,) marks welded points (gap and slip are equalities).
+    candidates with friction rows, ``mu`` (c,), ``cap`` (c,) the largest friction force, inf where there is none,
+    ``tied`` (c,) marks welded points (gap and slip are equalities).
     """
 
     G_n: sp.csr_matrix
@@ -91,6 +93,7 @@ class ContactRows:
     slip: Floats
     frictional: Ints
     mu: Floats
+    cap: Floats
     tied: Bools
 
     @property
@@ -115,6 +118,11 @@ class ContactRows:
         out[self.frictional] = True
         return out
 
+    @property
+    def capped(self) -> bool:
+        """Whether friction is capped anywhere: the law is then not Coulomb's alone."""
+        return bool(np.isfinite(self.cap).any())
+
     @cached_property
     def rubbing(self) -> Floats:
         """Coefficients (c,) of Coulomb's law where it rules the tangential motion, zero elsewhere and where tied."""
@@ -132,6 +140,7 @@ class ContactRows:
             self.slip[kept],
             (np.cumsum(chosen) - 1)[self.frictional[kept]],
             self.mu[chosen],
+            self.cap[chosen],
             self.tied[chosen],
         )
 
@@ -145,9 +154,10 @@ class ContactRows:
         )
         return replace(self, G_n=G_n, G_t=G_t)
 
-    def scaled(self, length: float) -> ContactRows:
-        """Gap and slip measured in ``length``."""
-        return replace(self, gap=self.gap / length, slip=self.slip / length)
+    def scaled(self, units: Units) -> ContactRows:
+        """Gap and slip in ``units.length``, caps in ``units.force``."""
+        length = units.length
+        return replace(self, gap=self.gap / length, slip=self.slip / length, cap=self.cap / units.force)
 
     def motion(self, x: Floats) -> Floats:
         """(g + du_n, du_t) (c, d), zero tangential part where there is no friction row."""
@@ -181,11 +191,22 @@ class ContactRows:
         entry: Floats = np.concatenate([self.G_n.data, self.G_t.data], dtype=np.float64)
         return row, column, entry
 
+    def limit(self, r: Floats) -> Floats:
+        """Largest friction force min(mu r_n, cap) (c,) by forces r (c, d) of all these candidates; inf where tied."""
+        return np.where(self.tied, np.inf, limit(r[:, 0], self._loose, self.cap, force_threshold(r)))
+
+    def limit_slope(self, r: Floats) -> Floats:
+        """Its derivative (c,) by r_n."""
+        return limit_slope(r[:, 0], self._loose, self.cap)
+
+    @cached_property
+    def _loose(self) -> Floats:
+        """The coefficients (c,), zero where a weld has not taken hold."""
+        return np.where(np.isinf(self.mu) & np.isinf(self.cap), 0.0, self.mu)
+
     def threshold(self, r: Floats) -> Floats:
-        """s = mu r_n (f,) on the friction rows; inf where tied."""
-        mu = self.mu[self.frictional]
-        finite = np.where(np.isfinite(mu), mu, 0.0) * np.maximum(r[self.frictional, 0], 0.0)
-        return np.where(self.tied[self.frictional], np.inf, finite)
+        """s (f,) on the friction rows, that of :meth:`limit`, never negative; inf where tied."""
+        return np.maximum(self.limit(r)[self.frictional], 0.0)
 
     def shift(self, x: Floats) -> Floats:
         """De Saxce's shift mu |w_t + G_t dU| (f,) at displacement x (n,); 0 where tied."""

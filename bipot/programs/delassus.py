@@ -39,7 +39,7 @@ def reduce(program: TangentProgram) -> Reduced:
     """Eliminate the unknowns of a dense program.
 
     Raises:
-        UnsuitedForm: K is singular to working precision, or there is no contact.
+        UnsuitedForm: K is singular to working precision, friction is capped, or there is no contact.
         ProgramError: a point is welded (a tie is not Coulomb's law).
     """
     rows = program.contact.rows
@@ -47,6 +47,8 @@ def reduce(program: TangentProgram) -> Reduced:
         raise UnsuitedForm("nothing may touch the body: there is no contact problem")
     if rows.tied.any():
         raise ProgramError("a welded point has no place in a Coulomb problem: use another form for mu = inf")
+    if rows.capped:
+        raise UnsuitedForm("a cap on friction, tool.shear, is not Coulomb's law: use another form")
     G, offset = _stacked(program)
     K = np.asarray(program.K)
     if not np.linalg.cond(K, 1) * len(K) * _EPS < 1:

@@ -8,7 +8,7 @@ axis) keep their forces as unknowns.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse.linalg as sla
@@ -53,15 +53,18 @@ class Frames:
     def of(rows: ContactRows, pattern: Pattern) -> Frames:
         """Frames of contact rows on the unknowns of ``pattern``."""
         touched = Touched.of(rows)
-        owns = touched.alone(pattern.size) & _alike(touched, pattern)
-        own, T = touched.frames(owns, pattern.size)
-        # Rows that do not exist (no friction, held tangents, ghosts) are completed to a basis.
-        T = np.where(np.any(T != 0, axis=2, keepdims=True), T, np.linalg.svd(T)[2])
-        volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
-        owns &= volume > DEPENDENT
-        own[~owns], T[~owns] = pattern.size, np.eye(T.shape[1])
+        own, T, owns = touched.frames(touched.alone(pattern.size) & _alike(touched, pattern), pattern.size)
         border = None if owns.all() else Border.of(touched, ~owns, pattern)
-        return Frames(pattern, own, T, np.linalg.inv(T).transpose(0, 2, 1), *_places(own, pattern), border)
+        return Frames(pattern, own, T, _dual(T), *_places(own, pattern), border)
+
+    def turned(self, rows: ContactRows) -> Frames:
+        """Those of rows with the same entries in other directions."""
+        touched, before = Touched.of(rows), self.own[:, 0] < self.pattern.size
+        _, T, owns = touched.frames(before, self.pattern.size)
+        if not np.array_equal(owns, before):
+            return Frames.of(rows, self.pattern)
+        border = self.border and replace(self.border, touched=touched.take(~owns))
+        return replace(self, T=T, dual=_dual(T), border=border)
 
     def largest(self, stiffness: Floats) -> Floats:
         """The largest (c,) of a ``stiffness`` (n + 1,), the last one zero, on each contact's unknowns."""
@@ -105,8 +108,12 @@ class Touched:
         shared = np.bincount(self.contact, np.bincount(self.dof, minlength=n)[self.dof] > 1, self.count)
         return (shared == 0) & (np.bincount(self.contact, minlength=self.count) <= self.column.shape[1])
 
-    def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats]:
-        """Unknowns (c, d) of the chosen contacts (c,), padded with n, and G on them (c, d, d), zero for the others."""
+    def frames(self, chosen: Bools, n: int) -> tuple[Ints, Floats, Bools]:
+        """Unknowns (c, d) of the ``chosen`` contacts (c,), padded with n, G on them (c, d, d), and whose G is a basis.
+
+        Rows that do not exist (no friction, held tangents, ghosts) are completed to one. Contacts that have none get n
+        and the identity.
+        """
         width, mine = self.column.shape[1], chosen[self.contact]
         contact = self.contact[mine]
         local = (np.arange(len(self.contact)) - np.searchsorted(self.contact, self.contact))[mine]
@@ -114,7 +121,11 @@ class Touched:
         own[contact, local] = self.dof[mine]
         T = np.zeros((self.count, width, width))
         T[contact, :, local] = self.column[mine]
-        return own, T
+        T = np.where(np.any(T != 0, axis=2, keepdims=True), T, np.linalg.svd(T)[2])
+        volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
+        owns = chosen & (volume > DEPENDENT)
+        own[~owns], T[~owns] = n, np.eye(width)
+        return own, T, owns
 
     def take(self, chosen: Bools) -> Touched:
         """The pairs of the chosen contacts (c,)."""
@@ -185,6 +196,11 @@ class Border:
 def times(matrices: Floats, vectors: Floats) -> Floats:
     """Matrices (…, i, j) on vectors (…, j)."""
     return (matrices @ vectors[..., None])[..., 0]
+
+
+def _dual(T: Floats) -> Floats:
+    """T^-T (c, d, d)."""
+    return np.asarray(np.linalg.inv(T), dtype=np.float64).transpose(0, 2, 1)
 
 
 def _alike(touched: Touched, pattern: Pattern) -> Bools:

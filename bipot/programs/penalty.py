@@ -69,9 +69,8 @@ class PenaltyTerms:
         """Contact forces r (c, d) at the frozen threshold."""
         return self.law(x, self.threshold)
 
-    def mismatch(self, x: Floats) -> float:
-        """How far the frozen threshold leaves the forces from the coupled law s = mu t_n, over the largest one."""
-        r = self.forces(x)
+    def mismatch(self, x: Floats, r: Floats) -> float:
+        """How far forces r (c, d) are from the law of x with the coupled threshold s = mu t_n, over the largest one."""
         largest = float(np.abs(r).max(initial=0.0))
         coupled = self.law(x, self.rows.threshold(r))
         return float(np.abs(r - coupled).max()) / largest if largest > 0 else 0.0
@@ -88,7 +87,7 @@ class PenaltyTerms:
         """Lengths in ``units.length``, forces in ``units.force``."""
         stiffness = units.force / units.length
         return PenaltyTerms(
-            self.rows.scaled(units.length),
+            self.rows.scaled(units),
             self.start_gap / units.length,
             self.t_0 / units.force,
             self.threshold / units.force,

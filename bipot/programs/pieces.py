@@ -4,6 +4,8 @@ Per contact, with a scale > 0 that balances force against motion and y_t = r_t -
 
     closed  where r_n - scale gap > 0:    scale gap = 0,    else r = 0,
     slides  where |y_t| > mu r_n:         r_t = mu r_n y_t / |y_t|,    else scale slip = 0;    tied points always stick.
+
+Where friction is capped, min(mu r_n, cap) stands for mu r_n: a fixed radius where the cap is the smaller.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from bipot.laws.coulomb import limit_slope
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
@@ -36,8 +39,8 @@ class Deadband:
 class Pieces:
     """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of the friction force at y, outside of which it slides.
 
-    The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold in the place of the former.
-    ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
+    The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap in the place of the
+    former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
     """
 
     closed: Bools
@@ -71,6 +74,8 @@ class Pieces:
         if threshold is not None:
             mu = np.zeros(rows.count)
             fixed[rows.frictional] = np.where(rows.tied[rows.frictional], 0.0, threshold)
+        elif rows.capped:
+            mu, fixed = _capped(rows, r[:, 0], closed & (r[:, 0] - scale * motion[:, 0] > 0))
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
         length, drag = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
         rubs = (closed & (mu > 0)) | (fixed > 0)
@@ -88,6 +93,7 @@ class Pieces:
         return (
             np.array_equal(self.closed, other.closed)
             and np.array_equal(ours.slides[matters], theirs.slides[matters])
+            and np.array_equal(self.mu[matters], other.mu[matters])
             and bool(np.all(np.abs(ours.direction[slip] - theirs.direction[slip]) < 1e-9))
         )
 
@@ -97,6 +103,12 @@ class Pieces:
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
         dragged = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
         out[:, 1:] = np.where(self.disc.slides[:, None], r[:, 1:] - dragged, self.scale[:, None] * motion[:, 1:])
+        return out
+
+    def at_caps(self, r: Floats) -> Floats:
+        """Forces r (c, d) with the friction of what slides at a fixed radius, which the law knows without them."""
+        out, known = r.copy(), (self.fixed > 0) & self.disc.slides
+        out[known, 1:] = self.fixed[known, None] * self.disc.direction[known]
         return out
 
     @property
@@ -126,6 +138,16 @@ class Pieces:
     def _zeros(self) -> Floats:
         width = 1 + self.disc.direction.shape[1]
         return np.zeros((len(self.mu), width, width))
+
+
+def _capped(rows: ContactRows, r_n: Floats, pushing: Bools) -> tuple[Floats, Floats]:
+    """Coefficients (c,) where friction follows mu r_n, and radii (c,) where it is at its cap.
+
+    Of constant shear, mu = inf, the cap acts on contacts that are ``pushing`` (c,): those that only touch do not rub.
+    """
+    mu = rows.rubbing
+    caps = pushing & (mu > 0) & np.isfinite(rows.cap) & (limit_slope(r_n, mu, rows.cap) == 0)
+    return np.where(caps | np.isinf(mu), 0.0, mu), np.where(caps, rows.cap, 0.0)
 
 
 @dataclass(frozen=True)

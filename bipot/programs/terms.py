@@ -52,7 +52,7 @@ class ContactTerms:
     def scaled(self, units: Units) -> ContactTerms:
         """Dimensionless: gaps, slips and shifts in ``units.length``, thresholds in ``units.force``."""
         shift = None if self.shift is None else self.shift / units.length
-        return ContactTerms(self.rows.scaled(units.length), self.threshold / units.force, shift)
+        return ContactTerms(self.rows.scaled(units), self.threshold / units.force, shift)
 
     def columns(self, dofs: Ints) -> ContactTerms:
         """The same terms on the unknowns ``dofs`` only, which must include every one they touch."""

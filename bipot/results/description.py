@@ -14,6 +14,7 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
+from bipot.surfaces import Plane, Surface
 
 Parameters = Mapping[str, Any]
 """What identifies a run: JSON values by name."""
@@ -49,14 +50,24 @@ def _described(scene: Scene) -> dict[str, Any]:
         "loads": [repr(load) for load in scene.loads],
         "tools": [
             {
-                **{name: getattr(t, name) for name in ("point", "normal", "travel", "path", "candidates", "mu")},
+                **_surface(t.face),
+                **{name: getattr(t, name) for name in ("travel", "path", "candidates", "mu", "shear")},
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
+                "shear_at": {str(node): shear for node, shear in t.shear_at.items()},
                 "sampling": t.sampling.value,
+                **({} if t.turn is None else {"turn": repr(t.turn)}),
                 "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
             }
             for t in scene.tools
         ],
     }
+
+
+def _surface(surface: Surface) -> dict[str, Any]:
+    """A plane's numbers by name, any other surface in words."""
+    if isinstance(surface, Plane):
+        return {"point": surface.point, "normal": surface.normal}
+    return {"surface": repr(surface)}
 
 
 def _support(support: Support) -> dict[str, Any]:

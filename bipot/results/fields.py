@@ -61,15 +61,17 @@ class Step:
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
         placed = gradients(state.nodes, scene.mesh.elements, system.body.space.reference, scene.geometry)
         tractions = Traction(unknown, unknown, status, 0.0, 0.0)
-        return Step(course, system.candidates.vectors(state.forces), state.gap, tractions, placed.volume)
+        frames = system.candidates.frames_at(state.nodes, scene.placed(state.tau, state.translation))
+        forces = system.candidates.vectors(state.forces, frames)
+        return Step(course, forces, state.gap, tractions, placed.volume)
 
     @staticmethod
     def after(accepted: Accepted) -> Step:
         """The step of an accepted increment, its tractions on the configuration of equilibrium."""
         solved = accepted.solved
         increment = solved.iterate.increment
-        forces = increment.system.candidates.vectors(increment.rubbed(solved.r))
-        gap = solved.rows.motion(solved.response.x)[:, 0]
+        forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
+        gap = solved.iterate.motion[:, 0]
         return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume)
 
     @property

@@ -19,11 +19,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.contact import CARRIES
 from bipot.errors import ResultsError
 from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
-from bipot.laws.coulomb import Status
+from bipot.laws.coulomb import CARRIES, Status
 from bipot.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields

@@ -30,7 +30,7 @@ class Cylinder:
     poisson: float
     yield_stress: float
 
-    def exact_radius(self, reduction: Floats) -> Floats:
+    def exact_radius(self, reduction: Floats | float) -> Floats:
         """Radius of the frictionless elastoplastic cylinder.
 
         >>> round(float(Cylinder(10, 5, 210000, 0.3, 300).exact_radius(np.array(0.45))), 7)
@@ -40,7 +40,11 @@ class Cylinder:
         elastic = np.minimum(strain, self.yield_stress / self.young)
         return self.radius * np.exp((strain - elastic) / 2 + self.poisson * elastic)
 
-    def exact_force(self, reduction: Floats) -> Floats:
+    def plastic_strain(self, reduction: Floats | float) -> Floats:
+        """Equivalent plastic strain of the frictionless elastoplastic cylinder, zero while it is elastic."""
+        return np.maximum(-np.log1p(-reduction) - self.yield_stress / self.young, 0.0)
+
+    def exact_force(self, reduction: Floats | float) -> Floats:
         """Force without friction.
 
         >>> round(float(Cylinder(10, 5, 210000, 0.3, 300).exact_force(np.array(0.45))), 3)
@@ -49,7 +53,7 @@ class Cylinder:
         stress = np.minimum(-self.young * np.log1p(-reduction), self.yield_stress)
         return stress * np.pi * self.exact_radius(reduction) ** 2
 
-    def slab_force(self, reduction: Floats, mu: float) -> Floats:
+    def slab_force(self, reduction: Floats | float, mu: float) -> Floats:
         """Slab force, slipping; an overestimate where the cylinder barrels; mu > 0.
 
         >>> round(float(Cylinder(10, 5, 210000, 0.3, 300).slab_force(np.array(0.45), 0.1)), -1)
@@ -60,7 +64,7 @@ class Cylinder:
         x = 2 * mu * radius / height
         return self.yield_stress * np.pi * radius**2 * 2 * (np.expm1(x) - x) / x**2
 
-    def slips(self, reduction: Floats, mu: float) -> Bools:
+    def slips(self, reduction: Floats | float, mu: float) -> Bools:
         """Where the slab, of friction ``mu`` > 0, slips everywhere.
 
         >>> one = Cylinder(10, 5, 210000, 0.3, 300)
@@ -70,7 +74,7 @@ class Cylinder:
         radius, height = self._rigid_plastic(reduction)
         return np.log(mu * np.sqrt(3)) <= -2 * mu * radius / height
 
-    def sticking_bound(self, reduction: Floats) -> Floats:
+    def sticking_bound(self, reduction: Floats | float) -> Floats:
         """Upper bound of the force for any friction while the cylinder keeps its shape.
 
         >>> round(float(Cylinder(10, 5, 210000, 0.3, 300).sticking_bound(np.array(0.45))), -1)
@@ -79,5 +83,10 @@ class Cylinder:
         radius, height = self._rigid_plastic(reduction)
         return self.yield_stress * np.pi * radius**2 * (1 + 2 * radius / (3 * np.sqrt(3) * height))
 
-    def _rigid_plastic(self, reduction: Floats) -> tuple[Floats, Floats]:
-        return self.radius / np.sqrt(1 - reduction), self.height * (1 - reduction)
+    def _rigid_plastic(self, reduction: Floats | float) -> tuple[Floats, Floats]:
+        left = 1 - np.asarray(reduction, dtype=np.float64)
+        return self.radius / np.sqrt(left), self.height * left
+
+
+PAPER = Cylinder(10.0, 5.0, 210_000.0, 0.3, 300.0)
+"""The seed paper's: N, mm, MPa."""

@@ -1,0 +1,109 @@
+"""Tools that fit a body: that they touch its surface, that a node can give way, that none is in it at rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.between import Surroundings, inside
+from bipot.errors import require
+from bipot.fem.reduction import Geometry
+from bipot.laws.material import Material
+from bipot.mesh import Mesh
+from bipot.supports import free_along
+from bipot.surfaces import require_distance
+from bipot.symmetry import PLANAR
+from bipot.tools import Sampling, Tool
+from bipot.typing import Floats, Ints
+
+INSIDE = 1e-9
+"""Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
+
+
+class Fitted(NamedTuple):
+    """What tools have to fit: a body at rest, which displacements (h,) of it are held, and its whole surface."""
+
+    mesh: Mesh
+    geometry: Geometry
+    material: Material
+    held: Ints
+    surroundings: Surroundings
+
+    @property
+    def ring(self) -> bool:
+        """Whether the body goes around an axis."""
+        return self.geometry is Geometry.AXISYMMETRIC
+
+
+def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
+    """Refuse a tool that does not fit the body, naming its field by the ``label``.
+
+    Raises:
+        SceneError: candidates that are no edges of the surface, or of which none can move along the normal; a tool that
+            is in the body at rest, that goes around an axis on neither side of it, or turns where it may not;
+            coefficients at other nodes, a cap of a material that does not flow.
+    """
+    nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
+    x = body.mesh.nodes[nodes]
+    _require_surface(body.mesh, tool, label)
+    free = ~np.isin(2 * nodes[:, None] + np.arange(2), body.held)
+    normal = require_distance(tool.face, x, f"{label}.surface").normal
+    # Of a curved tool the normal turns as it comes along.
+    movable = bool(free_along(free, normal).any() if tool.flat else free.any())
+    require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
+    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(3))
+    allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
+    require(deep is None, f"{label}.surface", tool.face, allowed)
+    if body.ring and not tool.flat:
+        _require_revolved(body, tool, label)
+    if tool.turn is not None:
+        require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
+    if tool.driven_by is not None:
+        _require_driven(body, tool, x, label)
+    _require_coefficients(body, tool, label)
+
+
+def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
+    """Edges of one element each, none twice."""
+    names, edges = tool.candidates, mesh.edges(*tool.candidates)
+    inner = mesh.inner_edges(*names)[:1].tolist()
+    require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
+    twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
+    require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
+
+
+def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
+    """What goes around the axis stays on it, or beside it."""
+    roundoff = PLANAR * body.mesh.size
+    on_axis = tool.face.mirrored(0, 0.0, roundoff)
+    require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
+    tips = tool.face.tips()
+    for tau, _ in tool.path:
+        r = tips.centre[:, 0] + tool.moved(0.0, tau)[0]
+        over = (r < -roundoff) & (r + tips.radius > 0)
+        require(on_axis or not over.any(), f"{label}.surface", tool.face, "of parts around centres at r >= 0")
+
+
+def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
+    """A force drives along the axis of a ring, and from off the candidates at x (a, d)."""
+    force = tool.driven_by
+    assert force is not None
+    along = not body.ring or force.vector[0] == 0
+    require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
+    depth = -float(tool.distance(x, np.zeros(3)).min())
+    off = f"off the body, not inside it by {depth:.3g}: a force drives it"
+    require(depth <= INSIDE * body.mesh.size, f"{label}.point", tool.face, off)
+
+
+def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
+    """Coefficients at candidates, caps of materials that flow."""
+    edges = body.mesh.edges(*tool.candidates)
+    points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, [0, -1]])
+    for name in ("mu_at", "shear_at"):
+        for node in getattr(tool, name):
+            one = "one of the tool's candidates (ends of edges if weighted)"
+            require(node in points, f"{name} node", node, one)
+    caps = not tool.capped or bool(np.isfinite(body.material.yield_stress(0.0)))
+    allowed = "inf where the material does not flow: it is a part of the yield stress"
+    require(caps, f"{label}.shear", tool.shear, allowed)

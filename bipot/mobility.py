@@ -1,0 +1,66 @@
+"""Which points of a tool's boundaries can move, along its normal and its tangent, and which symmetry holds at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.fem.assembly import Space
+from bipot.sampling import Points, creased
+from bipot.scene import Scene
+from bipot.supports import free_along
+from bipot.surfaces import ACROSS, frames
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats, Ints
+
+
+def moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
+    """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
+    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+    out = np.zeros((len(own.node), 2), dtype=bool)
+    np.logical_or.at(out, owner, movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
+    return out
+
+
+def mirrored(scene: Scene, number: int, own: Points) -> Bools:
+    """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
+
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
+    """
+    tangent = _at_rest(scene, number, own.node)[:, 1]
+    rests = scene.mirrored[own.node]
+    for plane in scene.planes:
+        rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
+    return ~free_along(~rests, tangent)
+
+
+def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2).
+
+    A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
+    what is held.
+    """
+    tool, free = scene.tools[number], np.asarray(space.position[2 * nodes[:, None] + np.arange(2)] >= 0)
+    led, along = directions(scene)[number], _at_rest(scene, number, nodes)
+    moves = np.stack([free_along(free, axis) | (np.abs(axis @ led) > ACROSS) for axis in along.swapaxes(0, 1)], axis=1)
+    if not tool.flat:
+        turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0) | (tool.turn is not None))
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False))
+    return moves
+
+
+def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
+    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+
+    In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    normal = np.array(tool.face.distance(x).normal)
+    for plane in scene.planes:
+        if not tool.flat and plane.cuts(tool):
+            normal[plane.holds(x), plane.direction] = 0.0
+    return frames(normal / norm(normal)[:, None])
+
+
+def directions(scene: Scene) -> Floats:
+    """Directions (k, d) along which forces drive the tools; zero where none does."""
+    return scene.led(np.ones(len(scene.pushed)))

@@ -1,0 +1,74 @@
+r"""Where a tool is: a pose (3,) is how far it has gone since rest, and by what angle (radians, anticlockwise) turned.
+
+A point X of the tool at rest, which turns about the point C of it, is at
+
+    x = C + a + Q(theta) (X - C),     Q = ((cos, -sin), (sin, cos)),
+
+in the pose (a_1, a_2, theta). Points of the body are seen from the tool where they would be if it rested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import require, require_magnitude, require_number, require_type
+from bipot.paths import RAMP, Amplitude, pair
+from bipot.typing import Floats
+
+LARGEST_ANGLE = 1e6
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A tool turns by ``angle`` (radians, anticlockwise) times the ``amplitude`` about ``centre``, which goes with it.
+
+    Raises:
+        SceneError: a centre that is not two finite numbers, an angle that is none, an amplitude that begins elsewhere.
+    """
+
+    angle: float
+    centre: tuple[float, float]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_number(self.angle, "turn.angle")
+        object.__setattr__(self, "angle", float(self.angle))
+        require_type(self.amplitude, Amplitude, "turn.amplitude")
+        for size in (self.angle, self.angle * self.amplitude.largest):
+            require_magnitude(size, "turn.angle, its amplitude with it", LARGEST_ANGLE)
+        object.__setattr__(self, "centre", pair(self.centre, "turn.centre", "two finite numbers"))
+        require(self.amplitude.at(0.0) == 0, "turn.amplitude", self.amplitude.points, "zero at tau = 0")
+
+    def at(self, tau: float) -> float:
+        """The angle at pseudo-time ``tau``."""
+        return self.angle * self.amplitude.at(tau)
+
+    def own(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) as the tool sees them."""
+        return (x - self.centre - pose[:2]) @ rotation(pose[2]) + self.centre
+
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (3,).
+
+        To round-off of the motions, not of the places.
+        """
+        angle, half = advance[2], np.sin(advance[2] / 2)
+        back = np.array([[-2 * half**2, -np.sin(angle)], [np.sin(angle), -2 * half**2]])
+        moved = (by - advance[:2]) @ rotation(pose[2] + angle)
+        return moved + (x - self.centre - pose[:2]) @ rotation(pose[2]) @ back
+
+    def carried(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
+        """How far (…, d) the turn alone takes the tool's points at x (…, d), half the way from ``pose`` on."""
+        out = x - self.centre - pose[:2] - advance[:2] / 2
+        return 2 * np.sin(advance[2] / 2) * np.stack([-out[..., 1], out[..., 0]], axis=-1)
+
+
+def rotation(angle: float) -> Floats:
+    """Q(theta) (d, d): vectors v as rows are v @ Q' turned, and v @ Q turned back.
+
+    >>> (np.array([1.0, 0.0]) @ rotation(np.pi / 2).T).round(12).tolist()
+    [0.0, 1.0]
+    """
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])

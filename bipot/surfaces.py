@@ -1,0 +1,311 @@
+r"""Surfaces of rigid tools as signed distances: the gap g of a point, the normal n there, how both change as it moves.
+
+The gap is positive outside the tool, n = grad g points from the tool into the body, and t = (n_y, -n_x). A surface of
+curvature k where a point is nearest to it, positive where the tool is convex, has at the point
+
+    grad n = c t t',    c = k / (1 + k g),
+
+so c is the curvature of the line of equal gaps through the point. How far a point has come along the surface is the
+arc s of its nearest point, whose derivatives are
+
+    grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
+
+on pieces of constant k. Slips measured by s add up over increments to what they are over all of them, however long
+those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
+from bipot.paths import pair
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats
+
+ACROSS = 1e-12
+"""A component below this fraction of a vector is round-off of its direction."""
+
+AROUND = np.pi / 3
+"""Who goes around a circle by more in one increment, and on a straight way through it, came out on another side."""
+
+
+OPEN = 1e-6
+"""Of a tool's radius or thickness: who is no farther from it touches it."""
+
+GRAZED = 0.02
+"""Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
+
+
+class Distance(NamedTuple):
+    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps."""
+
+    gap: Floats
+    normal: Floats
+    curvature: Floats
+
+
+class Tips(NamedTuple):
+    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners.
+
+    ``thickness`` is the diameter of the largest circle in the tool.
+    """
+
+    centre: Floats
+    radius: Floats
+    thickness: float
+
+
+@runtime_checkable
+class Surface(Protocol):
+    """What a tool asks of its surface, which rests; ``moved`` (d,) is how far the tool has gone since."""
+
+    def distance(self, x: Floats) -> Distance:
+        """Signed distance of points x (…, d), exact to round-off."""
+        ...
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """Signed distance (…) of points x (…, d) to the moved surface."""
+        ...
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """Magnitude (…) of the numbers whose difference :meth:`gap` is."""
+        ...
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``."""
+        ...
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
+        ...
+
+    def tips(self) -> Tips:
+        """Its convex parts: circles of which an arc is the surface."""
+        ...
+
+    def beyond(self, x: Floats) -> Bools:
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
+        ...
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
+        ...
+
+    def image(self, direction: int, position: float) -> Surface:
+        """Its mirror image in the plane x_direction = position."""
+        ...
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """Whether the ``other`` is the same, to ``roundoff`` of places."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, a normal that is none.
+
+    >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
+    np.float64(0.75)
+    """
+
+    point: tuple[float, float]
+    normal: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", place(self.point, "plane.point"))
+        object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+
+    def offset(self, moved: Floats) -> float:
+        """n . x of its points."""
+        return float(np.dot(self.normal, np.add(self.point, moved)))
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        gap = self.gap(x, np.zeros(2))
+        return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return x @ np.array(self.normal) - self.offset(moved)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(np.abs(x @ np.array(self.normal)), abs(self.offset(moved)))
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        return by @ frames(np.array(self.normal)).T
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: out of a half-space there is one way."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: none."""
+        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(self.normal[direction]) <= ACROSS
+
+    def image(self, direction: int, position: float) -> Plane:
+        """As :meth:`Surface.image`."""
+        normal = np.array(self.normal)
+        normal[direction] *= -1
+        return Plane(reflected(self.point, direction, position), (float(normal[0]), float(normal[1])))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        return (
+            isinstance(other, Plane)
+            and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
+            and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
+        )
+
+
+@dataclass(frozen=True)
+class Circle:
+    """The circle around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+
+    It is a cylinder in plane strain; on a meridian a sphere where the centre is on the axis, a torus elsewhere. At the
+    centre itself, where no direction is the nearest, the normal is the first axis.
+
+    Raises:
+        SceneError: a centre that is not two finite numbers, a radius that is not above zero.
+
+    >>> Circle((0.0, 3.0), 2.0).distance(np.array([0.0, 0.5]))
+    Distance(gap=np.float64(0.5), normal=array([ 0., -1.]), curvature=np.float64(0.4))
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    concave: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", place(self.centre, "circle.centre"))
+        require_positive(**{"circle.radius": self.radius})
+        object.__setattr__(self, "radius", float(self.radius))
+        require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
+        require_type(self.concave, bool, "circle.concave")
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        out, sign = x - np.array(self.centre), self._sign
+        far = norm(out)
+        safe = np.where(far > 0, far, 1.0)
+        normal = np.where((far > 0)[..., None], out / safe[..., None], (1.0, 0.0))
+        return Distance(sign * (far - self.radius), sign * normal, sign / safe)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return self._sign * (norm(x - np.add(self.centre, moved)) - self.radius)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(norm(x), norm(np.add(self.centre, moved)) + self.radius)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        start = x - np.array(self.centre)
+        end = start + by
+        far = norm(start) + norm(end)
+        # The difference of two distances, without the round-off of either; the angle between them likewise.
+        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
+        across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
+        turned = np.arctan2(across, np.vecdot(start, end))
+        return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far.
+
+        Who touches it neither before nor after does not slide.
+        """
+        start, length = x - np.array(self.centre), norm(by)
+        end = start + by
+        along = -np.vecdot(start, by) / np.where(length > 0, length, 1.0) ** 2
+        nearest = norm(start + np.clip(along, 0.0, 1.0)[..., None] * by)
+        turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
+        slid = turns & (nearest < np.cos(AROUND / 2) * self.radius)
+        open_at_both = np.minimum(norm(start), norm(end)) > (1 + OPEN) * self.radius
+        return (slid | (open_at_both & (nearest < (1 - GRAZED) * self.radius))) & (not self.concave)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: itself, where it is convex."""
+        own = int(not self.concave)
+        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own), 2 * self.radius)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(self.centre[direction] - position) <= roundoff
+
+    def image(self, direction: int, position: float) -> Circle:
+        """As :meth:`Surface.image`."""
+        return Circle(reflected(self.centre, direction, position), self.radius, self.concave)
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        if not isinstance(other, Circle) or self.concave != other.concave:
+            return False
+        apart = np.subtract((*self.centre, self.radius), (*other.centre, other.radius))
+        return bool(np.abs(apart).max() <= roundoff)
+
+    @property
+    def _sign(self) -> float:
+        return -1.0 if self.concave else 1.0
+
+
+def require_distance(surface: Surface, x: Floats, field: str) -> Distance:
+    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
+    found = surface.distance(x)
+    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
+    for name, value, shape in zip(Distance._fields, found, (x.shape[:-1], x.shape, x.shape[:-1]), strict=True):
+        good = np.shape(value) == shape and bool(np.isfinite(value).all())
+        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
+    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
+    return found
+
+
+def frames(normal: Floats) -> Floats:
+    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+
+    >>> frames(np.array([0.6, 0.8])).tolist()
+    [[0.6, 0.8], [0.8, -0.6]]
+    """
+    return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def reflected(point: tuple[float, float], direction: int, position: float) -> tuple[float, float]:
+    """The mirror image of a point in the plane x_direction = position."""
+    out = np.array(point)
+    out[direction] = 2 * position - out[direction]
+    return float(out[0]), float(out[1])
+
+
+def place(value: object, field: str) -> tuple[float, float]:
+    """``value`` as a point; raises SceneError where it is none."""
+    point = pair(value, field, "two finite numbers")
+    require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
+    return point
+
+
+def direction(value: object, field: str) -> tuple[float, float]:
+    """``value`` as a unit vector; raises SceneError where it is none."""
+    normal = pair(value, field, "two finite numbers")
+    require(abs(np.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    return normal

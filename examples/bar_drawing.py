@@ -1,0 +1,64 @@
+"""A bar drawn through a cone that shears it by m times its shear yield stress, between two bounds of the stress.
+
+Below is homogeneous work, ln(1/(1 - r)); above Avitzur's upper bound for a spherical velocity field.
+"""
+
+# %%
+from math import inf, log, pi, radians, sqrt, tan
+
+import numpy as np
+
+from bipot import (
+    Elasticity,
+    Geometry,
+    Mesh,
+    Perfect,
+    Prescribed,
+    Profile,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Support,
+    VonMises,
+    cylinder,
+    march,
+)
+
+ANGLE, REDUCTION = radians(15.0), 0.3
+BOUND = {0.0: 0.56059, 0.1: 0.63744, 0.2: 0.71429}
+YIELD, YOUNG = 300.0, 3e5  # MPa
+BACK, AHEAD, TRAVEL = 0.8, 0.6, 0.4  # mm; the bar has a radius of one
+THIN = sqrt(1 - REDUCTION)
+CONE = (1 - THIN) / tan(ANGLE)
+DIE = Profile(((1 + tan(ANGLE), -1.0), (THIN, CONE), (THIN + 0.5, CONE + 3.0)), fillets=0.05)
+
+
+def bar(elements: int) -> Mesh:
+    """The bar's meridian, cone and thin end included."""
+    length = BACK + CONE + AHEAD
+    even = cylinder(1.0, length, elements, round(elements * length))
+    r, z = even.nodes[:, 0], even.nodes[:, 1] - BACK
+    return Mesh(np.column_stack([r * np.clip(1 - tan(ANGLE) * z, THIN, 1.0), z]), even.elements, even.boundaries)
+
+
+def main(increments: int = 60, elements: int = 8, shear: tuple[float, ...] = tuple(BOUND)) -> dict[float, float]:
+    """Mean drawing stress over the yield stress, in the second half of the way, by the shear factor m."""
+    found = {}
+    for m in shear:
+        cone = ShapedTool(DIE, (0.0, 0.0), ("side",), mu=inf if m else 0.0, shear=m or inf)
+        scene = Scene(
+            mesh=bar(elements),
+            geometry=Geometry.AXISYMMETRIC,
+            material=VonMises(Elasticity(YOUNG, 0.3), Perfect(YIELD)),
+            supports=(Support("axis", 0), Prescribed("top", 1, TRAVEL)),
+            tools=(cone,),
+        )
+        forces = [-float(step.tool_force(0)[1]) for step in march(scene, Schedule(increments))]
+        found[m] = float(np.mean(forces[increments // 2 :])) / (pi * THIN**2 * YIELD)
+        print(f"m = {m:.1f}: {log(1 / (1 - REDUCTION)):.4f} < {found[m]:.4f} sigma_Y < {BOUND[m]:.4f}")
+    return found
+
+
+# %%
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,68 @@
+"""Extrusion in plane strain through a smooth wedge die: container and die are one profile, the punch is flat.
+
+At this reduction the pressure is known by Hill's slip-line field: p/2k = 2 sin a (1 + a)/(1 + 2 sin a).
+"""
+
+# %%
+import numpy as np
+
+from bipot import (
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Mesh,
+    Perfect,
+    Profile,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Symmetry,
+    VonMises,
+    block,
+    march,
+)
+
+ANGLE = np.pi / 6
+BACK, LENGTH = 1.5, 3.0  # mm, of the billet below the entry, and in all; its half-height is one
+YIELD, YOUNG = 300.0, 3e5  # MPa
+EXIT = 1 / (1 + 2 * np.sin(ANGLE))
+CONE = (1 - EXIT) / np.tan(ANGLE)
+KNOWN = (1 - EXIT) * (1 + ANGLE)
+DIE = Profile(((1.0, -4.0), (1.0, 0.0), (EXIT, CONE), (EXIT + 0.5, CONE + 3.0)), fillets=0.05)
+
+
+def billet(elements: int) -> Mesh:
+    """Half of the billet, which fills the die at rest, a hair inside it."""
+    even = block(1.0, LENGTH, elements, 3 * elements)
+    x, y = even.nodes[:, 0], even.nodes[:, 1] - BACK
+    width = np.ones_like(y)
+    for _ in range(60):  # the gap to the die is at most the way across to it
+        width -= np.maximum(-DIE.distance(np.column_stack([width, y])).gap, 0.0)
+    return Mesh(np.column_stack([x * np.where(y > CONE, EXIT, width), y]), even.elements, even.boundaries)
+
+
+def main(increments: int = 60, elements: int = 10, travel: float = 0.4) -> np.ndarray:
+    """p/2k by the punch and by the dies (k, 2) at every increment."""
+    scene = Scene(
+        mesh=billet(elements),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(YOUNG, 0.3), Perfect(YIELD)),
+        supports=(Symmetry("left", 0),),
+        tools=(
+            FlatTool((0.0, -BACK), (0.0, 1.0), (0.0, travel), ("base",), 0.0),
+            ShapedTool(DIE, (0.0, 0.0), ("right",), 0.0),
+        ),
+    )
+    unit = 2 * YIELD / np.sqrt(3)
+    rows = []
+    for accepted in march(scene, Schedule(increments)):
+        punch, die = (float(accepted.tool_force(k)[1]) for k in range(2))
+        rows.append((punch / 2 / unit, -die / unit))  # the punch presses on both halves, the die on one
+        print(f"punch at {accepted.state.tau * travel:.3f} mm: p/2k = {rows[-1][0]:.4f}, by the dies {rows[-1][1]:.4f}")
+    print(f"mean of the second half {np.mean(rows[len(rows) // 2 :]):.4f}, known {KNOWN:.4f}")
+    return np.array(rows)
+
+
+# %%
+if __name__ == "__main__":
+    main()

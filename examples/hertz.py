@@ -1,0 +1,53 @@
+"""Hertz: a rigid sphere on an elastic half-space, its force and the radius of contact beside the closed forms."""
+
+# %%
+import numpy as np
+
+from bipot import (
+    Circle,
+    Configuration,
+    Elastic,
+    Elasticity,
+    Element,
+    Geometry,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Support,
+    cylinder,
+    march,
+)
+
+SIZE, RADIUS, DEPTH = 100.0, 100.0, 0.01  # mm: the contact is one hundredth of the block
+STEEL = Elasticity(young=210_000.0, poisson=0.3)
+STIFFNESS = STEEL.young / (1 - STEEL.poisson**2)
+
+
+def half_space(elements: int) -> Scene:
+    """So many elements along the surface and the axis, finer towards the contact."""
+    return Scene(
+        mesh=cylinder(SIZE, SIZE, elements, elements, grading=(1000.0, 1e-3), element=Element.Q8),
+        geometry=Geometry.AXISYMMETRIC,
+        material=Elastic(STEEL),
+        supports=(Support("base", 0), Support("base", 1), Support("axis", 0)),
+        tools=(ShapedTool(Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), mu=0.0),),
+        configuration=Configuration.SMALL,
+    )
+
+
+def main(increments: int = 5, elements: int = 40) -> list[tuple[float, float, float, float]]:
+    """Force (N) and radius of the contact (mm), each with Hertz's."""
+    rows = []
+    for accepted in march(half_space(elements), Schedule(increments)):
+        depth, force = DEPTH * accepted.state.tau, -float(accepted.tool_force(0)[1])
+        x = accepted.state.nodes[accepted.solved.iterate.increment.system.candidates.node, 0]
+        touching = np.sort(x[accepted.solved.r[:, 0] > 0])
+        edge = (touching[-1] + x[x > touching[-1]].min()) / 2
+        rows.append((force, 4 / 3 * STIFFNESS * np.sqrt(RADIUS * depth**3), edge, np.sqrt(RADIUS * depth)))
+        print("F = {:8.2f} N, Hertz {:8.2f} N; a = {:.3f} mm, Hertz {:.3f} mm".format(*rows[-1]))
+    return rows
+
+
+# %%
+if __name__ == "__main__":
+    main()

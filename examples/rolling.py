@@ -1,0 +1,62 @@
+"""A strip is rolled: it comes in slower than the roll and leaves faster, and in between the friction turns around."""
+
+# %%
+import numpy as np
+
+from bipot import (
+    Amplitude,
+    Circle,
+    Elasticity,
+    Geometry,
+    Perfect,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Symmetry,
+    Turn,
+    VonMises,
+    block,
+    march,
+)
+
+RADIUS, LENGTH, HEIGHT = 100.0, 35.0, 10.0  # mm; the upper half of the strip is modelled
+CENTRE, DOWN, ANGLE, PRESSED = (25.0, HEIGHT / 2 + RADIUS), 0.75, 0.15, 0.2
+
+ROLL = ShapedTool(
+    Circle(CENTRE, RADIUS),
+    travel=(0.0, -DOWN),
+    candidates=("top",),
+    mu=0.2,
+    path=((0.0, 0.0), (PRESSED, 1.0), (1.0, 1.0)),  # into the strip first; then it turns
+    turn=Turn(ANGLE, CENTRE, Amplitude(((0.0, 0.0), (PRESSED, 0.0), (1.0, 1.0)))),
+)
+
+
+def strip(elements: int) -> Scene:
+    """Square elements, so many through the half height."""
+    return Scene(
+        mesh=block(LENGTH, HEIGHT / 2, round(2 * LENGTH / HEIGHT) * elements, elements),
+        geometry=Geometry.PLANE_STRAIN,
+        material=VonMises(Elasticity(young=70_000.0, poisson=0.3), Perfect(140.0)),
+        supports=(Symmetry("base", 1),),
+        tools=(ROLL,),
+    )
+
+
+def main(increments: int = 160, elements: int = 4) -> list[tuple[float, float, float, float]]:
+    """Angle, torque on the roll (N), and the speeds of the strip's back and front over the roll's."""
+    scene, rows = strip(elements), []
+    back, front = (scene.mesh.boundary_nodes(name) for name in ("left", "right"))
+    for accepted in march(scene, Schedule(increments, first=0.002, landings=(PRESSED,))):
+        turned = ROLL.pose(accepted.state.tau)[2] - ROLL.pose(accepted.start.tau)[2]
+        if turned == 0.0:
+            continue
+        speeds = [float(np.mean(accepted.state.du[nodes, 0])) / (RADIUS * turned) for nodes in (back, front)]
+        rows.append((float(ROLL.pose(accepted.state.tau)[2]), accepted.tool_moment(0), *speeds))
+        print("angle {:.4f}: torque {:7.0f} N, strip over roll {:.3f} before, {:.3f} behind".format(*rows[-1]))
+    return rows
+
+
+# %%
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,126 @@
+"""The page of the suite, made from the cases' own texts and the rows of ``verification.csv``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import groupby
+
+from studies.comparison_page import brief, table
+from studies.verification.case import NO, YES, Asked, Case, Row, Sense
+
+NAME = "verification"
+RUN = f"python -m studies.{NAME}"
+FIGURES = f"figures/{NAME}"
+
+HEAD = f"""# Verification
+
+Cases whose answers no finite element code found, or that are published with their scatter, each on a series of meshes.
+`{RUN} --resume --out docs/results --page docs/verification.md` makes
+[results/verification.csv](results/verification.csv) and this page from it,
+`python -m paper_figs.fig_verification --results docs/results --out docs/figures/verification`
+the pictures; `{RUN} --only NAME` runs one case. The command ends with exit code 1 where a case misses a
+tolerance on its finest mesh. Errors are relative to the reference, absolute where that is zero; of a bound (`>=`, `<=`)
+only what is beyond it counts. What is allowed is the source's own where it has one (5 % of the averages of
+`block_on_plane`, 1 % of the displacements of `thick_tube`, which are Tresca's); otherwise it is set here, as what the
+finest mesh of the series is asked to reach. Units are those of the set-up; seconds are of one run on one thread."""
+
+
+def page(cases: Sequence[Case], rows: Sequence[Row]) -> str:
+    """Markdown: what is missed, a summary, and a section a case, of the cases that have a row on their finest mesh."""
+    shown = {case: [row for row in rows if row.case == case.name] for case in cases}
+    shown = {case: own for case, own in shown.items() if any(row.mesh == case.finest for row in own)}
+    parts = [HEAD, verdict(shown), summary(shown)]
+    for subject, group in groupby(shown, key=lambda case: case.subject):
+        parts.append(f"## {subject.value}")
+        parts += [section(case, shown[case]) for case in group]
+    return "\n\n".join(parts) + "\n"
+
+
+def verdict(shown: dict[Case, list[Row]]) -> str:
+    """Which cases miss a tolerance."""
+    missed = [case.name for case, rows in shown.items() if any(row.ok == NO for row in _finest(case, rows))]
+    if not missed:
+        return f"All {len(shown)} cases meet their tolerances on their finest meshes."
+    named = ", ".join(f"`{name}`" for name in missed)
+    return (
+        f"Of {len(shown)} cases {len(missed)} miss a tolerance on their finest mesh: {named}. Their sections say why."
+    )
+
+
+def summary(shown: dict[Case, list[Row]]) -> str:
+    """A line a case: the number that takes most of what it is allowed."""
+    lines = []
+    for case, rows in shown.items():
+        finest = _finest(case, rows)
+        worst = max(finest, key=_used)
+        met = YES if all(row.ok == YES for row in finest) else NO
+        lines.append([f"`{case.name}`", case.source, worst.quantity, _error(worst.error), _error(worst.tolerance), met])
+    return table(["case", "source", "nearest to its tolerance", "error", "allowed", "met"], lines)
+
+
+def section(case: Case, rows: Sequence[Row]) -> str:
+    """Purpose, set-up, table, certificate and cost, picture, note and command."""
+    parts = [f"### {case.name}", case.purpose, f"**Set-up.** {case.setup}", f"**Source.** {case.source}."]
+    parts += [_errors(case, rows), _cost(case, rows)]
+    if len(case.meshes) > 1:
+        parts.append(f"![{case.name}: error over {case.counted}]({FIGURES}/{case.name}.png)")
+    missed = [row.quantity for row in _finest(case, rows) if row.ok == NO]
+    if missed:
+        parts.append(f"**Missed:** {', '.join(missed)}. {case.note}")
+    elif case.note:
+        parts.append(case.note)
+    parts.append(f"`{RUN} --only {case.name}`")
+    return "\n\n".join(parts)
+
+
+def _errors(case: Case, rows: Sequence[Row]) -> str:
+    """A line a number: its reference and value on the finest mesh, its errors on all."""
+    meshes = [mesh for mesh in case.meshes if any(row.mesh == mesh for row in rows)]
+    found = {(row.quantity, row.mesh): row for row in rows}
+    lines = []
+    for asked in case.asked:
+        own = [found[asked.quantity, mesh] for mesh in meshes]
+        errors = [_error(row.error) for row in own]
+        last = own[-1]
+        lines.append(
+            [asked.quantity, _bound(asked, last), f"{last.value:.7g}", *errors, _error(last.tolerance), last.ok]
+        )
+    head = ["quantity", "reference", "value", *(f"error, {mesh}" for mesh in meshes), "allowed", "met"]
+    return f"Errors by {case.counted}; values are those of the last:\n\n{table(head, lines)}"
+
+
+def _cost(case: Case, rows: Sequence[Row]) -> str:
+    """A line a mesh: worst certificate, passes, cuts, seconds; without marches the seconds alone."""
+    once = {row.mesh: row for row in rows}
+    ran = [once[mesh] for mesh in case.meshes if mesh in once]
+    if all(math.isnan(row.equilibrium) for row in ran):
+        return "Seconds: " + ", ".join(f"{brief(row.seconds)} ({row.mesh})" for row in ran) + ". Nothing is marched."
+    lines = [
+        [str(r.mesh), brief(r.equilibrium), brief(r.relative_gap), str(r.passes), str(r.cuts), brief(r.seconds)]
+        for r in ran
+    ]
+    return table([case.counted, "equilibrium", "relative gap", "passes", "cuts", "s"], lines)
+
+
+def _finest(case: Case, rows: Sequence[Row]) -> list[Row]:
+    return [row for row in rows if row.mesh == case.finest]
+
+
+def _used(row: Row) -> float:
+    """How much of its tolerance an error takes, inf where it misses."""
+    if row.ok == NO:
+        return math.inf
+    return abs(row.error) / row.tolerance if row.tolerance else 0.0
+
+
+def _bound(asked: Asked, row: Row) -> str:
+    sign = "" if asked.sense is Sense.EQUAL else f"{asked.sense.value} "
+    return f"{sign}{row.reference:.7g}"
+
+
+def _error(error: float) -> str:
+    """In per cent, or with an exponent where it is small."""
+    if math.isnan(error):
+        return "no answer"
+    return f"{100 * error:.2g} %" if abs(error) >= 1e-5 or error == 0 else f"{error:.1e}"
