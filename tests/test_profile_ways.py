@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.profiles import Profile, flat_punch, wedge
@@ -177,6 +177,7 @@ def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
     assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored(0, 0.5, 1e-12)
 
 
+@settings(max_examples=40)
 @given(SEEDS)
 def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
     profile, (x, by) = drawn(seed), around(seed)

@@ -20,8 +20,16 @@ CASES = {case.name: case for case in all_cases()}
 MISSED: set[str] = set()
 """Cases that are known to miss a tolerance on their finest mesh; their notes say why."""
 
-LONG = {"bar_drawing", "strip_rolling", "wedge_extrusion"}
-"""Cases whose coarsest mesh takes seconds: the examples of the same names are their short runs (test_examples)."""
+LONG = {
+    "bar_drawing",
+    "hertz_cylinder",
+    "hertz_sphere",
+    "ring_constant_shear",
+    "strip_rolling",
+    "wedge_extrusion",
+    "wedge_indentation",
+}
+"""Cases whose coarsest mesh takes seconds, with short runs of their own: examples (test_examples), test_hertz."""
 
 
 def kept():
