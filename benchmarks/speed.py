@@ -32,7 +32,7 @@ from benchmarks.rows import Error, Row, write
 from benchmarks.split import Split
 from benchmarks.targets import verdicts
 from bipot.accepted import Accepted
-from bipot.contact import carries
+from bipot.closeness import carries
 from bipot.elements import Element
 from bipot.fem.projection import VolumeChange
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent

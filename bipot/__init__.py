@@ -35,6 +35,7 @@ from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.course import Course
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.energy import Energies
 from bipot.errors import (
@@ -78,7 +79,7 @@ from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.surfaces import Circle, Plane
-from bipot.tools import FlatTool, Force, Sampling, ShapedTool
+from bipot.tools import FlatTool, Sampling, ShapedTool
 
 __version__ = "0.1.0"
 

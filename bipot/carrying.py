@@ -158,11 +158,11 @@ class Flowed:
         return Flowed(stopped, *(along / whole if along > 0 else 0.0 for whole in sums))
 
 
-Refused = Callable[[Solved], Reason | None]
+Objection = Callable[[Solved], Reason | None]
 """Why a solution is not accepted, None if it is."""
 
 
-def carry_on(increment: Increment, solve: Solve, refused: Refused, second: bool) -> Attempt:
+def carry_on(increment: Increment, solve: Solve, refused: Objection, second: bool) -> Attempt:
     """Attempt the increment, with the last flow carried on if ``second``, else without.
 
     The attempt returned has the passes and the failures of all.
@@ -211,7 +211,7 @@ def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
     return after is not carried and after.wrong <= RATIOS
 
 
-def _without(state: State, solve: Solve, refused: Refused, near_to: Near | None) -> Attempt:
+def _without(state: State, solve: Solve, refused: Objection, near_to: Near | None) -> Attempt:
     """The attempt by backward Euler, without its solution if that is refused."""
     attempt = solve(state, near_to, None)
     why = None if attempt.solved is None else refused(attempt.solved)

@@ -11,14 +11,7 @@ t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows
 and the tool has friction. Of flat tools the rows are the same for a whole increment; where a tool is curved they are
 those of the :class:`~bipot.meeting.Meeting` at the iterate, linearised there.
 
-A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). Which of them is
-asked depends on what is known and what for:
-
-* by force alone: tractions and landings, for what touches without a force has no traction and has not landed;
-* by gap alone: the start of an increment, where a weld takes hold, for forces there are those of the last increment;
-* by either: what keeps the body where it is, for what touches without a force still stops a motion one way.
-
-The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a solution, not statements about one.
+What counts as closed is said in :mod:`bipot.closeness`.
 """
 
 from __future__ import annotations
@@ -30,8 +23,8 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.closeness import touches
 from bipot.fem.assembly import Space
-from bipot.laws.coulomb import force_threshold
 from bipot.meeting import Faces, Meeting
 from bipot.mobility import directions, mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
@@ -41,17 +34,8 @@ from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
-TOUCHES = 1e-9
-"""A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
-
-NEAR = 4.0
-"""A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
-
 REACH = 10.0
 """A tool farther from the body than this many sizes of it does not matter to it."""
-
-LEAST_MOTION = 1e-6
-"""Of the body's size: the length of an increment in which tools and body rest."""
 
 
 @dataclass(frozen=True)
@@ -256,25 +240,6 @@ class Candidates:
         by_force = self.scene.by_force
         number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
         return number.astype(np.intp)[self.tool]
-
-
-def carries(r: Floats, noise: float = 0.0) -> Bools:
-    """Which candidates (c,) push by contact forces r (c, d), of which those up to ``noise`` are none."""
-    return r[:, 0] > max(force_threshold(r), noise)
-
-
-def touches(gap: Floats, size: float) -> Bools:
-    """Which gaps (c,) are none in a body of ``size``."""
-    return gap <= TOUCHES * size
-
-
-def near_tools(rows: ContactRows, x: Floats, length: float) -> Bools:
-    """Candidates (c,) near their tool, by the ``length`` of the increment, at its displacement x (n,), and those tied.
-
-    At least one where there is any, so that programs have contact rows: an open one changes nothing.
-    """
-    gap = rows.gap + rows.G_n @ x
-    return (gap <= max(NEAR * length, float(gap.min(initial=np.inf)))) | rows.tied
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:

@@ -25,10 +25,10 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
 
+from bipot.closeness import carries, touches
 from bipot.conic.clarabel import solve
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
-from bipot.contact import carries, touches
 from bipot.examined import Examined
 from bipot.iterate import Iterate
 from bipot.programs.condensation import factorise

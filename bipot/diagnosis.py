@@ -12,7 +12,7 @@ from scipy.linalg import null_space
 
 from bipot import supported
 from bipot.certificate import Bounds
-from bipot.contact import touches
+from bipot.closeness import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
 from bipot.iterate import Increment
 from bipot.response import State

@@ -29,7 +29,7 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.contact import touches
+from bipot.closeness import touches
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
@@ -100,7 +100,7 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     opened = motion[:, 0] - start.gap
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
-    gone = travel[contacts.tool] + increment.swept(travel)
+    gone = travel[contacts.tool] + increment.tools.swept(travel)
     taken = np.vecdot(pushed, contacts.mean(solved.response.du)) - r[:, 1] * motion[:, 1]
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())
@@ -112,7 +112,7 @@ def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
     contacts = increment.system.candidates
     if not contacts.curved:
         return contacts.vectors(r)
-    before = contacts.vectors(solved.iterate.rubbed(increment.start.forces), increment.frames_before)
+    before = contacts.vectors(solved.iterate.rubbed(increment.start.forces), increment.tools.frames)
     return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
 
 
@@ -126,6 +126,6 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    contacts = system.candidates.vectors(solved.iterate.rubbed(start.forces), increment.frames_before)
+    contacts = system.candidates.vectors(solved.iterate.rubbed(start.forces), increment.tools.frames)
     before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

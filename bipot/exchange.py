@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.accepted import Accepted
-from bipot.contact import near_tools
+from bipot.closeness import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
@@ -38,9 +38,10 @@ class ContactProblem:
 def contact_problem(accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
-    The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate that
-    carries any force, which all balance, and those near their tool at the end (:func:`bipot.contact.near_tools`) by the
-    increment's own motion, of the tools or where they rest of the body; closed ones also where both rest.
+    The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate
+    that carries any force, which all balance, and those near their tool at the end
+    (:func:`bipot.closeness.near_tools`) by the increment's own motion, of the tools or where they rest of the body;
+    closed ones also where both rest.
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness.

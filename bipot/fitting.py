@@ -12,8 +12,9 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.material import Material
 from bipot.mesh import Mesh
 from bipot.supports import free_along
-from bipot.surfaces import require_distance
+from bipot.surfaces import Distance, Surface
 from bipot.symmetry import PLANAR
+from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
 from bipot.typing import Floats, Ints
 
@@ -48,7 +49,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     x = body.mesh.nodes[nodes]
     _require_surface(body.mesh, tool, label)
     free = ~np.isin(2 * nodes[:, None] + np.arange(2), body.held)
-    normal = require_distance(tool.face, x, f"{label}.surface").normal
+    normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
     movable = bool(free_along(free, normal).any() if tool.flat else free.any())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
@@ -107,3 +108,15 @@ def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
     caps = not tool.capped or bool(np.isfinite(body.material.yield_stress(0.0)))
     allowed = "inf where the material does not flow: it is a part of the yield stress"
     require(caps, f"{label}.shear", tool.shear, allowed)
+
+
+def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
+    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
+    found = surface.distance(x)
+    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
+    for name, value, shape in zip(Distance._fields, found, (x.shape[:-1], x.shape, x.shape[:-1]), strict=True):
+        good = np.shape(value) == shape and bool(np.isfinite(value).all())
+        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
+    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
+    return found

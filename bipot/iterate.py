@@ -13,9 +13,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot import supported
-from bipot.contact import LEAST_MOTION, touches
+from bipot.advance import Advance
+from bipot.closeness import LEAST_MOTION
 from bipot.fem.strain import Scratch
-from bipot.meeting import Going, Meeting
+from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.shear import Strength, caps
@@ -37,59 +38,25 @@ class Increment:
         """The contact rows of all candidates; where a tool is curved those of a body that rests."""
         contacts = self.system.candidates
         if contacts.curved:
-            return contacts.linearised(self.start.gap, self.meeting(self.driven, self.travel), np.zeros(self.size))
+            return contacts.linearised(
+                self.start.gap, self.tools.meeting(self.driven, self.travel), np.zeros(self.size)
+            )
         return contacts.rows(self.start.gap, self.travel, self.driven)
 
-    def meeting(self, du: Floats, travel: Floats) -> Meeting:
-        """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
-        return self.system.candidates.faces.meeting(self.start.gap, self._going(du, travel), self._in_air)
-
-    def _going(self, du: Floats, travel: Floats) -> Going:
-        """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
-        mean = self.system.candidates.mean
-        return Going(mean(self.start.nodes), mean(du), self.placed_before, self.advance(travel))
-
     @cached_property
-    def _in_air(self) -> Floats:
-        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
-        apart = ~touches(self.start.gap, self.system.body.scene.mesh.size)
-        return self.system.candidates.faces.in_air(apart, self._going(self.driven, self.travel))
-
-    def advance(self, travel: Floats) -> Floats:
-        """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
-        return np.column_stack([travel, self.turned])
-
-    @cached_property
-    def turned(self) -> Floats:
-        """The angle (k,) by which each tool turns."""
-        turns = [tool.turn for tool in self.system.body.scene.tools]
-        return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
-
-    def swept(self, travel: Floats) -> Floats:
-        """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
-        contacts = self.system.candidates
-        return contacts.faces.swept(contacts.mean(self.start.nodes), self.placed_before, self.advance(travel))
-
-    @cached_property
-    def placed_before(self) -> Floats:
-        """Pose (k, 3) of each tool at the start."""
-        return self.system.body.scene.placed(self.start.tau, self.start.translation)
-
-    @cached_property
-    def frames_before(self) -> Floats:
-        """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
-        return self.system.candidates.frames_at(self.start.nodes, self.placed_before)
+    def tools(self) -> Advance:
+        """How the tools go."""
+        return Advance(self.system.candidates, self.start, self.tau)
 
     @property
     def size(self) -> int:
         """Number n of unknowns."""
         return self.system.body.space.size
 
-    @cached_property
+    @property
     def driven(self) -> Floats:
         """What is prescribed of the displacement (a, d), zero elsewhere."""
-        scene = self.system.body.scene
-        return scene.driven(self.tau) - scene.driven(self.start.tau)
+        return self.tools.driven
 
     @cached_property
     def dragged(self) -> Floats:
@@ -104,7 +71,7 @@ class Increment:
         """A node that a support drives off or along a tool it is welded to."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
-        touching = supported.Touching(self.start.gap, self.start.nodes, self.placed_before)
+        touching = supported.Touching(self.start.gap, self.start.nodes, self.tools.placed)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
     @cached_property
@@ -123,15 +90,15 @@ class Increment:
         before = self.system.load(self.load_before, self.start.tau)
         return self.system.load(self.load_ahead, self.tau) - before
 
-    @cached_property
+    @property
     def travel(self) -> Floats:
         """Displacement (tools, d) of each tool along its path."""
-        return self.system.body.scene.travel(self.start.tau, self.tau)
+        return self.tools.travel
 
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.travel, self.swept(self.travel))
+        return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.travel))
 
     @cached_property
     def inside(self) -> float:
@@ -197,7 +164,7 @@ class Iterate:
     @cached_property
     def placed(self) -> Floats:
         """Pose (k, 3) of each tool."""
-        return self.increment.placed_before + self.increment.advance(self.tool_travel)
+        return self.increment.tools.placed + self.increment.tools.by(self.tool_travel)
 
     @property
     def length(self) -> float:
@@ -226,7 +193,7 @@ class Iterate:
     @cached_property
     def meeting(self) -> Meeting:
         """Where candidates meet their tools."""
-        return self.increment.meeting(self.response.du, self.tool_travel)
+        return self.increment.tools.meeting(self.response.du, self.tool_travel)
 
     @cached_property
     def frames(self) -> Floats:
@@ -311,9 +278,9 @@ class Iterate:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
-        if increment.turned.any():
+        if increment.tools.turned.any():
             contacts = increment.system.candidates
-            tools += np.vdot(contacts.vectors(r, self.frames), increment.swept(self.tool_travel))
+            tools += np.vdot(contacts.vectors(r, self.frames), increment.tools.swept(self.tool_travel))
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bipot.carrying import Attempt
-from bipot.contact import carries
+from bipot.closeness import carries
 from bipot.errors import require, require_count, require_number
 from bipot.increment import Solved
 from bipot.iterate import Increment

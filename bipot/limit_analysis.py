@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.closeness import touches
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
-from bipot.contact import touches
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
@@ -115,7 +115,7 @@ def _touching(increment: Increment) -> Bools:
     start, system = increment.start, increment.system
     near = touches(start.gap, system.body.scene.mesh.size)
     if system.candidates.curved:
-        here = increment.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
+        here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
         near &= ~system.candidates.faces.beyond(here)
     return near
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.between import between
 from bipot.certificate import Bounds
-from bipot.contact import TOUCHES, carries
+from bipot.closeness import TOUCHES, carries
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.symmetry import image_depth
@@ -25,9 +25,9 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
     inside = increment.inside / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
-    if np.abs(increment.turned).max(initial=0.0) > MOST_TURNED:
-        turned = int(np.argmax(np.abs(increment.turned)))
-        said = f"tools[{turned}] turns by {increment.turned[turned]:.3g} in one increment"
+    if np.abs(increment.tools.turned).max(initial=0.0) > MOST_TURNED:
+        turned = int(np.argmax(np.abs(increment.tools.turned)))
+        said = f"tools[{turned}] turns by {increment.tools.turned[turned]:.3g} in one increment"
         raise Refused(said, f"Use more increments: a tool turns by no more than {MOST_TURNED:.3g} in one.")
     if increment.torn is not None:
         raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
@@ -78,7 +78,7 @@ def _refuse_between(iterate: Iterate) -> None:
     """Refuse tools that come into the body between two nodes, which feel nothing of it."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
-        start, poses = increment.start.nodes, np.stack([increment.placed_before[k], iterate.placed[k]])
+        start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
         passed = between(scene.surroundings, tool, start, start + iterate.response.du, poses)
         if passed is not None:
             one, other = passed

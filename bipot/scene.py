@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.between import Surroundings
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -38,7 +39,7 @@ from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
 from bipot.supports import Prescribed, Support, Symmetry, require_agreeing
 from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
-from bipot.tools import AnyTool, FlatTool, Force, Sampling, Tool
+from bipot.tools import AnyTool, FlatTool, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
 
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact import TOUCHES, Candidates, touches
+from bipot.closeness import TOUCHES, touches
+from bipot.contact import Candidates
 from bipot.tensors import norm
 from bipot.tools import Tool
 from bipot.typing import Floats

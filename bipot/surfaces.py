@@ -269,18 +269,6 @@ class Circle:
         return -1.0 if self.concave else 1.0
 
 
-def require_distance(surface: Surface, x: Floats, field: str) -> Distance:
-    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
-    found = surface.distance(x)
-    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
-    for name, value, shape in zip(Distance._fields, found, (x.shape[:-1], x.shape, x.shape[:-1]), strict=True):
-        good = np.shape(value) == shape and bool(np.isfinite(value).all())
-        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
-    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
-    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
-    return found
-
-
 def frames(normal: Floats) -> Floats:
     """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
 

@@ -37,7 +37,8 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from bipot.contact import Candidates, carries
+from bipot.closeness import carries
+from bipot.contact import Candidates
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import edge_mass
 from bipot.iterate import Iterate

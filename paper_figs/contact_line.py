@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.contact import carries, touches
+from bipot.closeness import carries, touches
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.coulomb import Status

@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from bipot.contact import carries
+from bipot.closeness import carries
 from bipot.errors import ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History

@@ -33,7 +33,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.accepted import Accepted
-from bipot.contact import carries
+from bipot.closeness import carries
 from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients

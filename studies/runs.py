@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.accepted import Accepted
+from bipot.closeness import carries
 from bipot.conic.problem import Timing
-from bipot.contact import carries
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.surface import edge_mass
 from bipot.forms import Penalty, Uzawa

@@ -20,8 +20,8 @@ import numpy as np
 
 from bipot import columns
 from bipot.accepted import Accepted
+from bipot.closeness import carries
 from bipot.columns import Column
-from bipot.contact import carries
 from bipot.exchange import export_fclib
 from bipot.fem.kinematics import gradients
 from bipot.increment import System

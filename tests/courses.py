@@ -12,6 +12,7 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.columns import COURSE, ERROR_ESTIMATE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.errors import NotConverged
 from bipot.fem.reduction import Geometry
@@ -26,7 +27,7 @@ from bipot.paths import Amplitude
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool, Force
+from bipot.tools import FlatTool
 from tests.scenes import scene, tool
 
 COLUMNS = (INCREMENT, *COURSE, *certificate("J"), *energies("J"), OVERLAP, FLOW_GAP, ERROR_ESTIMATE, MIN_JACOBIAN)

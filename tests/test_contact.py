@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.closeness import LEAST_MOTION, NEAR, TOUCHES, carries, near_tools, touches
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.contact import LEAST_MOTION, NEAR, REACH, TOUCHES, candidates, carries, near_tools, touches
+from bipot.contact import REACH, candidates
 from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent

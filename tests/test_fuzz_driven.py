@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.errors import IncrementFailed, LimitPassed
 from bipot.examined import Examined
@@ -20,7 +21,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import block
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.tools import FlatTool, Sampling
 from studies import fuzz_driven, fuzz_judge, fuzz_whole
 from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import setting_of, step_of

@@ -7,6 +7,7 @@ import pytest
 
 from bipot import sampling
 from bipot.certificate import Bounds
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -17,7 +18,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.mesh import Mesh, block, cylinder, ring
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.tools import FlatTool, Sampling
 from studies import fuzz_judge, fuzz_points
 from studies.fuzz_points import posed
 from studies.fuzz_record import setting_of, step_of

@@ -25,6 +25,7 @@ LAYERS = (
         "abaqus",
         "cells",
         "conic",
+        "driving",
         "elements",
         "facets",
         "hdf5",
@@ -41,8 +42,9 @@ LAYERS = (
     ),
     ("certificate", "coulomb", "fem"),
     ("between", "components", "fitting", "loads", "programs", "sampling", "scene", "schedule", "supports", "symmetry"),
-    ("contact", "mobility", "overlap", "response", "shear", "system"),
+    ("closeness", "contact", "mobility", "overlap", "response", "shear", "system"),
     (
+        "advance",
         "determinacy",
         "diagnosis",
         "examined",

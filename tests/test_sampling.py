@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.driving import Force
 from bipot.elements import Element
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
@@ -22,7 +23,7 @@ from bipot.overlap import overlap
 from bipot.sampling import CREASE, points
 from bipot.scene import Scene, upsetting
 from bipot.supports import Support, Symmetry
-from bipot.tools import FlatTool, Force, Sampling
+from bipot.tools import FlatTool, Sampling
 from tests.scenes import PLANES, path, refused, scene, tool
 
 WEIGHTED = Sampling.WEIGHTED

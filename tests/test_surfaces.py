@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.driving import Force
 from bipot.overlap import least_along
 from bipot.paths import Amplitude
 from bipot.surfaces import Circle, Plane, Surface, frames
-from bipot.tools import FlatTool, Force, Sampling, ShapedTool
+from bipot.tools import FlatTool, Sampling, ShapedTool
 from tests.scenes import refused, scene
 
 SURFACES = (

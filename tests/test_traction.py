@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
-from bipot.contact import LEAST_MOTION
+from bipot.closeness import LEAST_MOTION
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.surface import edge_mass

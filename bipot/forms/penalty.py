@@ -10,9 +10,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from bipot.closeness import touches
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
-from bipot.contact import Candidates, touches
+from bipot.contact import Candidates
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.fem.surface import edge_mass
 from bipot.forms.base import Cache, FormName, Step

@@ -25,7 +25,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.contact import carries
+from bipot.closeness import carries
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal

@@ -1,0 +1,73 @@
+"""How tools go in an increment: along their paths, by their turns, and through the air before candidates touch them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bipot.closeness import touches
+from bipot.contact import Candidates
+from bipot.meeting import Going, Meeting
+from bipot.response import State
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How the tools of the ``candidates`` go from where they are at the state ``start`` to pseudo-time ``tau``."""
+
+    candidates: Candidates
+    start: State
+    tau: float
+
+    @cached_property
+    def travel(self) -> Floats:
+        """Displacement (k, d) of each tool along its path."""
+        return self.candidates.scene.travel(self.start.tau, self.tau)
+
+    @cached_property
+    def turned(self) -> Floats:
+        """The angle (k,) by which each tool turns."""
+        turns = [tool.turn for tool in self.candidates.scene.tools]
+        return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
+
+    @cached_property
+    def driven(self) -> Floats:
+        """What is prescribed of the displacement (a, d), zero elsewhere."""
+        scene = self.candidates.scene
+        return scene.driven(self.tau) - scene.driven(self.start.tau)
+
+    @cached_property
+    def placed(self) -> Floats:
+        """Pose (k, 3) of each tool at the start."""
+        return self.candidates.scene.placed(self.start.tau, self.start.translation)
+
+    @cached_property
+    def frames(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
+        return self.candidates.frames_at(self.start.nodes, self.placed)
+
+    def by(self, travel: Floats) -> Floats:
+        """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
+        return np.column_stack([travel, self.turned])
+
+    def swept(self, travel: Floats) -> Floats:
+        """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
+        return self.candidates.faces.swept(self.candidates.mean(self.start.nodes), self.placed, self.by(travel))
+
+    def meeting(self, du: Floats, travel: Floats) -> Meeting:
+        """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
+        return self.candidates.faces.meeting(self.start.gap, self._going(du, travel), self._in_air)
+
+    def _going(self, du: Floats, travel: Floats) -> Going:
+        """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
+        mean = self.candidates.mean
+        return Going(mean(self.start.nodes), mean(du), self.placed, self.by(travel))
+
+    @cached_property
+    def _in_air(self) -> Floats:
+        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
+        apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
+        return self.candidates.faces.in_air(apart, self._going(self.driven, self.travel))
