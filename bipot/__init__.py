@@ -5,7 +5,7 @@ scene says what is asked, a schedule when, a control how; :func:`march` yields a
 results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
-* tools: FlatTool, ShapedTool, Sampling, Force, Turn
+* tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
 * meshes: Mesh, Element, Layout, block, cylinder, ring
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
@@ -35,7 +35,7 @@ from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.course import Course
-from bipot.driving import Force
+from bipot.driving import Force, Moment
 from bipot.elements import Element
 from bipot.energy import Energies
 from bipot.errors import (
@@ -125,6 +125,7 @@ __all__ = [
     "Locate",
     "Material",
     "Mesh",
+    "Moment",
     "Newton",
     "NotConverged",
     "Optimiser",

@@ -75,6 +75,15 @@ class Accepted:
         """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
         return traction(self.solved.iterate, self.solved.r)
 
+    def tool_pose(self, tool: int) -> Floats:
+        """How far (3,) a tool has gone since rest, of what turns its centre, and by what angle turned, anticlockwise.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        self._require_tool(tool)
+        return self._scene.placed(self.state.tau, self.state.translation)[tool]
+
     def tool_moment(self, tool: int) -> float:
         """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not."""
         return float(self.solved.iterate.tool_moments(self.solved.r)[tool])
@@ -88,8 +97,7 @@ class Accepted:
             SceneError: a number that is no tool's.
         """
         scene = self._scene
-        require_count(tool, "tool", 0)
-        require(tool < len(scene.tools), "tool", tool, f"in [0, {len(scene.tools)}), the scene's tools")
+        self._require_tool(tool)
         return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
 
     @property
@@ -137,6 +145,11 @@ class Accepted:
     def units(self) -> Units:
         """Units of length, force and stress in which the increment's programs are dimensionless."""
         return self.solved.iterate.increment.units
+
+    def _require_tool(self, tool: int) -> None:
+        require_count(tool, "tool", 0)
+        count = len(self._scene.tools)
+        require(tool < count, "tool", tool, f"in [0, {count}), the scene's tools")
 
     @property
     def _scene(self) -> Scene:

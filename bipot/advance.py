@@ -29,9 +29,14 @@ class Advance:
 
     @cached_property
     def turned(self) -> Floats:
-        """The angle (k,) by which each tool turns."""
+        """The angle (k,) by which each tool turns where that is prescribed."""
         turns = [tool.turn for tool in self.candidates.scene.tools]
         return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
+
+    @cached_property
+    def path(self) -> Floats:
+        """What poses (k, 3) change by along paths and by prescribed turns."""
+        return np.column_stack([self.travel, self.turned])
 
     @cached_property
     def driven(self) -> Floats:
@@ -49,25 +54,35 @@ class Advance:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
         return self.candidates.frames_at(self.start.nodes, self.placed)
 
-    def by(self, travel: Floats) -> Floats:
-        """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
-        return np.column_stack([travel, self.turned])
+    def swept(self, advance: Floats) -> Floats:
+        """How far (c, d) their turns take the points of tools, whose poses ``advance`` (k, 3), at the candidates."""
+        return self.candidates.faces.swept(self.candidates.mean(self.start.nodes), self.placed, advance)
 
-    def swept(self, travel: Floats) -> Floats:
-        """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""
-        return self.candidates.faces.swept(self.candidates.mean(self.start.nodes), self.placed, self.by(travel))
+    def meeting(self, du: Floats, advance: Floats) -> Meeting:
+        """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
+        before = self._in_air(advance[:, :2]) if self._forced else self._in_air_along_path
+        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
 
-    def meeting(self, du: Floats, travel: Floats) -> Meeting:
-        """Where candidates meet their tools by displacements ``du`` (a, d) and the tools' ``travel`` (k, d)."""
-        return self.candidates.faces.meeting(self.start.gap, self._going(du, travel), self._in_air)
-
-    def _going(self, du: Floats, travel: Floats) -> Going:
-        """How candidates and tools go by these displacements (a, d) and travels (k, d)."""
+    def _going(self, du: Floats, advance: Floats) -> Going:
+        """How candidates and tools go by these displacements (a, d) and changes of poses (k, 3)."""
         mean = self.candidates.mean
-        return Going(mean(self.start.nodes), mean(du), self.placed, self.by(travel))
+        return Going(mean(self.start.nodes), mean(du), self.placed, advance)
+
+    @property
+    def _forced(self) -> bool:
+        """Whether a force drives a curved tool: how it comes through the air is then the iterate's."""
+        return any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
 
     @cached_property
-    def _in_air(self) -> Floats:
-        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven."""
+    def _in_air_along_path(self) -> Floats:
+        return self._in_air(self.travel)
+
+    def _in_air(self, travel: Floats) -> Floats:
+        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven.
+
+        Tools ``travel`` (k, d), and turn as is prescribed. One that a moment turns goes along with the body: to who
+        comes to it in that, its turn counts as theirs does.
+        """
         apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
-        return self.candidates.faces.in_air(apart, self._going(self.driven, self.travel))
+        advance = np.column_stack([travel, self.turned])
+        return self.candidates.faces.in_air(apart, self._going(self.driven, advance))

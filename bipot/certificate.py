@@ -4,7 +4,8 @@ Jointly zero only for an exact solution of the discrete increment. With contact 
 stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
 
 * equilibrium: largest nodal residual over the largest nodal sum of |element forces| and |loads|;
-* tool equilibrium: that of a tool that a force drives, over this force;
+* tool equilibrium: that of a tool that a force drives, over this force; of one that a moment turns, over this or the
+  sum of |r| times the arm, the larger;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
 * law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
@@ -95,7 +96,7 @@ class MaterialFields:
 class Balance:
     """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off.
 
-    The ``tool_residual`` (m,) of tools that forces drive is measured by these, ``tool_force`` (m,).
+    The ``tool_residual`` (m,) of tools that are driven is measured by ``tool_force`` (m,).
     """
 
     residual: Floats
@@ -111,7 +112,7 @@ class Balance:
 
     @property
     def tools(self) -> float:
-        """The largest residual of a tool over the force that drives it."""
+        """The largest residual of a tool over the force that measures it."""
         pairs = zip(np.abs(self.tool_residual).tolist(), self.tool_force.tolist(), strict=True)
         return max((_ratio(off, force) for off, force in pairs), default=0.0)
 

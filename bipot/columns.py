@@ -118,7 +118,7 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 
     return (
         measure("equilibrium", "largest residual over largest nodal force"),
-        measure("tool_equilibrium", "largest residual of a tool that a force drives over that force"),
+        measure("tool_equilibrium", "largest residual of a driven tool over its force, or moment"),
         measure("yield_violation", "largest equivalent stress above yield over yield stress"),
         measure("penetration", "largest penetration over body size"),
         measure("cone_violation", "largest force outside the cone over largest force"),

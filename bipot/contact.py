@@ -1,6 +1,6 @@
 r"""From geometry to affine contact operators: the only place that knows what touches what.
 
-For the increment dU (free displacements, and translations of tools that a force drives) of one step, per candidate c,
+For the increment dU (free displacements, and coordinates of tools that are driven) of one step, per candidate c,
 a point of the boundary (:mod:`bipot.sampling`),
 
     gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
@@ -24,9 +24,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.closeness import touches
+from bipot.coupling import Coupled, Pushed, coupled
 from bipot.fem.assembly import Space
 from bipot.meeting import Faces, Meeting
-from bipot.mobility import directions, mirrored, movable, moving
+from bipot.mobility import mirrored, movable, moving
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
 from bipot.scene import Scene
@@ -125,15 +126,20 @@ class Candidates:
         """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
         return self._owned @ vectors
 
-    def load(self, r: Floats, frames: Floats) -> Floats:
-        """What contact forces r (c, d) in ``frames`` (c, d, d) do on the free unknowns (n,), whatever the friction."""
-        normal, tangent = self._operators(frames)
+    def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
+        """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction.
+
+        Of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3).
+        """
+        arms = self.faces.arms(self.mean(nodes), placed)
+        normal, tangent = self._operators(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
 
     def add_bending(self, K: Floats, bending: Floats) -> None:
         """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
 
-        Those of curved tools; others have none. A node's are an element's that has it.
+        Those of curved tools; others have none. A node's are an element's that has it. Where such tools are driven
+        (:mod:`bipot.coupling`) is another matter.
         """
         own, element, dofs = self._bent
         np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending[own])
@@ -147,15 +153,26 @@ class Candidates:
         element, local = np.divmod(first[self.node[own]], elements.shape[1])
         return own, element, 2 * local[:, None] + np.arange(2)
 
+    def coupling(self, meeting: Meeting, r: Floats) -> Floats:
+        """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
+
+        Entries as the space has them behind those of elements; to be taken off these.
+        """
+        return self._coupled.matrices(Pushed(self.tool, self.node, meeting, r)).ravel()
+
+    @cached_property
+    def _coupled(self) -> Coupled:
+        return coupled(self.scene)
+
     def driven_sums(self, values: Floats) -> Floats:
-        """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
-        return self._owned[self.scene.by_force] @ values
+        """Sums (m,) of values (c,) over the candidates of the tool of each coordinate that is driven."""
+        return self._owned[self.scene.drives.tool] @ values
 
     @cached_property
     def held(self) -> tuple[Ints, ...]:
         """Tool by tool, the nodes (h,) of its boundaries that cannot move along its normal, nor it against them.
 
-        Supports hold them, and no force moves the tool along that.
+        Supports hold them, and neither force nor moment moves the tool along that.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
         moving = [movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
@@ -176,7 +193,7 @@ class Candidates:
 
     def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
         """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
-        operators = self._operators(meeting.frames)
+        operators = self._operators(meeting.frames, meeting.arm)
         motion = meeting.motion - np.column_stack([G @ x for G in operators])
         return self._rows(gap, operators, motion)
 
@@ -215,19 +232,20 @@ class Candidates:
     @cached_property
     def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate at rest."""
-        return self._operators(self.frames)
+        return self._operators(self.frames, np.zeros((len(self.node), 2)))
 
-    def _operators(self, frames: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal and tangential rows of every candidate in ``frames`` (c, d, d)."""
-        return self._operator(frames[:, 0]), self._operator(frames[:, 1])
+    def _operators(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d)."""
+        return self._operator(frames[:, 0], arm), self._operator(frames[:, 1], arm)
 
-    def _operator(self, direction: Floats) -> sp.csr_matrix:
-        """Rows ``direction . (dU_point - dU_tool)``, held nodes and tools along their paths apart."""
-        W = self.weights
+    def _operator(self, direction: Floats, arm: Floats) -> sp.csr_matrix:
+        """Rows ``direction . (dU_point - dU_tool)``, held nodes and what paths prescribe of tools apart."""
+        W, (number, led) = self.weights, self._led
         count, owner = len(self.node), np.repeat(np.arange(len(self.node)), np.diff(W.indptr))
-        row = np.concatenate([np.repeat(owner, 2), np.arange(count)])
-        column = np.concatenate([self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel(), self._translation])
-        by_tool = -np.vecdot(direction, directions(self.scene)[self.tool])
+        row = np.concatenate([np.repeat(owner, 2), led])
+        nodal = self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel()
+        column = np.concatenate([nodal, len(self.space.free) + number])
+        by_tool = -np.vecdot(direction[led], self.scene.drives.motion(number, arm[led]))
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
         entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
         # A normal that turns keeps its zeros: rows have the same entries at all iterates.
@@ -235,11 +253,10 @@ class Candidates:
         return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
 
     @cached_property
-    def _translation(self) -> Ints:
-        """The unknown (c,) that is the translation of the candidate's tool, -1 where that goes its path."""
-        by_force = self.scene.by_force
-        number = np.where(by_force, len(self.space.free) + np.cumsum(by_force) - 1, -1)
-        return number.astype(np.intp)[self.tool]
+    def _led(self) -> tuple[Ints, Ints]:
+        """Numbers (p,) of driven coordinates and candidates (p,), each of whose tool it is."""
+        number, led = np.nonzero(self._owned[self.scene.drives.tool])
+        return number, led
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:

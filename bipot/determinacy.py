@@ -155,6 +155,8 @@ def branches(iterate: Iterate, r: Floats) -> bool:
 def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
     """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction."""
     rows, motion, x = iterate.rows, iterate.motion, iterate.x
+    if norm(N.T @ x) <= SETTLED * norm(x):
+        return x
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
     rubs = carries(r)[rows.frictional]

@@ -15,15 +15,20 @@ from bipot.certificate import Bounds
 from bipot.closeness import touches
 from bipot.determinacy import ROUND_OFF, cleaned, openable
 from bipot.iterate import Increment
+from bipot.poses import across
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.typing import Floats
 
+SPINS = 0.95
+"""Of the moment that friction holds: what is above may be more in the increment, in which normal forces change."""
+
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
-    return _blocked(system, state, tau) or _inside(system, state) or _unheld(system, state, tau)
+    found = _blocked(system, state, tau) or _inside(system, state) or _unheld(system, state, tau)
+    return found or _spun(system, state, tau)
 
 
 def _blocked(system: System, state: State, tau: float) -> str | None:
@@ -66,6 +71,27 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
     what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
+
+
+def _spun(system: System, state: State, tau: float) -> str | None:
+    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that."""
+    scene, contacts = system.body.scene, system.candidates
+    drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
+    if not drives.spins.any():
+        return None
+    levers = np.vecdot(here.frames, across(here.meeting.arm)[:, None])
+    by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
+    by_friction = contacts.driven_sums(np.abs(levers[:, 1]) * here.rows.limit(state.forces))
+    asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
+    spun = np.flatnonzero((drives.spins > 0) & (np.abs(asked - by_normal) > SPINS * by_friction))
+    if not len(spun):
+        return None
+    k = int(spun[0])
+    return (
+        f"tools[{drives.tool[k]}] spins: by the normal forces of tau = {state.tau:.6g} friction holds a moment of at "
+        f"most {by_friction[k]:.4g}, and {asked[k] - by_normal[k]:.4g} is asked of it: press the tool harder, turn it "
+        "by a smaller moment, or by an angle."
+    )
 
 
 def free_motion(system: System, state: State) -> Floats | None:

@@ -1,4 +1,4 @@
-"""What drives tools where no path does: forces."""
+"""What drives tools where no path does: forces, and moments."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_type
+from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_type
 from bipot.paths import RAMP, Amplitude, pair
 from bipot.typing import Floats
 
@@ -45,3 +45,29 @@ class Force:
     def at(self, tau: float) -> float:
         """The force along its direction at pseudo-time ``tau``."""
         return self.size * self.amplitude.at(tau)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What turns a tool: the moment ``value``, anticlockwise on the tool, times the ``amplitude``; zero rolls freely.
+
+    About the centre of the tool's turn, a unit of thickness's, in units of force: what the tool then exerts on the
+    body, :meth:`bipot.accepted.Accepted.tool_moment`.
+
+    Raises:
+        SceneError: a value that is no finite number, or of a magnitude that asks for other units.
+    """
+
+    value: float
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_number(self.value, "moment.value")
+        object.__setattr__(self, "value", float(self.value))
+        require_type(self.amplitude, Amplitude, "moment.amplitude")
+        for size in (self.value, self.value * self.amplitude.largest):
+            require_magnitude(size, "moment.value, its amplitude with it", LARGEST_STRESS)
+
+    def at(self, tau: float) -> float:
+        """The moment at pseudo-time ``tau``."""
+        return self.value * self.amplitude.at(tau)

@@ -81,8 +81,24 @@ class Examined:
             blur=self.increment.system.force_blur(self.response, self._moved, FAINT * least * force)
             + EPS * (float(np.abs(loads).max()) + self._present),
             tool_residual=space.beside(residual),
-            tool_force=space.beside(self.iterate.load),
+            tool_force=self._tool_force,
         )
+
+    @cached_property
+    def _tool_force(self) -> Floats:
+        """What the residuals of tools that are driven are measured by (m,).
+
+        Of a force itself; of a moment the sum of the contact forces times their arms where that is larger, which is
+        above zero where a tool rolls freely: over its lever, which no unknown changes.
+        """
+        own, drives = (
+            np.abs(self.increment.system.body.space.beside(self.iterate.load)),
+            self.increment.system.body.scene.drives,
+        )
+        if not drives.spins.any():
+            return own
+        arms = norm(self.iterate.meeting.arm) * norm(self.r)
+        return np.maximum(own, drives.spins * self.increment.system.candidates.driven_sums(arms))
 
     @cached_property
     def _present(self) -> float:

@@ -33,7 +33,7 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> I
             fraction=given_way.carried,
             tau=tau,
         )
-    if system.loading.loads or system.body.scene.pushed:
+    if system.loading.loads or system.body.scene.drives:
         top = pace.maximum(state)
         most = "may be next to, or past, its maximum"
         if top is not None and top - state.tau < NEXT * (tau - state.tau):

@@ -12,14 +12,14 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.material import Material
 from bipot.mesh import Mesh
 from bipot.supports import free_along
-from bipot.surfaces import Distance, Surface
+from bipot.surfaces import Distance, Plane, Surface
 from bipot.symmetry import PLANAR
 from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
 from bipot.typing import Floats, Ints
 
 INSIDE = 1e-9
-"""Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
+"""Of the body's size: how deep a tool that is driven may be in the body at rest, by round-off."""
 
 
 class Fitted(NamedTuple):
@@ -60,8 +60,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
         _require_revolved(body, tool, label)
     if tool.turn is not None:
         require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
-    if tool.driven_by is not None:
-        _require_driven(body, tool, x, label)
+    _require_driven(body, tool, x, label)
     _require_coefficients(body, tool, label)
 
 
@@ -87,14 +86,17 @@ def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
-    """A force drives along the axis of a ring, and from off the candidates at x (a, d)."""
+    """A force drives along the axis of a ring, a force or a moment from off the candidates at x (a, d)."""
     force = tool.driven_by
-    assert force is not None
-    along = not body.ring or force.vector[0] == 0
-    require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
-    depth = -float(tool.distance(x, np.zeros(3)).min())
-    off = f"off the body, not inside it by {depth:.3g}: a force drives it"
-    require(depth <= INSIDE * body.mesh.size, f"{label}.point", tool.face, off)
+    if force is not None:
+        along = not body.ring or force.vector[0] == 0
+        require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
+    if force is not None or (tool.turn is not None and tool.turn.driven_by is not None):
+        gap = tool.distance(x, np.zeros(3))
+        depth = -float(gap[~tool.face.beyond(tool.own(x, np.zeros(3)))].min(initial=0.0))
+        off = f"off the body, not inside it by {depth:.3g}: a {'force' if force is not None else 'moment'} drives it"
+        field = "point" if isinstance(tool.face, Plane) else "surface"
+        require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", tool.face, off)
 
 
 def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:

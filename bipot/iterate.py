@@ -39,7 +39,7 @@ class Increment:
         contacts = self.system.candidates
         if contacts.curved:
             return contacts.linearised(
-                self.start.gap, self.tools.meeting(self.driven, self.travel), np.zeros(self.size)
+                self.start.gap, self.tools.meeting(self.driven, self.tools.path), np.zeros(self.size)
             )
         return contacts.rows(self.start.gap, self.travel, self.driven)
 
@@ -86,7 +86,7 @@ class Increment:
 
     @cached_property
     def new_load(self) -> Floats:
-        """What comes new on the unknowns (n,) where the body is at the start: nodal loads, and forces on tools."""
+        """What comes new on the unknowns (n,) where the body is at the start: nodal loads, and what drives tools."""
         before = self.system.load(self.load_before, self.start.tau)
         return self.system.load(self.load_ahead, self.tau) - before
 
@@ -98,7 +98,7 @@ class Increment:
     @cached_property
     def reach(self) -> float:
         """The longest travel of a tool that may matter to the body."""
-        return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.travel))
+        return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.tools.path))
 
     @cached_property
     def inside(self) -> float:
@@ -119,7 +119,7 @@ class Increment:
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
         space, rigidity = self.system.body.space, self.system.rigidity
         moved, new = float(norm(state.du).max()), 0.0
-        if scene.loads or scene.pushed:
+        if scene.loads or scene.drives:
             yielding = norm(space.spread(self.new_load)) / rigidity.nodal
             sinking = np.abs(space.beside(self.new_load)) / rigidity.tools
             new = float(max(yielding.max(), sinking.max(initial=0.0)))
@@ -130,7 +130,7 @@ class Increment:
         return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
 
     def at(self, x: Floats) -> Iterate:
-        """The iterate of the unknowns x (n,): free displacements, and translations of tools that forces drive.
+        """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
@@ -152,19 +152,24 @@ class Iterate:
 
     @property
     def translated(self) -> Floats:
-        """Of these the translations (m,) of tools along the forces that drive them."""
+        """Of these the coordinates (m,) of tools that forces or moments drive."""
         return self.increment.system.body.space.beside(self.x)
 
     @cached_property
+    def advance(self) -> Floats:
+        """What the pose (k, 3) of each tool changes by: along paths, by turns, and as it is driven."""
+        path, drives = self.increment.tools.path, self.increment.system.body.scene.drives
+        return path + drives.poses(self.translated, len(path)) if drives else path
+
+    @property
     def tool_travel(self) -> Floats:
-        """Displacement (tools, d) of each tool."""
-        travel = self.increment.travel
-        return travel + self.increment.system.body.scene.led(self.translated) if self.translated.size else travel
+        """Displacement (tools, d) of each tool, of its centre where it turns."""
+        return self.advance[:, :2]
 
     @cached_property
     def placed(self) -> Floats:
         """Pose (k, 3) of each tool."""
-        return self.increment.tools.placed + self.increment.tools.by(self.tool_travel)
+        return self.increment.tools.placed + self.advance
 
     @property
     def length(self) -> float:
@@ -193,7 +198,7 @@ class Iterate:
     @cached_property
     def meeting(self) -> Meeting:
         """Where candidates meet their tools."""
-        return self.increment.tools.meeting(self.response.du, self.tool_travel)
+        return self.increment.tools.meeting(self.response.du, self.advance)
 
     @cached_property
     def frames(self) -> Floats:
@@ -222,14 +227,14 @@ class Iterate:
 
     @property
     def load(self) -> Floats:
-        """What acts on the unknowns (n,): loads, and the forces on tools."""
+        """What acts on the unknowns (n,): loads, and what drives tools."""
         return self.increment.system.load(self.nodal_load, self.increment.tau)
 
     @cached_property
     def residual(self) -> Floats:
         """Internal forces less the load (n,): what the contacts have to balance."""
         scene = self.increment.system.body.scene
-        return self.response.internal - self.load if scene.loads or scene.pushed else self.response.internal
+        return self.response.internal - self.load if scene.loads or scene.drives else self.response.internal
 
     def stiffness(self, kind: TangentKind) -> sp.csc_matrix:
         """K of the convex model."""
@@ -238,7 +243,8 @@ class Iterate:
     def tangent(self, r: Floats, scratch: Scratch | None = None) -> Floats:
         """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less what contacts r (c, d) push.
 
-        The latter's changes as normals turn: flat tools add nothing.
+        The latter's changes as normals turn: flat tools add nothing. Where curved ones are driven these are the entries
+        of all matrices, those of couplings behind (:mod:`bipot.coupling`), as the space sums them.
         """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)
@@ -246,6 +252,8 @@ class Iterate:
             increment.system.loading.add_stiffness(K, self.balanced, increment.tau)
         if increment.system.candidates.curved:
             increment.system.candidates.add_bending(K, self.meeting.bending(r))
+            coupling = increment.system.candidates.coupling(self.meeting, r)
+            return np.append(K, -coupling) if coupling.size else K
         return K
 
     def rubbed(self, r: Floats) -> Floats:
@@ -278,9 +286,9 @@ class Iterate:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
-        if increment.tools.turned.any():
+        if self.advance[:, 2].any():
             contacts = increment.system.candidates
-            tools += np.vdot(contacts.vectors(r, self.frames), increment.tools.swept(self.tool_travel))
+            tools += np.vdot(contacts.vectors(r, self.frames), increment.tools.swept(self.advance))
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

@@ -51,7 +51,7 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     dilatant law: not below what the body carries.
 
     Raises:
-        SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a force on a tool that touches nothing,
+        SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a driven tool that touches nothing,
             friction that is capped (tool.shear), a material that does not flow or hardens for ever.
         InfeasibleProgram: any multiple is carried, by elements that lock, supports or tools.
         ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
@@ -67,9 +67,9 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
     require(ends, "scene.material", scene.material, "one that flows at a last yield stress")
-    for k, tool in enumerate(scene.tools):
-        nothing = tool.driven_by is None or bool(_touching(increment)[system.candidates.tool == k].any())
-        require(nothing, f"scene.tools[{k}]", tool.driven_by, "on a tool that touches the body at rest")
+    for k, drive in zip(scene.drives.tool.tolist(), scene.drives.by, strict=True):
+        touched = bool(_touching(increment)[system.candidates.tool == k].any())
+        require(touched, f"scene.tools[{k}]", drive, "on a tool that touches the body at rest")
     found = _analysed(increment, _rows(increment).take(_touching(increment)))
     if not found.admissible:
         short = f"changes volume by {found.volume:.2g} and closes contacts by {found.overtaken:.2g} of the load's gain"
@@ -115,7 +115,7 @@ def _touching(increment: Increment) -> Bools:
     start, system = increment.start, increment.system
     near = touches(start.gap, system.body.scene.mesh.size)
     if system.candidates.curved:
-        here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.travel))
+        here = increment.tools.meeting(np.zeros_like(start.nodes), np.zeros_like(increment.tools.path))
         near &= ~system.candidates.faces.beyond(here)
     return near
 

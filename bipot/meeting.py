@@ -11,6 +11,8 @@ n, t and curvature c at the end,
 along the frame where the gap g is zero, and change with the place by
 
     r_n c t t' - r_t c (1 - c g) (n t' + t n').
+
+By the pose of the tool that is driven they change as :mod:`bipot.coupling` says.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.poses import across
 from bipot.surfaces import frames
 from bipot.tools import Tool
 from bipot.typing import Bools, Floats
@@ -41,13 +44,15 @@ class Going(NamedTuple):
 @dataclass(frozen=True)
 class Meeting:
     """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    the ``curvature`` (c,) of the lines of equal gaps they are on; as their tools see them they were at ``place`` (c, d)
-    and went ``by`` (c, d).
+    the ``curvature`` (c,) of the lines of equal gaps they are on, ``arm`` (c, d) where they are seen from the centre
+    about which their tool turns, zero if it does not; as their tools see them they were at ``place`` (c, d) and went
+    ``by`` (c, d).
     """
 
     motion: Floats
     frames: Floats
     curvature: Floats
+    arm: Floats
     place: Floats
     by: Floats
 
@@ -90,22 +95,30 @@ class Faces:
             normal[mine] = tool.turned(own, pose)
         return _slopes(gap, normal, curvature)
 
+    def arms(self, x: Floats, placed: Floats) -> Floats:
+        """The ``arm`` (c, d) of :class:`Meeting` of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
+        out = np.empty_like(x)
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            out[mine] = tool.arm(x[mine], pose)
+        return out
+
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
         """Of candidates that start with a ``gap`` (c,) and are ``going``.
 
         What arcs they come along ``before`` (c,) they touch is no slip.
         """
         motion, normal, curvature = np.empty_like(going.x), np.empty_like(going.x), np.empty(len(gap))
-        place, by = np.empty_like(going.x), np.empty_like(going.x)
+        place, by, arm = (np.empty_like(going.x) for _ in range(3))
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             place[mine] = start = tool.own(going.x[mine], pose)
             by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
             motion[mine] = tool.face.passed(start, went)
             _, own, curvature[mine] = tool.face.distance(start + went)
             normal[mine] = tool.turned(own, pose + advance)
+            arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
         motion[:, 0] += gap
         motion[:, 1] -= before
-        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, place, by)
+        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, arm, place, by)
 
     def in_air(self, apart: Bools, going: Going) -> Floats:
         """Arcs (c,) that candidates which start ``apart`` (c,) from curved tools come along before these touch them.
@@ -149,12 +162,7 @@ class Faces:
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
         """Moments (k,) of vectors (c, d) at x (c, d) about the centres of tools that turn; 0 of others."""
-        out = np.zeros(len(self.tools))
-        for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
-            if tool.turn is not None:
-                arm = x[mine] - tool.turn.centre - pose[:2]
-                out[k] = np.sum(arm[:, 0] * vectors[mine, 1] - arm[:, 1] * vectors[mine, 0])
-        return out
+        return self.owned @ np.vecdot(across(self.arms(x, placed)), vectors)
 
 
 def _slopes(gap: Floats, normal: Floats, curvature: Floats) -> Floats:

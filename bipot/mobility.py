@@ -37,15 +37,25 @@ def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
-    what is held.
+    what is held. A curved tool that is driven moves against nodes that are held wholly as it would at rest.
     """
     tool, free = scene.tools[number], np.asarray(space.position[2 * nodes[:, None] + np.arange(2)] >= 0)
-    led, along = directions(scene)[number], _at_rest(scene, number, nodes)
-    moves = np.stack([free_along(free, axis) | (np.abs(axis @ led) > ACROSS) for axis in along.swapaxes(0, 1)], axis=1)
+    along = _at_rest(scene, number, nodes)
+    led = _led(scene, number, nodes)
+    driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
+    moves = np.stack([free_along(free, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
-        turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0) | (tool.turn is not None))
-        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False))
+        goes = (np.array(tool.travel) != 0) | (tool.turn is not None) | (led != 0).any(axis=0)
+        turns = ~free & (scene.shifted[nodes] | goes)
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False)) | driven
     return moves
+
+
+def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
+    """What points at nodes (a,) of the tool of that ``number`` go by (m, a, d) as what drives it does, at rest."""
+    drives, x = scene.drives, scene.mesh.nodes[nodes]
+    own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, np.zeros(3))
+    return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
@@ -59,8 +69,3 @@ def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
         if not tool.flat and plane.cuts(tool):
             normal[plane.holds(x), plane.direction] = 0.0
     return frames(normal / norm(normal)[:, None])
-
-
-def directions(scene: Scene) -> Floats:
-    """Directions (k, d) along which forces drive the tools; zero where none does."""
-    return scene.led(np.ones(len(scene.pushed)))

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.driving import Moment
 from bipot.errors import require, require_magnitude, require_number, require_type
 from bipot.paths import RAMP, Amplitude, pair
 from bipot.typing import Floats
@@ -24,13 +25,17 @@ LARGEST_ANGLE = 1e6
 class Turn:
     """A tool turns by ``angle`` (radians, anticlockwise) times the ``amplitude`` about ``centre``, which goes with it.
 
+    ``driven_by`` a moment, of which the angle is an unknown, it turns as that asks for: the ``angle`` here is zero.
+
     Raises:
-        SceneError: a centre that is not two finite numbers, an angle that is none, an amplitude that begins elsewhere.
+        SceneError: a centre that is not two finite numbers, an angle that is none, an amplitude that begins elsewhere,
+            an angle beside a moment.
     """
 
     angle: float
     centre: tuple[float, float]
     amplitude: Amplitude = RAMP
+    driven_by: Moment | None = None
 
     def __post_init__(self) -> None:
         require_number(self.angle, "turn.angle")
@@ -40,14 +45,21 @@ class Turn:
             require_magnitude(size, "turn.angle, its amplitude with it", LARGEST_ANGLE)
         object.__setattr__(self, "centre", pair(self.centre, "turn.centre", "two finite numbers"))
         require(self.amplitude.at(0.0) == 0, "turn.amplitude", self.amplitude.points, "zero at tau = 0")
+        require_type(self.driven_by, Moment, "turn.driven_by", optional=True)
+        free = self.driven_by is None or self.angle == 0
+        require(free, "turn.angle", self.angle, f"zero where a moment turns the tool, {self.driven_by}")
 
     def at(self, tau: float) -> float:
         """The angle at pseudo-time ``tau``."""
         return self.angle * self.amplitude.at(tau)
 
+    def arm(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) seen from the centre."""
+        return x - self.centre - pose[:2]
+
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) as the tool sees them."""
-        return (x - self.centre - pose[:2]) @ rotation(pose[2]) + self.centre
+        return self.arm(x, pose) @ rotation(pose[2]) + self.centre
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
         """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (3,).
@@ -57,12 +69,20 @@ class Turn:
         angle, half = advance[2], np.sin(advance[2] / 2)
         back = np.array([[-2 * half**2, -np.sin(angle)], [np.sin(angle), -2 * half**2]])
         moved = (by - advance[:2]) @ rotation(pose[2] + angle)
-        return moved + (x - self.centre - pose[:2]) @ rotation(pose[2]) @ back
+        return moved + self.arm(x, pose) @ rotation(pose[2]) @ back
 
     def carried(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """How far (…, d) the turn alone takes the tool's points at x (…, d), half the way from ``pose`` on."""
-        out = x - self.centre - pose[:2] - advance[:2] / 2
-        return 2 * np.sin(advance[2] / 2) * np.stack([-out[..., 1], out[..., 0]], axis=-1)
+        return 2 * np.sin(advance[2] / 2) * across(self.arm(x, pose) - advance[:2] / 2)
+
+
+def across(vectors: Floats) -> Floats:
+    """Vectors (…, d) turned by a right angle anticlockwise.
+
+    >>> across(np.array([2.0, 1.0])).tolist()
+    [-1.0, 2.0]
+    """
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
 def rotation(angle: float) -> Floats:

@@ -36,9 +36,11 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
 def refuse_motion(iterate: Iterate, r: Floats) -> None:
     """Refuse what no motion may do, r (c, d) the forces of all candidates.
 
-    It may not run away, go through a tool or let one between nodes, touch it past an open end, nor a mirror image.
+    It may not run away, spin a tool, go through it or let one between nodes, touch it past an open end, nor a mirror
+    image.
     """
     _refuse_runaway(iterate)
+    _refuse_spun(iterate)
     if iterate.increment.system.candidates.curved:
         _refuse_crossed(iterate)
         _refuse_beyond(iterate, r)
@@ -53,6 +55,18 @@ def _refuse_runaway(iterate: Iterate) -> None:
     allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
+
+
+def _refuse_spun(iterate: Iterate) -> None:
+    """Refuse a tool that its moment turns too far."""
+    angles = iterate.advance[:, 2]
+    if np.abs(angles).max(initial=0.0) > MOST_TURNED:
+        tool = int(np.argmax(np.abs(angles)))
+        said = f"tools[{tool}] spins: its moment turns it by {angles[tool]:.3g} in one increment"
+        advice = (
+            f"Use more increments, a tool turns by no more than {MOST_TURNED:.3g} in one, or a moment that is held."
+        )
+        raise Refused(said, advice)
 
 
 def _refuse_crossed(iterate: Iterate) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
+from bipot.coupling import coupled
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
@@ -37,8 +38,9 @@ class State:
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
     (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
     and du are kept as they were found, because positions lose a small travel to their round-off. Of tools
-    that forces drive ``translation`` (m,) is how far they have gone along these since rest, ``translated`` (m,) in the
-    increment that led here. Arrays are read-only.
+    that forces drive ``translation`` (m,) is how far they have gone along these since rest, of those that moments turn
+    the arc of their lever (:mod:`bipot.drives`); ``translated`` (m,) in the increment that led here. Arrays are
+    read-only.
     """
 
     tau: float
@@ -95,14 +97,14 @@ def rest(scene: Scene, gap: Floats) -> State:
         forces=forces,
         gap=gap,
         du=np.zeros_like(nodes),
-        translation=np.zeros(len(scene.pushed)),
-        translated=np.zeros(len(scene.pushed)),
+        translation=np.zeros(len(scene.drives)),
+        translated=np.zeros(len(scene.drives)),
     )
 
 
 def body_space(scene: Scene) -> Space:
-    """The scene's unknowns: displacements, and translations of tools that forces drive."""
-    return space(scene.mesh, scene.geometry, scene.rule, scene.held, len(scene.pushed))
+    """The scene's unknowns: displacements, and coordinates of tools that forces or moments drive."""
+    return space(scene.mesh, scene.geometry, scene.rule, scene.held, len(scene.drives), coupled(scene).unknowns)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.between import Surroundings
-from bipot.driving import Force
+from bipot.drives import Drives
 from bipot.elements import Element
 from bipot.errors import (
     InvertedElement,
@@ -38,7 +38,7 @@ from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
 from bipot.supports import Prescribed, Support, Symmetry, require_agreeing
-from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
+from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored
 from bipot.tools import AnyTool, FlatTool, Sampling, Tool
 from bipot.typing import Bools, Floats, Ints, read_only
 
@@ -148,7 +148,7 @@ class Scene:
         """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
         moving = [support for support in self.supports if isinstance(support, Prescribed)]
         turns = [tool.turn for tool in self.tools if tool.turn is not None]
-        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.pushed, *turns)]
+        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.drives.by, *turns)]
         paths = [*changing, *(tool.path for tool in self.tools)]
         return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
@@ -161,41 +161,23 @@ class Scene:
         return self.configuration.measure.balanced(self.origin(nodes), du)
 
     @cached_property
-    def by_force(self) -> Bools:
-        """Which tools (k,) a force drives."""
-        return np.array([tool.driven_by is not None for tool in self.tools], dtype=bool)
-
-    @cached_property
     def turning(self) -> Bools:
         """Which tools (k,) turn."""
         return np.array([tool.turn is not None for tool in self.tools], dtype=bool)
 
     @cached_property
-    def pushed(self) -> tuple[Force, ...]:
-        """The forces (m,) that drive tools, tool by tool."""
-        return tuple(tool.driven_by for tool in self.tools if tool.driven_by is not None)
-
-    def push(self, tau: float) -> Floats:
-        """These (m,) along their directions at pseudo-time ``tau``, what of them acts on the modelled part."""
-        led = [(tool, force) for tool in self.tools if (force := tool.driven_by) is not None]
-        return np.array([share(self.planes, tool) * force.at(tau) for tool, force in led])
+    def drives(self) -> Drives:
+        """Forces and moments that drive tools, and the coordinates (m,) that these are unknown of."""
+        return Drives.of(self.tools, self.planes, self.mesh.size)
 
     def travel(self, tau: float, tau_end: float) -> Floats:
         """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
         return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by ``translation`` (m,) where forces drive it."""
+        """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by the coordinates (m,) of its :attr:`drives`."""
         poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, 3)
-        poses[:, :2] += self.led(translation)
-        return poses
-
-    def led(self, translation: Floats) -> Floats:
-        """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
-        out = np.zeros((len(self.tools), 2))
-        for k, force, gone in zip(np.flatnonzero(self.by_force), self.pushed, translation.tolist(), strict=True):
-            out[k] = gone * force.direction
-        return out
+        return poses + self.drives.poses(translation, len(poses))
 
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""

@@ -135,9 +135,9 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
         raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
     forces = element_force(placed, start.stress)
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
-    frames = contacts.frames_at(start.nodes, body.scene.placed(start.tau, start.translation))
-    residual = body.space.vector(forces) - loads - contacts.load(start.forces, frames)
-    # Of a tool that a force drives, by the same scale: that it is near is all that is asked here.
+    at = start.nodes, body.scene.placed(start.tau, start.translation)
+    residual = body.space.vector(forces) - loads - contacts.load(start.forces, *at)
+    # Of a tool that is driven, by the same scale: that it is near is all that is asked here.
     off_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
     off = max(float(norm(body.space.spread(residual)).max()), float(off_tools))
     scale = body.space.force_scale(forces, body.space.spread(loads))

@@ -82,7 +82,9 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:
-    """The part of motions (…, d) that a force on the tool does not let go of."""
+    """The part of motions (…, d) that neither a force nor a moment on the tool lets go of."""
+    if tool.turn is not None and tool.turn.driven_by is not None:
+        return np.zeros_like(motion)
     if tool.driven_by is None:
         return motion
     direction = tool.driven_by.direction

@@ -21,8 +21,8 @@ from bipot.typing import Floats
 @dataclass(frozen=True)
 class Rigidity:
     """The body at rest: elastic stiffness of the nodes (a,), the larger of the diagonal's two entries, that of the
-    contacts' nodes (c,), and its sum (m,) over those of a tool that a force drives; largest nodal sum of w |N,j| and
-    largest point sum of |N,j|.
+    contacts' nodes (c,), and its sum (m,) over those of a tool that is driven; largest nodal sum of w |N,j| and largest
+    point sum of |N,j|.
     """
 
     nodal: Floats
@@ -45,8 +45,8 @@ class System:
         return Loading(self.body.space, self.body.scene.loads)
 
     def load(self, nodal: Floats, tau: float) -> Floats:
-        """What acts on the unknowns (n,): ``nodal`` loads (a, d), and the forces on tools at ``tau``."""
-        return self.body.space.gather(np.append(nodal, self.body.scene.push(tau)))
+        """What acts on the unknowns (n,): ``nodal`` loads (a, d), and what drives tools at ``tau``."""
+        return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
         """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (c, d)."""

@@ -57,7 +57,8 @@ class Tool:
     |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.shear`); ``shear_at`` is that of a node, inf
     where there is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body slides.
 
-    ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path.
+    ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path. Where a
+    ``turn`` is driven by a moment, its angle is.
 
     ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
     """
@@ -90,6 +91,7 @@ class Tool:
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         require_type(self.driven_by, Force, "tool.driven_by", optional=True)
+        self._check_across()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
@@ -129,6 +131,14 @@ class Tool:
         for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
+    def _check_across(self) -> None:
+        """The path does not go along the force."""
+        if self.driven_by is not None:
+            path = self._multiples[1] * self.travel
+            along = bool((np.abs(path @ self.driven_by.direction) <= ACROSS * np.abs(path).max()).all())
+            allowed = f"across the force {self.driven_by.vector}, which moves it along"
+            require(along, "tool.travel", self.travel, allowed)
+
     @property
     def welded(self) -> bool:
         """Whether contact points are tied instead of sliding."""
@@ -154,6 +164,10 @@ class Tool:
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
         """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, which goes on by ``advance`` (3,)."""
         return by - advance[:2] if self.turn is None else self.turn.going(x, by, pose, advance)
+
+    def arm(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) seen from the point about which the tool in the ``pose`` (3,) turns; zero if it does not."""
+        return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
 
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
         """Vectors (…, d) of the tool at rest as they are in its ``pose`` (3,)."""
@@ -208,14 +222,9 @@ class FlatTool(Tool):
         object.__setattr__(self, "normal", direction(self.normal, "tool.normal"))
         self._check()
         if self.driven_by is not None:
-            self._check_force(self.driven_by)
-
-    def _check_force(self, force: Force) -> None:
-        presses = float(force.direction @ self.normal)
-        require(presses >= -ACROSS, "tool.driven_by", force.vector, "not against the normal: it pulls off")
-        path = self._multiples[1] * self.travel
-        along = bool((np.abs(path @ force.direction) <= ACROSS * np.abs(path).max()).all())
-        require(along, "tool.travel", self.travel, f"across the force {force.vector}, which moves it along")
+            presses = float(self.driven_by.direction @ self.normal)
+            allowed = "not against the normal: it pulls off"
+            require(presses >= -ACROSS, "tool.driven_by", self.driven_by.vector, allowed)
 
     @cached_property
     def face(self) -> Plane:
@@ -232,10 +241,10 @@ class ShapedTool(Tool):
     """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
 
     It goes its path, and may ``turn`` meanwhile: what slips on it slips against the point of the tool that it touches.
-    So far no force drives it, and the law is posed at the nodes.
+    So far the law is posed at the nodes.
 
     Raises:
-        SceneError: as :class:`FlatTool`; a turn that is none, a force that drives it, weighted sampling.
+        SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none, weighted sampling.
     """
 
     surface: Surface
@@ -254,7 +263,6 @@ class ShapedTool(Tool):
         require_type(self.surface, Surface, "tool.surface")
         require_type(self.turn, Turn, "tool.turn", optional=True)
         self._check()
-        require(self.driven_by is None, "tool.driven_by", self.driven_by, "None: only a FlatTool is driven by a force")
         nodal = self.sampling is Sampling.NODES
         require(nodal, "tool.sampling", self.sampling, "Sampling.NODES: only a FlatTool is met in the mean")
 

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.driving import Force
 from bipot.overlap import least_along
-from bipot.paths import Amplitude
 from bipot.surfaces import Circle, Plane, Surface, frames
 from bipot.tools import FlatTool, Sampling, ShapedTool
 from tests.scenes import refused, scene
@@ -130,7 +128,6 @@ def test_the_least_gap_along_an_edge_is_that_of_a_fine_sampling(surface, count):
         (lambda: shaped("round"), "tool.surface = 'round': must be a Surface"),
         (lambda: shaped(Circle), "tool.surface"),
         (lambda: shaped(mu=-0.1), "mu = -0.1"),
-        (lambda: shaped(driven_by=Force((0.0, -1.0), Amplitude())), "tool.driven_by = .*: must be None"),
         (lambda: shaped(sampling=Sampling.WEIGHTED), "tool.sampling = .*: must be Sampling.NODES"),
         (lambda: scene(tools=(shaped(candidates=("nowhere",)),)), "nowhere"),
         (lambda: scene(tools=(shaped(candidates=("base", "top"), surface="flat"),)), "tool.surface"),

@@ -1,7 +1,9 @@
 """Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
 
 Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds. Behind them stand
-the translations of tools that a force drives: no element touches them, they are in contact rows only.
+the coordinates of tools that forces or moments drive: no element touches them, they are in contact rows only. What
+couples them with nodes as these move, of curved tools, is summed like elements: each has a node's unknowns and its
+tool's.
 """
 
 from __future__ import annotations
@@ -20,6 +22,8 @@ from bipot.mesh import Mesh
 from bipot.tensors import contract
 from bipot.typing import Floats, Ints
 
+UNCOUPLED = np.empty((0, 1), dtype=np.intp)
+
 
 @dataclass(frozen=True)
 class Space:
@@ -27,7 +31,8 @@ class Space:
 
     ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
-    ``translations`` m is how many unknowns stand behind the free ones, each with a zero on the diagonal.
+    ``translations`` m is how many unknowns stand behind the free ones, each with its place ``diagonal`` (m,) in the
+    data, where elements leave a zero. Behind the elements' entries in ``scatter`` are those of couplings.
     """
 
     mesh: Mesh
@@ -39,6 +44,7 @@ class Space:
     scatter: Ints
     indices: NDArray[np.int32]
     indptr: NDArray[np.int32]
+    diagonal: Ints
     translations: int = 0
 
     @property
@@ -53,17 +59,18 @@ class Space:
         return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
 
     def beside(self, x: Floats) -> Floats:
-        """Of the unknowns (n,) the translations (m,)."""
+        """Of the unknowns (n,) the coordinates of tools (m,)."""
         return x[len(self.free) :]
 
     def gather(self, every: Floats) -> Floats:
-        """Unknowns (n,) of a vector for every node, held or not, and the translations behind it (a d + m,)."""
+        """Unknowns (n,) of a vector for every node, held or not, and of tools' coordinates behind it (a d + m,)."""
         free = every[self.free]
         return np.concatenate([free, every[self.mesh.nodes.size :]]) if self.translations else free
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
-        """Sum element matrices (e, dk, dk) into the free-free matrix (n, n)."""
-        data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
+        """Sum element matrices (e, dk, dk), or all entries with those of couplings behind, into a matrix (n, n)."""
+        place = self.scatter[: element.size]
+        data = np.bincount(place, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
 
     def vector(self, element: Floats) -> Floats:
@@ -93,23 +100,27 @@ class Space:
         return float((whole + np.sqrt(np.vecdot(applied, applied))).max())
 
 
-def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0) -> Space:
-    """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``."""
+def space(
+    mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0, coupled: Ints = UNCOUPLED
+) -> Space:
+    """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``.
+
+    ``coupled`` (b, u) are unknowns that are coupled besides: full numbers, translations behind the nodes', -1 for none.
+    """
     d = geometry.reduction.dimension
     dofs = (d * mesh.elements[:, :, None] + np.arange(d)).reshape(len(mesh.elements), -1)
     free = np.setdiff1d(np.arange(mesh.nodes.size), held)
     position = np.full(mesh.nodes.size, -1, dtype=np.intp)
     position[free] = np.arange(len(free))
-    local = position[dofs]
-    rows, columns = np.broadcast_arrays(local[:, :, None], local[:, None, :])
+    behind = len(free) + np.arange(translations)
+    every, n = np.concatenate([position, behind, [-1]]), len(free) + translations
+    rows, columns = (np.concatenate(parts) for parts in zip(*map(_entries, (every[dofs], every[coupled])), strict=True))
     kept = (rows >= 0) & (columns >= 0)
     # Column-major keys sort into CSC order; np.unique hands back each entry's place.
-    keys = columns[kept] * len(free) + rows[kept]
+    keys = np.append(columns[kept] * n + rows[kept], behind * (n + 1))
     unique, place = np.unique(keys, return_inverse=True)
-    scatter = np.full(kept.shape, len(unique) + translations, dtype=np.intp)
-    scatter[kept] = place
-    counts = np.append(np.bincount(unique // len(free), minlength=len(free)), np.ones(translations, np.intp))
-    behind = len(free) + np.arange(translations)
+    scatter = np.full(len(kept), len(unique), dtype=np.intp)
+    scatter[kept] = place[: len(keys) - translations]
     return Space(
         mesh,
         geometry,
@@ -117,11 +128,18 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translat
         dofs,
         free,
         position,
-        scatter.ravel(),
-        np.append(unique % len(free), behind).astype(np.int32),
-        np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
+        scatter,
+        (unique % n).astype(np.int32),
+        np.concatenate([[0], np.cumsum(np.bincount(unique // n, minlength=n))]).astype(np.int32),
+        np.asarray(place[len(keys) - translations :], dtype=np.intp),
         translations,
     )
+
+
+def _entries(local: Ints) -> tuple[Ints, Ints]:
+    """Rows and columns (e u u,) of the entries of matrices on unknowns (e, u)."""
+    rows, columns = np.broadcast_arrays(local[:, :, None], local[:, None, :])
+    return rows.ravel(), columns.ravel()
 
 
 def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:

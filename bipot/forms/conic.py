@@ -21,7 +21,7 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import InvertedElement, ProgramError, require, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
-from bipot.forms.spring import softly_held, unresisted
+from bipot.forms.spring import softly_held, softly_placed, unresisted
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, natural_map
 from bipot.programs.condensation import condense, pays
@@ -144,7 +144,8 @@ class Dissipation:
         """The dimensionless program of a pass."""
         increment, state = iterate.increment, state.at(iterate)
         model = increment.system.body.plastic_model(iterate.response)
-        return DissipationProgram(model, iterate.load, state.terms(iterate, r)).scaled(state.units)
+        program = DissipationProgram(model, iterate.load, state.terms(iterate, r)).scaled(state.units)
+        return softly_placed(program, iterate, state) if iterate.translated.size else program
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
         """One program with the configuration and the line of the yield stress frozen."""
@@ -256,7 +257,11 @@ def tangent_program(
     with clock:
         K = iterate.stiffness(kind)
     program = TangentProgram(K, K @ iterate.x - iterate.residual, terms).scaled(state.units)
-    return softly_held(program, iterate, state, unresisted(program, iterate)) if iterate.translated.size else program
+    return (
+        softly_held(program, iterate, state, unresisted(program.contact, iterate))
+        if iterate.translated.size
+        else program
+    )
 
 
 @dataclass(frozen=True)

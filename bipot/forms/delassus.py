@@ -62,7 +62,7 @@ class Delassus:
         clock, state = Stopwatch(), state.at(iterate)
         began, units = clock.outside(), state.units
         program = tangent_program(iterate, state.terms(iterate, r), state, TangentKind.CONSISTENT, clock)
-        program = softly_held(program, iterate, state, ~unresisted(program, iterate))
+        program = softly_held(program, iterate, state, ~unresisted(program.contact, iterate))
         condensed = condense(program, state.cache.split(program))
         reduced = reduce(condensed.program)
         built = clock.outside()

@@ -13,7 +13,7 @@ from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.system import System
-from bipot.typing import Floats, Ints, as_numbers, read_only
+from bipot.typing import Bools, Floats, Ints, as_numbers, read_only
 
 BOUNDED = 0.3
 
@@ -25,14 +25,17 @@ FASTER = 1.05
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (of translations the mean), SOFTENED: it balances
-    forces against motions, alike wherever a run begins.
+    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (of tools' coordinates the mean), SOFTENED: it
+    balances forces against motions, alike wherever a run begins. ``spins`` (s,) are the unknowns that are turns of
+    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data.
     """
 
     pattern: Pattern
     scatter: Ints
     stiffness: Floats
     scratch: Scratch
+    spins: Ints
+    held: Ints
 
     @staticmethod
     def of(system: System, pattern: Pattern) -> Setup:
@@ -42,14 +45,25 @@ class Setup:
         scratch = body.scratch()
         at_rest = body.respond(system.rest(), np.zeros(space.size))
         diagonal = space.matrix(body.tangent(at_rest, scratch)).diagonal()
-        # A contact of a held node with a tool that a force drives has no other unknown than that.
+        # A contact of a held node with a tool that is driven has no other unknown than that.
         diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
-        return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
+        spins = np.flatnonzero(body.scene.drives.spins)
+        held = pattern.place[space.diagonal[spins]]
+        return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch, len(space.free) + spins, held)
 
     def data(self, element: Floats) -> Floats:
-        """Sum element matrices (e, 2k, 2k) into row-wise data (nnz + 1,), the last entry for held unknowns."""
-        data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.pattern.place) + 1)
+        """Sum element matrices (e, 2k, 2k), or all their entries with those of couplings behind, into row-wise data
+        (nnz + 1,), the last entry for held unknowns."""
+        place = self.scatter[: element.size]
+        data = np.bincount(place, weights=element.ravel(), minlength=len(self.pattern.place) + 1)
         return np.asarray(data, dtype=np.float64)
+
+    def hold(self, data: Floats, resisted: Bools) -> None:
+        """Put a spring on those of the ``spins`` (s,) which nothing resists: without tension where they are.
+
+        A roll that touches nothing rests in it, and it does not change where one ends.
+        """
+        data[self.held[~resisted]] += self.stiffness[self.spins[~resisted]]
 
     def scale(self, frames: Frames) -> Floats:
         """Stiffness (c,) of the contacts' unknowns."""

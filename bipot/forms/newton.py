@@ -16,7 +16,7 @@ from bipot.programs.data import Stopwatch
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Floats
+from bipot.typing import Bools, Floats, Ints
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -191,7 +191,10 @@ class Newton:
             return replace(last, frames=frames, pieces=here.pieces)
         with clock:
             element = here.iterate.tangent(here.r, setup.scratch)
-        return Linearised.of(setup.data(element), frames, here.pieces)
+        data = setup.data(element)
+        if setup.spins.size:
+            setup.hold(data, _resisted(here, setup.spins))
+        return Linearised.of(data, frames, here.pieces)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""
@@ -214,6 +217,14 @@ class Newton:
         if best is None:
             raise failure
         return best
+
+
+def _resisted(here: Point, spins: Ints) -> Bools:
+    """Which of the unknowns ``spins`` (s,) the law of any contact depends on, by its motion."""
+    rows, motion = here.iterate.rows, np.zeros((here.r.shape[0], here.r.shape[1], len(spins)))
+    motion[:, 0] = rows.G_n[:, spins].toarray()
+    motion[rows.frictional, 1] = rows.G_t[:, spins].toarray()
+    return np.asarray((here.pieces.by_motion @ motion).any(axis=(0, 1)))
 
 
 class _Aim:

@@ -1,6 +1,6 @@
-"""A spring on tools that forces drive, where nothing else in a program resists their translation.
+"""A spring on tools that forces or moments drive, where nothing else in a program resists that.
 
-A program that is solved by its stiffness alone (`delassus`) takes one for every such tool.
+A program that is solved by its stiffness alone (`delassus`) takes one for every such tool. `newton` has its own.
 
 It has no tension where the tool is at the iterate, so the passes take its pull away: the next one finds the tool where
 this one leaves it (a proximal point), and at the end of the increment there is none.
@@ -16,29 +16,49 @@ import scipy.sparse as sp
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.programs.conic import TangentProgram
-from bipot.typing import Bools
+from bipot.programs.dissipation import DissipationProgram
+from bipot.programs.terms import ContactTerms
+from bipot.typing import Bools, Floats
 
 SOFT = 1e-5
 """Of a tool's elastic support, the stiffness of the spring."""
 
 
 def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: Bools) -> TangentProgram:
-    """The program with a spring on the chosen ``tools`` (m,) of those that forces drive."""
+    """The program with a spring on the chosen ``tools`` (m,), coordinates that are driven."""
     if not tools.any():
         return program
-    space, units = iterate.increment.system.body.space, state.units
-    spring = SOFT * tools * iterate.increment.system.rigidity.tools * (units.length / units.force)
+    space, (spring, tension) = iterate.increment.system.body.space, _springs(iterate, state, tools)
     K, f = sp.csc_matrix(program.K, copy=True), program.f.copy()
-    # Each has one entry in its column: a sum of matrices would lose the zeros of the run's pattern.
-    K.data[K.indptr[len(space.free) : -1]] += spring
-    f[len(space.free) :] += spring * iterate.translated / units.length
+    # A sum of matrices would lose the zeros of the run's pattern.
+    K.data[space.diagonal] += spring
+    f[len(space.free) :] += tension
     return replace(program, K=K, f=f)
 
 
-def unresisted(program: TangentProgram, iterate: Iterate) -> Bools:
-    """Tools (m,) that forces drive along contacts without any friction yet, and against none."""
-    terms, count = program.contact, iterate.translated.size
-    against = terms.rows.G_n.indices
+def softly_placed(program: DissipationProgram, iterate: Iterate, state: Posed) -> DissipationProgram:
+    """The program with a spring on those tools that nothing resists."""
+    tools = unresisted(program.contact, iterate)
+    if not tools.any():
+        return program
+    spring, tension = _springs(iterate, state, tools)
+    free = np.zeros(iterate.x.size - tools.size)
+    force = program.force + np.append(free, tension)
+    return replace(program, force=force, spring=np.append(free, spring))
+
+
+def _springs(iterate: Iterate, state: Posed, tools: Bools) -> tuple[Floats, Floats]:
+    """Stiffness (m,) of the springs on the chosen ``tools`` (m,), and what they pull by from zero; dimensionless."""
+    units = state.units
+    spring = SOFT * tools * iterate.increment.system.rigidity.tools * (units.length / units.force)
+    return spring, spring * iterate.translated / units.length
+
+
+def unresisted(terms: ContactTerms, iterate: Iterate) -> Bools:
+    """Coordinates (m,) of tools that are driven along contacts without any friction yet, and against none."""
+    count = iterate.translated.size
     dragged, _ = terms.tangent_rows(terms.sliding | terms.stuck | terms.coned)
+    # Where tools are curved rows keep the entries that are zero.
+    resisted = [G.indices[G.data != 0] for G in (terms.rows.G_n, dragged)]
     first = iterate.x.size - count
-    return ~np.isin(first + np.arange(count), np.concatenate([against, dragged.indices]))
+    return ~np.isin(first + np.arange(count), np.concatenate(resisted))

@@ -78,15 +78,19 @@ class PlasticModel:
 
 @dataclass(frozen=True)
 class DissipationProgram:
-    """Material model, external force F (n,), contact with frozen threshold."""
+    """Material model, external force F (n,), contact with frozen threshold; stiffness (n,) of a ``spring``, or none."""
 
     model: PlasticModel
     force: Floats
     contact: ContactTerms
+    spring: Floats | None = None
 
     def scaled(self, units: Units) -> DissipationProgram:
         """Dimensionless data."""
-        return DissipationProgram(self.model.scaled(units), self.force / units.force, self.contact.scaled(units))
+        spring = None if self.spring is None else self.spring * (units.length / units.force)
+        return DissipationProgram(
+            self.model.scaled(units), self.force / units.force, self.contact.scaled(units), spring
+        )
 
     def conic(self) -> ConicProgram:
         """Variables (dU, d, t, slip bounds), P = diag(K_vol, 2 G w, 2/3 H w, 0); without flow dU and slip bounds."""
@@ -104,6 +108,8 @@ class DissipationProgram:
         else:
             more, moved = _quadratic(m.deviatoric, weights, m.stress.ravel(), 2 * m.shear, m.deviator_0.ravel())
             stiffness, force = sp.csc_matrix(stiffness + more), force + moved
+        if self.spring is not None:
+            stiffness = sp.csc_matrix(stiffness + sp.diags(self.spring))
         rows = self.contact.cone_rows(layout.size + len(slips), layout.add(Block.SLIP_BOUND, len(slips)))
         if m.flows:
             norms, elastic = (layout.blocks[name].start for name in (Block.PLASTIC_NORM, Block.ELASTIC_DEVIATOR))
@@ -141,6 +147,8 @@ class DissipationProgram:
             + cp.sum(cp.multiply(m.weight[:, None] * m.stress, d))
             + m.shear * cp.sum_squares(cp.multiply(root[:, None], d))
         )
+        if self.spring is not None:
+            stored += cp.sum_squares(cp.multiply(np.sqrt(self.spring), dU)) / 2
         cost, blocks, constraints = stored - self.force @ dU + contact.cost, contact.blocks, contact.constraints
         if m.flows:
             t = cp.Variable(len(m.weight), name=Block.PLASTIC_NORM)

@@ -161,8 +161,9 @@ class Border:
         when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
         lone = np.concatenate([np.diff(inner.indptr) == 1, np.zeros(force.size, dtype=bool)])
         lone[:n] = lone[:n][np.argsort(inner.order)]
+        lone[n - inner.placeless : n] = True
         np.maximum.at(when, beside, np.where(lone[pair], -1, when[pair]) + 0.5)
-        # What no element touches, a tool's translation, has a pivot only behind the forces that act on it.
+        # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
         when[lone] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
         return Border(contact, touched, number, Pattern.ranked(row, column, rank))

@@ -80,26 +80,28 @@ class Pattern:
     """A structurally symmetric pattern in a fill-reducing order, by rows.
 
     ``order`` (n,) lists the unknowns in the order of elimination; ``place`` (nnz,) sends an entry of the CSC pattern
-    it was made from to the row-wise data in that order.
+    it was made from to the row-wise data in that order. ``placeless`` is how many of the unknowns, the last, have no
+    place: coordinates of tools.
     """
 
     order: Ints
     place: Ints
     indices: NDArray[np.int32]
     indptr: NDArray[np.int32]
+    placeless: int = 0
 
     @staticmethod
     def of(indices: NDArray[np.integer], indptr: NDArray[np.integer], places: Floats | None = None) -> Pattern:
         """Order the CSC pattern by minimum degree, a large one by nested dissection if ``places`` (n, d) are known."""
         n = len(indptr) - 1
         column = np.repeat(np.arange(n), np.diff(indptr))
-        if places is not None and n >= LARGE:
-            return Pattern.ranked(indices, column, dissection(indices, indptr, places))
-        rank = minimum_degree(indices, indptr)
-        return Pattern.ranked(indices, column, rank)
+        if places is None:
+            return Pattern.ranked(indices, column, minimum_degree(indices, indptr))
+        rank = dissection(indices, indptr, places) if n >= LARGE else minimum_degree(indices, indptr)
+        return Pattern.ranked(indices, column, rank, int(np.isnan(places).any(axis=1).sum()))
 
     @staticmethod
-    def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints) -> Pattern:
+    def ranked(row: NDArray[np.integer], column: NDArray[np.integer], rank: Ints, placeless: int = 0) -> Pattern:
         """Of entries (nnz,) each once, with the ``rank`` (n,) of the unknowns in the order of elimination."""
         n = len(rank)
         row, column = rank[row], rank[column]
@@ -107,7 +109,7 @@ class Pattern:
         place = np.empty(len(by_row), dtype=np.intp)
         place[by_row] = np.arange(len(by_row))
         starts = np.concatenate([[0], np.cumsum(np.bincount(row, minlength=n))])
-        return Pattern(np.argsort(rank), place, column[by_row].astype(np.int32), starts.astype(np.int32))
+        return Pattern(np.argsort(rank), place, column[by_row].astype(np.int32), starts.astype(np.int32), placeless)
 
     @property
     def size(self) -> int:

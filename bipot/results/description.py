@@ -10,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from bipot.drives import lever
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
+from bipot.poses import Turn
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.surfaces import Plane, Surface
@@ -55,12 +57,18 @@ def _described(scene: Scene) -> dict[str, Any]:
                 "mu_at": {str(node): mu for node, mu in t.mu_at.items()},
                 "shear_at": {str(node): shear for node, shear in t.shear_at.items()},
                 "sampling": t.sampling.value,
-                **({} if t.turn is None else {"turn": repr(t.turn)}),
+                **({} if t.turn is None else _turn(scene, t.turn, t.face)),
                 "driven_by": t.driven_by and {"vector": t.driven_by.vector, "amplitude": t.driven_by.amplitude.points},
             }
             for t in scene.tools
         ],
     }
+
+
+def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:
+    """A turn in words; where a moment drives it with the lever that its angle is multiplied by in ``translation``."""
+    said = {"turn": repr(turn)}
+    return said if turn.driven_by is None else {**said, "lever": lever(surface, turn, scene.mesh.size)}
 
 
 def _surface(surface: Surface) -> dict[str, Any]:
