@@ -1,0 +1,314 @@
+"""Curved tools that forces press and moments turn: marches as by paths, balances recomputed, rolling, spinning."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bipot.certificate import Bounds
+from bipot.course import Course
+from bipot.driving import Force, Moment
+from bipot.errors import IncrementFailed
+from bipot.fem.reduction import Geometry
+from bipot.forms import Delassus, Dissipation, Newton, Tangent
+from bipot.forms.newton import Reuse
+from bipot.increment import Limits
+from bipot.iterate import Increment
+from bipot.laws.flow import Integration
+from bipot.laws.material import Elastic
+from bipot.laws.von_mises import Elasticity
+from bipot.marching import Control, march
+from bipot.mesh import Mesh, block
+from bipot.paths import Amplitude
+from bipot.poses import Turn
+from bipot.results import Recorder, history
+from bipot.results.description import describe
+from bipot.scene import Scene
+from bipot.schedule import Schedule
+from bipot.supports import Prescribed, Support
+from bipot.surfaces import Circle, Plane
+from bipot.system import system_of
+from bipot.tools import ShapedTool
+from tests.courses import stored
+from tests.curved import TIGHT, apart, dragged, forces, marched, pressed
+from tests.recording import COLUMNS, arrays
+from tests.scenes import refused
+
+EXACT = replace(TIGHT, tool_equilibrium=1e-11)
+RUBBER = Elastic(Elasticity(1e3, 0.3))
+RADIUS = 1.0
+LATE = Amplitude(((0.0, 0.0), (0.3, 0.0), (1.0, 1.0)))
+PRESSING = Amplitude(((0.0, 0.0), (0.3, 1.0), (1.0, 1.0)))
+SLIDE = 0.12
+
+TOGETHER = 1e-3
+"""Forms may cut increments that others take whole: ends are then those of other steps."""
+
+
+@cache
+def by_path(geometry):
+    """A punch that goes its path."""
+    return tuple(marched(pressed(geometry), increments=20, bounds=EXACT))
+
+
+def by_force(geometry) -> Scene:
+    """The punch driven by the force that it had on its path."""
+    scene, whole = pressed(geometry), by_path(geometry)
+    pushes = [(a.state.tau, float(a.tool_force(0)[1] / whole[-1].tool_force(0)[1])) for a in whole]
+    force = Force((0.0, float(whole[-1].tool_force(0)[1])), Amplitude(((0.0, 0.0), *pushes)))
+    return replace(scene, tools=(replace(scene.tools[0], travel=(0.0, 0.0), driven_by=force),))
+
+
+@cache
+def pushed(geometry):
+    """That march by Newton."""
+    return tuple(marched(by_force(geometry), increments=20, bounds=EXACT))
+
+
+@pytest.mark.parametrize(
+    "geometry", [Geometry.PLANE_STRAIN, pytest.param(Geometry.AXISYMMETRIC, marks=pytest.mark.slow)]
+)
+def test_a_punch_pressed_by_the_force_of_its_path_goes_the_path(geometry):
+    one, other = by_path(geometry), pushed(geometry)
+    gone = [a.tool_pose(0)[1] for a in other]
+    np.testing.assert_allclose(gone, [-0.1 * a.state.tau for a in one], atol=1e-9)
+    assert apart(forces(other), forces(one)) < 1e-8
+    for a, b in zip(one, other, strict=True):
+        np.testing.assert_allclose(b.state.nodes, a.state.nodes, atol=1e-9)
+    # The work of a force that grows over what the punch goes; the same by either.
+    np.testing.assert_allclose(other[-1].energies.work, one[-1].energies.work, rtol=1e-8)
+    np.testing.assert_allclose(other[-1].energies.energy_error, one[-1].energies.energy_error, atol=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", [Tangent(), Dissipation(), Delassus()], ids=lambda form: form.name.value)
+def test_forms_agree_under_a_punch_that_a_force_presses(form):
+    other = marched(by_force(Geometry.PLANE_STRAIN), form, increments=20)
+    there = {round(a.state.tau, 9): a for a in other}
+    one = pushed(Geometry.PLANE_STRAIN)
+    # Of a force that is given the travel is the answer.
+    gone = [there[round(a.state.tau, 9)].tool_pose(0)[1] for a in one]
+    assert apart(gone, [a.tool_pose(0)[1] for a in one]) < 1e-4
+    np.testing.assert_allclose(
+        [there[round(a.state.tau, 9)].tool_forces[0, 1] for a in one], forces(one)[:, 1], rtol=1e-6
+    )
+
+
+def test_newton_converges_quadratically_under_a_punch_that_a_force_presses():
+    """With a new matrix in every pass, by the last three errors of an increment that are above round-off."""
+    errors = dict[float, list[float]]()
+
+    def observe(trial):
+        errors.setdefault(trial.iterate.increment.tau, []).append(trial.step.error)
+
+    newton, once = Newton(Reuse(0.0)), Integration.BACKWARD_EULER
+    control = Control(newton, (), Limits(EXACT), integration=once)
+    list(march(by_force(Geometry.PLANE_STRAIN), Schedule(20, first=0.01), control, observe=observe))
+    last = [[e for e in one if e > 1e-12][-3:] for one in errors.values()]
+    orders = [np.log(e[2] / e[1]) / np.log(e[1] / e[0]) for e in last if len(e) == 3 and e[0] < 1e-2 and e[1] < e[0]]
+    assert len(orders) >= 5
+    assert np.median(orders) > 1.6
+
+
+def roller(moment=0.0, mu=0.3, n=12, unit=1.0, stress=1.0, mirror=1.0, **tool) -> Scene:
+    """A block that its base takes aside under a roll which is pressed onto it and turns freely, or by a moment."""
+    mesh = block(2.0 * unit, 0.5 * unit, n, 3)
+    centre = (mirror * 0.9 * unit, (0.5 + RADIUS) * unit)
+    if mirror < 0:
+        mesh = Mesh(mesh.nodes * (-1.0, 1.0), mesh.elements[:, ::-1], mesh.boundaries)
+    turn = Turn(0.0, centre, driven_by=Moment(mirror * moment * stress * unit**2, LATE))
+    given: dict[str, Any] = {"travel": (0.0, -0.02 * unit), "path": ((0, 0), (0.3, 1), (1, 1)), "turn": turn} | tool
+    roll = ShapedTool(Circle(centre, RADIUS * unit), candidates=("top",), mu=mu, **given)
+    held = Support("base", 1), Prescribed("base", 0, mirror * SLIDE * unit, LATE)
+    return Scene(mesh, Geometry.PLANE_STRAIN, Elastic(Elasticity(1e3 * stress, 0.3)), held, (roll,))
+
+
+def rolled(scene, form=None, increments=20, **more):
+    control = Control(form or Newton(), (), Limits(EXACT), integration=Integration.BACKWARD_EULER, **more)
+    return list(march(scene, Schedule(increments), control))
+
+
+@cache
+def marches(moment=0.0):
+    """That march by Newton."""
+    return tuple(rolled(roller(moment)))
+
+
+@pytest.mark.parametrize("moment", [0.0, 0.8, -0.8])
+def test_a_roll_turns_with_the_body_and_its_moment_is_that_of_nodal_forces(moment):
+    """Moments recomputed from places and from the internal forces of the elements, where they balance the roll's."""
+    scene, system = roller(moment), system_of(roller(moment))
+    tool, space = scene.tools[0], system_of(scene).body.space
+    assert tool.turn is not None
+    largest = 0.0
+    for a in marches(moment):
+        pulled = space.nodal(a.solved.response.element_forces)[system.candidates.node]
+        centre = np.add(tool.turn.centre, tool.pose(a.state.tau)[:2])
+        arm = a.state.nodes[system.candidates.node] - centre
+        turned = float((arm[:, 0] * pulled[:, 1] - arm[:, 1] * pulled[:, 0]).sum())
+        largest = RADIUS * np.abs(a.solved.r).sum()
+        np.testing.assert_allclose(turned, moment * LATE.at(a.state.tau), atol=1e-9 * largest)
+        np.testing.assert_allclose(a.tool_moment(0), turned, atol=1e-9 * largest)
+    last = marches(moment)[-1]
+    assert largest > 10.0
+    # It rolls on the top, which the base takes along by SLIDE: the surface goes as far, but for shear and stretch.
+    np.testing.assert_allclose(RADIUS * last.tool_pose(0)[2], SLIDE, rtol=0.02)
+    sticks = last.solved.r[:, 0] > 1e-6 * largest
+    np.testing.assert_allclose(last.solved.iterate.motion[sticks, 1], 0.0, atol=1e-3 * SLIDE / 20)
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
+def test_forms_agree_on_a_roll_that_a_moment_turns(form):
+    one = marches(0.8)
+    there = {round(a.state.tau, 9): a for a in rolled(roller(0.8), form)}
+    other = [there[round(a.state.tau, 9)] for a in one]
+    assert apart(forces(other), forces(one)) < TOGETHER
+    assert apart([a.tool_pose(0) for a in other], [a.tool_pose(0) for a in one]) < TOGETHER
+
+
+def test_a_roll_is_pressed_by_a_force_and_turned_by_a_moment():
+    """Both balances at once; and turned by the angles found it has the moment, by steps in which no node lands."""
+    down = Force((0.0, -12.0), PRESSING)
+    scene = roller(0.8, travel=(0.0, 0.0), driven_by=down)
+    accepted = rolled(scene, Tangent())
+    for a in accepted:
+        np.testing.assert_allclose(a.tool_forces[0, 1], -12.0 * PRESSING.at(a.state.tau), rtol=1e-9)
+        np.testing.assert_allclose(a.tool_moment(0), 0.8 * LATE.at(a.state.tau), atol=1e-9)
+    # The roll does not go aside, and what that takes is friction: less than would slip.
+    last = accepted[-1]
+    assert abs(last.tool_forces[0, 0]) < 0.3 * 12.0
+    assert last.tool_pose(0)[1] < -0.01
+    np.testing.assert_allclose(last.state.translation, -last.tool_pose(0)[1:] * (1.0, -(scene.drives.spins[1] ** -1)))
+
+
+def test_the_moment_does_the_work_of_its_turn():
+    """What base and roll do together is stored or rubbed, to the first order of landings."""
+    errors = [abs(rolled(roller(0.8), increments=k)[-1].energies.energy_error) for k in (10, 40)]
+    assert errors[1] < errors[0] / 2
+
+
+def test_a_moment_that_friction_cannot_hold_spins_the_roll():
+    """Held up to next to mu times the normal forces times the radius, it is told why no more."""
+    reached = list[float]()
+
+    def hold():
+        for a in march(roller(6.0), Schedule(20), Control(Newton(), (), cuts=4)):
+            most = 0.3 * RADIUS * a.solved.r[:, 0].sum()
+            assert abs(a.tool_moment(0)) <= most * (1 + 1e-7)
+            reached.append(a.tool_moment(0) / (most or 1.0))
+
+    with pytest.raises(
+        IncrementFailed, match=r"tools\[0\] spins: by the normal forces .* friction holds a moment of at"
+    ):
+        hold()
+    assert reached[-1] > 0.95
+
+
+def test_a_roll_that_touches_nothing_rests_and_says_so():
+    scene = roller(0.0, travel=(0.0, 0.0))
+    aside = Circle((0.9, 0.6 + RADIUS), RADIUS)
+    last = rolled(replace(scene, tools=(replace(scene.tools[0], surface=aside),)), increments=4)[-1]
+    assert last.tool_pose(0).tolist() == [0.0, 0.0, 0.0]
+    assert "position in 1 rigid motion" in last.solved.undetermined
+
+
+@pytest.mark.parametrize(("unit", "stress"), [(1e-3, 1e6), (1e3, 1e-9)])
+def test_units_do_not_matter_to_a_roll(unit, stress):
+    one, other = marches(0.8), rolled(roller(0.8, unit=unit, stress=stress))
+    assert [a.passes for a in other] == [a.passes for a in one]
+    assert apart([a.tool_pose(0)[2] for a in other], [a.tool_pose(0)[2] for a in one]) < 1e-8
+    assert apart(forces(other) / (stress * unit), forces(one)) < 1e-8
+
+
+def test_a_mirrored_scene_turns_the_other_way():
+    one, other = marches(0.8), rolled(roller(0.8, mirror=-1.0))
+    assert apart([-a.tool_pose(0)[2] for a in other], [a.tool_pose(0)[2] for a in one]) < 1e-8
+    assert apart(forces(other) * (-1.0, 1.0), forces(one)) < 1e-8
+
+
+DRIVEN = {
+    "a circle by a force": {"driven_by": Force((0.0, -100.0))},
+    "a circle by a moment": {"turn": Turn(0.0, (0.4, 3.0), driven_by=Moment(5.0))},
+    "a circle about another centre": {"turn": Turn(0.0, (0.1, 2.2), driven_by=Moment(5.0))},
+    "by both": {"driven_by": Force((0.0, -100.0)), "turn": Turn(0.0, (0.1, 2.2), driven_by=Moment(5.0))},
+    "a plane by a moment": {
+        "surface": Plane((0.4, 1.0), (0.0, -1.0)),
+        "turn": Turn(0.0, (0.4, 1.0), driven_by=Moment(5.0)),
+    },
+}
+
+
+@pytest.mark.parametrize("name", DRIVEN)
+def test_the_tangent_is_that_of_differences(name):
+    """The balance of nodes and tools at frozen forces, and gaps, by every unknown."""
+    scene = dragged(elements=2)
+    tool = replace(scene.tools[0], travel=(0.1, 0.0), path=((0, 0), (1, 1)), **DRIVEN[name])
+    system = system_of(replace(scene, tools=(tool,)))
+    increment, rng = Increment(system, system.rest(), 0.3), np.random.default_rng(0)
+    x, count = 1e-3 * rng.normal(size=increment.size), len(system.body.scene.drives)
+    x[-count:] = 2e-2
+    r = (
+        1e3
+        * rng.normal(size=(len(system.candidates.node), 2))
+        * np.column_stack([np.ones(len(system.candidates.node)), system.candidates.tangent_free])
+    )
+
+    def of(y):
+        there = increment.at(y)
+        return there.residual - there.rows.forces(r), there.motion[:, 0]
+
+    here = increment.at(x)
+    K, h = system.body.space.matrix(here.tangent(r)).toarray(), 1e-6
+    ways = [[(a - b) / (2 * h) for a, b in zip(of(x + e), of(x - e), strict=True)] for e in h * np.eye(len(x))]
+    np.testing.assert_allclose(K, np.array([balance for balance, _ in ways]).T, atol=1e-6 * np.abs(K).max())
+    np.testing.assert_allclose(K[-count:], K[:, -count:].T, atol=1e-9 * np.abs(K).max())
+    np.testing.assert_allclose(here.rows.G_n.toarray(), np.array([gap for _, gap in ways]).T, atol=1e-8)
+
+
+def test_a_march_with_a_driven_roll_goes_on_and_is_read_back(tmp_path):
+    """From every course to the last bit, and from a file."""
+    scene, schedule, control = roller(0.8), Schedule(5), Control(Newton(), (Tangent(),))
+    with Recorder(tmp_path, scene, COLUMNS, {"mu": 0.3}, {"length": "mm", "force": "N"}) as out:
+        whole = list(march(scene, schedule, control))
+        for increment in whole:
+            out.record(increment)
+    for k, before in enumerate(whole[:-1]):
+        after = next(march(scene, schedule, control, stored(before.course)))
+        for a, b in zip(arrays(after.state), arrays(whole[k + 1].state), strict=True):
+            np.testing.assert_array_equal(a, b)
+    course: Course = history.open(tmp_path).course(2)
+    np.testing.assert_array_equal(course.state.translation, whole[2].state.translation)
+    np.testing.assert_array_equal(next(march(scene, schedule, control, course)).state.nodes, whole[3].state.nodes)
+    said = describe(scene)["tools"][0]
+    assert "Moment(value=0.8" in said["turn"]
+    np.testing.assert_allclose(whole[2].state.translation[0] / said["lever"], whole[2].tool_pose(0)[2], rtol=1e-14)
+
+
+def test_what_no_drive_may_be_is_refused():
+    wrong: Any = "much"
+    refused(lambda: Moment(np.nan), "moment.value")
+    refused(lambda: Moment(wrong), "moment.value = 'much': must be a number")
+    refused(lambda: Moment(1e70), "moment.value")
+    refused(lambda: Moment(1.0, wrong), "moment.amplitude")
+    refused(lambda: Turn(0.0, (0.0, 0.0), driven_by=wrong), "turn.driven_by")
+    refused(lambda: Turn(0.1, (0.0, 0.0), driven_by=Moment(1.0)), "turn.angle = 0.1: must be zero where a moment")
+    down = Force((0.0, -1.0))
+    refused(lambda: pressed(driven_by=down), "tool.travel .* across the force")
+    refused(lambda: pressed(Geometry.AXISYMMETRIC, travel=(0.0, 0.0), driven_by=Force((1.0, -1.0))), "along the axis")
+    refused(lambda: pressed(travel=(0.0, 0.0), driven_by=Force((0.5, -1.0))), r"tools\[0\].driven_by")
+    inside = Circle((0.0, 2.99), 2.0)
+    refused(
+        lambda: pressed(surface=inside, travel=(0.0, 0.0), driven_by=down), r"tools\[0\].surface .* a force drives it"
+    )
+    turn = Turn(0.0, (0.4, 3.0), driven_by=Moment(1.0))
+    refused(lambda: pressed(turn=replace(turn, centre=(0.0, 3.0))), r"tools\[0\].turn")
+    into = Circle((0.4, 2.99), 2.0)
+    scene = dragged()
+    refused(lambda: replace(scene, tools=(replace(scene.tools[0], surface=into, turn=turn),)), "a moment drives it")
+
+
+def test_bounds_are_kept_by_every_increment():
+    for accepted in (*marches(0.8), *pushed(Geometry.PLANE_STRAIN)):
+        assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
