@@ -83,9 +83,7 @@ class Surroundings:
         """Ends (f', 2, d) of the whole body's segments where the modelled part's nodes are at ``nodes`` (a, d)."""
         out = nodes[self.lines]
         for plane in self.planes:
-            image = out[:, ::-1].copy()
-            image[..., plane.direction] = 2 * plane.position - image[..., plane.direction]
-            out = np.concatenate([out, image])
+            out = np.concatenate([out, plane.images(out[:, ::-1])])
         return out
 
     def nodes(self, found: Bools) -> tuple[int, int] | None:

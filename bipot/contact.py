@@ -158,7 +158,7 @@ class Candidates:
         Supports hold them, and no force moves the tool along that.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
-        moving = [movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
+        moving = [movable(self.scene, k, own)[:, 0] for k, own in enumerate(nodes)]
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
@@ -229,7 +229,8 @@ class Candidates:
         column = np.concatenate([self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel(), self._translation])
         by_tool = -np.vecdot(direction, directions(self.scene)[self.tool])
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
+        along = self.space.axes.at(np.asarray(W.indices, np.intp), direction[owner])
+        entries = np.concatenate([(W.data[:, None] * along).ravel(), by_tool])
         # A normal that turns keeps its zeros: rows have the same entries at all iterates.
         kept = (column >= 0) & ((entries != 0) | self.curved)
         return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
@@ -245,7 +246,7 @@ class Candidates:
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    ways = [moving(scene, space, k, own) for k, own in enumerate(found)]
+    ways = [moving(scene, k, own) for k, own in enumerate(found)]
     chosen = [moves[:, 0] for moves in ways]
     rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
     none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]

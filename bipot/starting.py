@@ -84,7 +84,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     _require_yielded(start, system)
     _require_pressure(start, system)
     placed = scene.mesh.nodes + scene.driven(start.tau)
-    moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
+    holding = scene.holding
+    moved = float(np.abs(holding.axes.components(start.nodes - placed)[holding.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))

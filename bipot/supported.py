@@ -8,6 +8,7 @@ import numpy as np
 
 from bipot.closeness import TOUCHES, touches
 from bipot.contact import Candidates
+from bipot.reflection import across
 from bipot.tensors import norm
 from bipot.tools import Tool
 from bipot.typing import Floats
@@ -85,5 +86,4 @@ def _across(tool: Tool, motion: Floats) -> Floats:
     """The part of motions (…, d) that a force on the tool does not let go of."""
     if tool.driven_by is None:
         return motion
-    direction = tool.driven_by.direction
-    return motion - (motion @ direction)[..., None] * direction
+    return across(motion, tool.driven_by.direction)

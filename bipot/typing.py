@@ -13,6 +13,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
+Pair = tuple[float, float]
+
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 
