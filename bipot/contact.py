@@ -34,6 +34,8 @@ from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
 REACH = 10.0
 """A tool farther from the body than this many sizes of it does not matter to it."""
 
@@ -162,8 +164,13 @@ class Candidates:
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates."""
-        return np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates.
+
+        Where one of its components is round-off of zero it is zero: no tool slides before it presses.
+        """
+        moved = np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        lengths = norm(travel)[self.tool] + norm(driven)
+        return np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0)
 
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
         """Operators of an increment that starts with the gaps (c,).

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bipot.contact import ROUND_OFF
 from bipot.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
@@ -14,7 +15,6 @@ from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.response import State
-from bipot.supported import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats

@@ -7,13 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.closeness import TOUCHES, touches
-from bipot.contact import Candidates
+from bipot.contact import ROUND_OFF, Candidates
 from bipot.reflection import across
 from bipot.tensors import norm
 from bipot.tools import Tool
 from bipot.typing import Floats
-
-ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 ALIGNED = 1e-9
 """A motion along the tangent below this fraction of what tool and support move by is round-off."""
