@@ -13,6 +13,7 @@ from bipot.columns import energies as columns_of_energy
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -22,6 +23,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.results import Existing, Recorder
 from bipot.results.description import describe
 from bipot.supports import Support
+from bipot.system import system_of
 from tests.golden import FORMS, TIGHT, Case
 from tests.inclined import BASE, SCENES, along, body, places, rotation, turned
 
@@ -82,6 +84,27 @@ def test_with_flow_carried_on_too_where_no_node_lands():
     *_, before = march(scene, SCHEDULE, control)
     *_, after = march(turned(scene), SCHEDULE, control)
     assert apart(forces(after) @ rotation().T, forces(before)) < 1e-8
+
+
+def beside_walls():
+    """A circle over a wall that holds what it slides along, and a tool that a force drives onto a node that is held."""
+    circle, push = SCENES["a circle cut by a plane of symmetry"], SCENES["a tool that a force drives"]
+    walled = replace(circle, supports=(Support("left", 0), Support("base", 1)))
+    return {"walled": walled, "stopped": replace(push, supports=(*push.supports, Support("right", 1)))}
+
+
+@pytest.mark.parametrize("name", [*SCENES, *beside_walls()])
+def test_what_may_touch_slide_and_push_is_the_same(name):
+    scene = (SCENES | beside_walls())[name]
+    systems = [system_of(scene), system_of(turned(scene))]
+    before, after = (system.candidates for system in systems)
+    for field in ("node", "tool", "tangent_free", "tangent_held"):
+        np.testing.assert_array_equal(getattr(after, field), getattr(before, field))
+    assert [own.tolist() for own in after.held] == [own.tolist() for own in before.held]
+    # Where all nodes of a mean are held, turned normals have no more components than straight ones.
+    held = np.diff(before.weights[:, ~scene.holding.held.any(axis=1)].tocsr().indptr) == 0
+    entries = [np.diff(Increment(system, system.rest(), 0.5).rows.G_n.indptr)[held].tolist() for system in systems]
+    assert entries[1] == entries[0]
 
 
 def test_limit_loads_are_those_of_the_scene_that_is_turned():

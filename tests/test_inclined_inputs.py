@@ -152,3 +152,12 @@ def test_resting_supports_that_are_almost_parallel_hold_a_node_both_ways():
     assert scene.holding.held[scene.mesh.boundary_nodes("base")].all()
     one = body((Support("base", along(30.0)), Support("base", along(210.0))))
     assert one.holding.held.sum() == len(one.mesh.boundary_nodes("base"))
+
+
+def test_round_off_of_a_direction_that_is_held_is_no_component_across_it():
+    holding = body((Support("base", along(30.0)),)).holding
+    same = np.array([[-math.sqrt(3) / 2, -0.5]])
+    (x, y), (u, v) = along(30.0), same[0]
+    assert x * v - y * u != 0
+    np.testing.assert_array_equal(holding.axes.at(holding.axes.nodes[:1], same), [[-1.0, 0.0]])
+    assert not holding.free_along(holding.axes.nodes[:1], same).any()
