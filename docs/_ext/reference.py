@@ -1,0 +1,126 @@
+"""The pages of the API reference: a page a subject of the public names, and a page a group of modules behind them."""
+
+import importlib
+import inspect
+import re
+from pathlib import Path
+
+import bipot
+
+SUBJECT = re.compile(r"^\* ([^:]+): (.*)$", re.MULTILINE)
+
+BEHIND = {
+    "laws": (
+        "Laws of contact and material",
+        "bipot.laws",
+        "coulomb projections penalised von_mises material rate flow hardening",
+    ),
+    "increments": (
+        "Increments and their certificate",
+        "bipot",
+        "increment iterate response certificate determinacy energy carrying pacing landing shear",
+    ),
+    "programs": (
+        "Programs of an increment",
+        "bipot.programs",
+        "conic dissipation penalty newton delassus fixed_point limit condensation",
+    ),
+    "elements": (
+        "Kinematics and elements",
+        "bipot.fem",
+        "kinematics strain reduction projection elements orientation assembly",
+    ),
+    "conic": (
+        "Conic programs and solvers",
+        "bipot.conic",
+        "problem solver clarabel qoco through_cvxpy stored",
+    ),
+    "tools": (
+        "Surfaces and motions of tools",
+        "bipot",
+        "surfaces profiles poses paths driving meeting between loads supports",
+    ),
+    "results": (
+        "Results, columns and plots",
+        "bipot",
+        "results results.history results.recorder columns plot components",
+    ),
+}
+"""Of a page: its title, the package, its modules."""
+
+
+def title(words: str, mark: str = "=") -> str:
+    """A heading."""
+    return f"{words}\n{mark * len(words)}\n"
+
+
+def entry(name: str, value: object) -> str:
+    """What describes a public name."""
+    kind = "class" if inspect.isclass(value) else "function" if inspect.isroutine(value) else "data"
+    kind = "exception" if inspect.isclass(value) and issubclass(value, BaseException) else kind
+    return f".. auto{kind}:: {name}\n"
+
+
+def subjects() -> dict[str, list[str]]:
+    """The public names by subject, as the package's own docstring has them."""
+    return {found[1]: found[2].split(", ") for found in SUBJECT.finditer(inspect.getdoc(bipot) or "")}
+
+
+def pages(with_modules: bool) -> dict[str, str]:
+    """Every page of the reference by its name, those of the modules behind the public names if asked."""
+    made = {}
+    for subject, names in subjects().items():
+        text = [title(subject.capitalize()), ".. currentmodule:: bipot\n"]
+        made[subject.replace(" ", "_")] = "\n".join([*text, *(entry(n, getattr(bipot, n)) for n in names)])
+    made["coulomb"] = coulomb()
+    for name, (words, package, modules) in BEHIND.items() if with_modules else ():
+        text = [title(words)]
+        for module in modules.split():
+            full = f"{package}.{module}"
+            text += [title(full, "-"), *behind(full)]
+        made[f"behind_{name}"] = "\n".join(text)
+    return made
+
+
+def coulomb() -> str:
+    """The page of the discrete problem."""
+    package = importlib.import_module("bipot.coulomb")
+    names = [name for name in package.__all__ if not inspect.ismodule(getattr(package, name))]
+    text = [title("The discrete Coulomb problem"), ".. automodule:: bipot.coulomb\n   :no-members:\n"]
+    return "\n".join([*text, *(entry(f"bipot.coulomb.{n}", getattr(package, n)) for n in names)])
+
+
+def behind(name: str) -> list[str]:
+    """A module with what is its own and no public name of the package."""
+    module = importlib.import_module(name)
+    public = {id(getattr(bipot, n)) for n in bipot.__all__}
+    own = [
+        n
+        for n, value in vars(module).items()
+        if not n.startswith("_")
+        and (inspect.isclass(value) or inspect.isfunction(value))
+        and value.__module__.startswith(name)
+        and id(value) not in public
+    ]
+    return [f".. automodule:: {name}\n   :no-members:\n", *(entry(f"{name}.{n}", getattr(module, n)) for n in own)]
+
+
+def write(app) -> None:
+    """Write the pages that changed."""
+    folder = Path(app.srcdir) / "reference" / "api"
+    folder.mkdir(parents=True, exist_ok=True)
+    made = pages(app.config.reference_modules)
+    for old in folder.glob("*.rst"):
+        if old.stem not in made:
+            old.unlink()
+    for name, text in made.items():
+        path = folder / f"{name}.rst"
+        if not path.is_file() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
+
+
+def setup(app):
+    """Called by Sphinx."""
+    app.add_config_value("reference_modules", default=True, rebuild="env", types=[bool])
+    app.connect("builder-inited", write)
+    return {"parallel_read_safe": True}
