@@ -72,12 +72,9 @@ def draw(found: dict[float, np.ndarray]) -> None:
     """The decrease of the bore over the reduction, beside the bound's field (dashed)."""
     for m, rows in found.items():
         (line,) = plt.plot([0, *REDUCTIONS], [0, *rows[:, 0]], "o-", label=f"m = {m}")
-        plt.plot(
-            [0, *REDUCTIONS],
-            [0, *(bore for bore, _ in BOUND.get(m, ((np.nan, 0.0),) * len(REDUCTIONS)))],
-            "--",
-            color=line.get_color(),
-        )
+        if m in BOUND:
+            bound = [bore for bore, _ in BOUND[m]]
+            plt.plot([0, *REDUCTIONS], [0, *bound], "--", color=line.get_color())
     plt.axhline(0, color="0.8", zorder=0)
     plt.xlabel("reduction of the height")
     plt.ylabel("decrease of the inner diameter [%]")

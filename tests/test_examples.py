@@ -1,4 +1,4 @@
-"""Every example runs, prints and draws what it finds, and that is right; run shorter than shown, the physics is the same."""
+"""Every example runs, prints and draws what is right; run shorter than shown, the physics is the same."""
 
 import ast
 import importlib.util
