@@ -60,4 +60,4 @@ $(VENV)/.dev: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/.docs $(VENV)/.run
 
 clean:
-	rm -rf $(VENV) results docs/_build docs/gallery docs/reference/api .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) results docs/_build docs/gallery docs/reference .pytest_cache .ruff_cache .hypothesis .benchmarks

@@ -30,13 +30,14 @@ def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
     assert [block.printed for block in blocks(right)] == ["1\n", ""]
 
 
-def test_the_site_is_built_without_a_warning(tmp_path):
-    """Every link and name is checked; the gallery is not run, and only public names have their pages."""
+@pytest.mark.parametrize("reference", [0, pytest.param(2, marks=pytest.mark.slow)])
+def test_the_site_is_built_without_a_warning(reference, tmp_path):
+    """Every link and name is checked, and by the long one every docstring; the gallery is not run."""
     for name in ("docs", "examples"):
-        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("_build", "gallery", "api"))
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("_build", "gallery", "reference"))
     for name in ("bipot", "studies", "tests", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "README.md"):
         (tmp_path / name).symlink_to(ROOT / name)
-    quick = ["-D", "plot_gallery=0", "-D", "reference_modules=0"]
+    quick = ["-D", "plot_gallery=0", "-D", f"reference_groups={reference}"]
     command = [sys.executable, "-m", "sphinx", "-b", "dummy", "-q", "-W", "--keep-going", *quick, "docs", "built"]
     environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)

@@ -64,7 +64,13 @@ def process(app, what, name, obj, options, lines):
     lines[:] = GoogleDocstring(plain(lines), Config(napoleon_use_rtype=False)).lines()
 
 
+def parsable(app, what, name, obj, options, signature, returned):
+    """A signature that Sphinx can read: what a dataclass makes anew for each object has no value to show."""
+    return signature and signature.replace("<factory>", "..."), returned
+
+
 def setup(app):
     """Called by Sphinx."""
+    app.connect("autodoc-process-signature", parsable)
     app.connect("autodoc-process-docstring", process, priority=100)
     return {"parallel_read_safe": True}

@@ -38,7 +38,7 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "surfaces profiles poses paths driving meeting between loads supports",
+        "tools surfaces profiles poses paths driving meeting between loads supports",
     ),
     "results": (
         "Results, columns and plots",
@@ -47,6 +47,12 @@ BEHIND = {
     ),
 }
 """Of a page: its title, the package, its modules."""
+
+INTRODUCTION = """Public names by subject, as ``bipot`` gives them, and the modules behind them, where
+formulas and shapes are. Tables that answer "which": :doc:`forms, elements and solvers </howto/choosing>`,
+:doc:`elements against closed answers </elements>`, :doc:`solvers on the same programs </comparison>`,
+:doc:`columns and fields </glossary>`.
+"""
 
 
 def title(words: str, mark: str = "=") -> str:
@@ -66,20 +72,35 @@ def subjects() -> dict[str, list[str]]:
     return {found[1]: found[2].split(", ") for found in SUBJECT.finditer(inspect.getdoc(bipot) or "")}
 
 
-def pages(with_modules: bool) -> dict[str, str]:
-    """Every page of the reference by its name, those of the modules behind the public names if asked."""
+def public() -> dict[str, str]:
+    """The pages of the public names, by their own names."""
     made = {}
     for subject, names in subjects().items():
         text = [title(subject.capitalize()), ".. currentmodule:: bipot\n"]
         made[subject.replace(" ", "_")] = "\n".join([*text, *(entry(n, getattr(bipot, n)) for n in names)])
     made["coulomb"] = coulomb()
-    for name, (words, package, modules) in BEHIND.items() if with_modules else ():
+    return made
+
+
+def modules() -> dict[str, str]:
+    """The pages of the modules behind them."""
+    made = {}
+    for name, (words, package, names) in BEHIND.items():
         text = [title(words)]
-        for module in modules.split():
+        for module in names.split():
             full = f"{package}.{module}"
             text += [title(full, "-"), *behind(full)]
         made[f"behind_{name}"] = "\n".join(text)
     return made
+
+
+def index(groups: dict[str, dict[str, str]]) -> str:
+    """The first page: the others by group."""
+    parts = [title("Reference"), INTRODUCTION]
+    for words, made in groups.items():
+        listed = "".join(f"   api/{name}\n" for name in made)
+        parts.append(f".. toctree::\n   :maxdepth: 1\n   :caption: {words}\n\n{listed}")
+    return "\n".join(parts)
 
 
 def coulomb() -> str:
@@ -106,12 +127,14 @@ def behind(name: str) -> list[str]:
 
 
 def write(app) -> None:
-    """Write the pages that changed."""
-    folder = Path(app.srcdir) / "reference" / "api"
-    folder.mkdir(parents=True, exist_ok=True)
-    made = pages(app.config.reference_modules)
-    for old in folder.glob("*.rst"):
-        if old.stem not in made:
+    """Write the pages that changed, those that are asked for."""
+    folder = Path(app.srcdir) / "reference"
+    groups = {"Public names": public(), "Modules behind them": modules()}
+    kept = dict(list(groups.items())[: app.config.reference_groups])
+    made = {f"api/{name}": text for group in kept.values() for name, text in group.items()} | {"index": index(kept)}
+    (folder / "api").mkdir(parents=True, exist_ok=True)
+    for old in folder.rglob("*.rst"):
+        if str(old.relative_to(folder).with_suffix("")) not in made:
             old.unlink()
     for name, text in made.items():
         path = folder / f"{name}.rst"
@@ -120,7 +143,7 @@ def write(app) -> None:
 
 
 def setup(app):
-    """Called by Sphinx."""
-    app.add_config_value("reference_modules", default=True, rebuild="env", types=[bool])
+    """Called by Sphinx; of ``reference_groups`` 2 is all, 1 the public names, 0 nothing."""
+    app.add_config_value("reference_groups", default=2, rebuild="env", types=[int])
     app.connect("builder-inited", write)
     return {"parallel_read_safe": True}
