@@ -38,7 +38,7 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "tools surfaces profiles poses paths driving meeting between loads supports",
+        "tools surfaces profiles poses paths driving meeting between loads supports holding",
     ),
     "results": (
         "Results, columns and plots",
