@@ -56,7 +56,7 @@ $(VENV)/.docs: $(VENV)/bin/python pyproject.toml
 	touch $@ $(VENV)/.run
 
 $(VENV)/.dev: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev,docs]"
 	touch $@ $(VENV)/.docs $(VENV)/.run
 
 clean:
