@@ -12,9 +12,9 @@ from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats
-from studies.flat import flat_tools
-from studies.fuzz_placed import FLAT, directions, driven_tools, forces_on_tools, tools_gone
+from studies.fuzz_placed import directions, driven_tools, forces_on_tools, planes, tools_gone
 from studies.fuzz_record import pushed_by, setting_of
+from studies.fuzz_surfaces import cut
 from studies.fuzz_variants import Variant
 from studies.independent import Measures
 from studies.independent_data import EPS
@@ -39,9 +39,9 @@ def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
     np.add.at(forces, pushed.tool, pushed.forces)
     sizes = np.zeros(len(scene.tools))
     np.add.at(sizes, pushed.tool, np.linalg.norm(pushed.forces, axis=1))
-    for across in {support.direction for support in scene.supports if isinstance(support, Symmetry)}:
-        for k, tool in enumerate(flat_tools(scene)):
-            if abs(tool.normal[across]) < FLAT:
+    for across, position in planes(scene):
+        for k, tool in enumerate(scene.tools):
+            if cut(tool, across, position):
                 forces[k] *= 2 * (np.arange(2) != across)
                 sizes[k] *= 2
     if scene.geometry is Geometry.AXISYMMETRIC:

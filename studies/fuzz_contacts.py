@@ -1,0 +1,130 @@
+"""Candidates of an accepted increment in plain arrays: of flat tools by their planes, of shaped ones by outlines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.fem.strain import Configuration
+from bipot.response import State
+from bipot.scene import Scene
+from bipot.tools import AnyTool, FlatTool
+from bipot.typing import Bools, Floats
+from studies.fuzz_placed import directions, gone, poses, prescribed_at, tools_at, tools_gone
+from studies.fuzz_points import Points
+from studies.fuzz_surfaces import outlines
+from studies.independent_data import Contacts, Curved, Setting
+from studies.independent_element import place
+from studies.independent_shear import Edges, carried, mean_shear
+from studies.independent_tools import TOUCHES, Rigid, met
+
+
+def displacement(start: State, end: State) -> Floats:
+    """That of the increment (a, d) as the state at its end has it; none where it is the start itself."""
+    return np.zeros_like(end.nodes) if start is end else end.du
+
+
+def rigid(scene: Scene, number: int, start: State, end: State) -> Rigid | None:
+    """A shaped tool in the increment, None of a flat one."""
+    tool = scene.tools[number]
+    if isinstance(tool, FlatTool):
+        return None
+    centre = np.zeros(2) if tool.turn is None else np.array(tool.turn.centre)
+    begun, ended = poses(scene, start)[number], poses(scene, end)[number]
+    return Rigid(outlines(tool.surface), centre, begun, ended, gone(scene, start, end)[number])
+
+
+def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:
+    """All shaped tools."""
+    found = (rigid(scene, k, start, end) for k in range(len(scene.tools)))
+    return tuple(tool for tool in found if tool is not None)
+
+
+def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
+    """The ``points`` in the increment from ``start`` to ``end``."""
+    node, tool = points.node, points.tool
+    flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
+    normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
+    point = np.array([(0.0, 0.0) if own is None else own.point for own in flat]).reshape(-1, 2)
+    mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
+    planes = Contacts(
+        node=node,
+        weights=points.weights,
+        rubs=points.rubs,
+        tool=tool,
+        normal=normal[tool],
+        mu=mu,
+        offset=np.vecdot(normal, point + tools_at(scene, start))[tool],
+        offset_end=np.vecdot(normal, point + tools_at(scene, end))[tool],
+        motion=tools_gone(scene, start, end)[tool],
+        led=directions(scene)[tool],
+        cap=_caps(scene, setting, points, start, end),
+    )
+    return planes if None not in flat else _met(scene, setting, planes, start, end)
+
+
+def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
+    """Candidates of which those of shaped tools have the planes that are tangent to these."""
+    count = len(planes.node)
+    arrays = {name: np.array(getattr(planes, name)) for name in ("normal", "offset", "offset_end", "motion")}
+    lone = {name: np.zeros(count) for name in ("opened", "slid", "blurred", "places")}
+    says = {name: np.zeros(count, dtype=bool) for name in ("apart", "past")}
+    begun, stretch = arrays["normal"].copy(), (np.ones(count), np.ones(count))
+    by, asked = displacement(start, end), prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau)
+    at, after, du, driven = (planes.mean(nodal) for nodal in (start.nodes, end.nodes, by, asked))
+    for k in range(len(scene.tools)):
+        tool, own = rigid(scene, k, start, end), planes.tool == k
+        if tool is None or not own.any():
+            continue
+        found = met(tool, at[own], after[own], du[own], driven[own], setting.size)
+        normal, tangent = found.normal[1], found.normal[1][:, ::-1] * (1.0, -1.0)
+        arrays["normal"][own], arrays["motion"][own], begun[own] = normal, found.gone, found.normal[0]
+        arrays["offset"][own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
+        arrays["offset_end"][own] = np.vecdot(normal, after[own]) - found.gap[1]
+        lone["opened"][own] = found.opened - np.vecdot(normal, du[own] - found.gone)
+        lone["slid"][own] = found.slip - np.vecdot(tangent, du[own] - found.gone)
+        lone["places"][own] = tool.extent
+        lone["blurred"][own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1, initial=0.0), 0.0)
+        says["apart"][own], says["past"][own] = found.gap[0] > TOUCHES * setting.size, found.past
+        for part, value in zip(stretch, found.stretch, strict=True):
+            part[own] = value
+    return replace(planes, **arrays, curved=Curved(normal=begun, stretch=stretch, **lone, **says))
+
+
+def _caps(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Floats:
+    """What the shear yield stress lets friction carry (c,)."""
+    shear = np.array([_share(scene.tools[k], int(a)) for a, k in zip(points.node, points.tool, strict=True)])
+    out = np.full(len(points.node), np.inf)
+    if not np.isfinite(shear).any():
+        return out
+    paper = scene.configuration is Configuration.PAPER
+    balanced = setting.rest if setting.small else start.nodes if paper else end.nodes
+    volume = place(balanced, setting.elements, setting.quadrature, setting.axisymmetric).volume
+    strength = mean_shear(setting.yield_stress(end.peeq), volume)
+    for k, tool in enumerate(scene.tools):
+        own: Bools = np.isfinite(shear) & (points.tool == k)
+        if own.any():
+            gap, edges = _gaps(scene, k, start, end), _edges(scene, tool)
+            most = carried(edges, gap, strength, balanced, end.nodes, setting.axisymmetric)
+            out[own] = shear[own] * most[points.node[own]]
+    return out
+
+
+def _share(tool: AnyTool, node: int) -> float:
+    return tool.shear_at.get(node, tool.shear)
+
+
+def _gaps(scene: Scene, number: int, start: State, end: State) -> Floats:
+    """Of all nodes (a,) at the end."""
+    tool, shape = scene.tools[number], rigid(scene, number, start, end)
+    if isinstance(tool, FlatTool):
+        return (end.nodes - np.array(tool.point) - tools_at(scene, end)[number]) @ np.array(tool.normal)
+    assert shape is not None
+    return shape.near(shape.seen(end.nodes, shape.ended))[0].gap
+
+
+def _edges(scene: Scene, tool: AnyTool) -> Edges:
+    nodes = np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
+    whole = (nodes[:, None, :, None] == scene.mesh.elements[None, :, None, :]).any(axis=-1).all(axis=-1)
+    return Edges(nodes, np.argmax(whole, axis=1))
