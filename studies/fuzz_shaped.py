@@ -40,6 +40,9 @@ AMPLITUDES = (
 
 CAPS = ("none", "constant", "orowan")
 
+UNCAPPED = ("delassus",)
+"""Forms that know Coulomb's cone alone."""
+
 
 def draw_shaped(seed: int) -> Drawn:
     """The scene of ``seed``; always the same.
@@ -51,15 +54,18 @@ def draw_shaped(seed: int) -> Drawn:
     why: SceneError | None = None
     for _ in range(TRIES):
         try:
-            return replace(drawn, scene=_shaped(rng, drawn.scene))
+            return replace(drawn, scene=_shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED))
         except SceneError as error:
             why = error
     assert why is not None
     raise why
 
 
-def _shaped(rng: Rng, scene: Scene) -> Scene:
-    """The scene with other tools; sides that are held are planes of symmetry, or not, as the tools let them."""
+def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:
+    """The scene with other tools, whose friction is capped if there are to be ``caps``.
+
+    Sides that are held are planes of symmetry, or not, as the tools let them.
+    """
     held = tuple(Support(s.boundary, s.direction) if isinstance(s, Symmetry) else s for s in scene.supports)
     planes = any(isinstance(s, Symmetry) for s in scene.supports)
     may = [k for k, tool in enumerate(scene.tools) if tool.driven_by is None]
@@ -68,10 +74,8 @@ def _shaped(rng: Rng, scene: Scene) -> Scene:
         may = [0]
     chosen = [int(rng.choice(may))] if len(may) > 1 and rng.random() < ALONE else may
     symmetric = planes and rng.random() < 0.7
-    tools = [
-        _capped(rng, _tool(rng, scene, tool, symmetric) if k in chosen else tool, scene)
-        for k, tool in enumerate(scene.tools)
-    ]
+    tools = [_tool(rng, scene, tool, symmetric) if k in chosen else tool for k, tool in enumerate(scene.tools)]
+    tools = [_capped(rng, tool, scene) for tool in tools] if caps else tools
     other = replace(scene, supports=held, tools=tuple(tools))
     return cut_by_planes(rng, other) if planes else other
 

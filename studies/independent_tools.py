@@ -18,7 +18,7 @@ from studies.independent_outline import Near, Outline
 TOUCHES = 1e-9
 """A node nearer than this, over the size of the body, touches."""
 
-LOOKS = 64
+LOOKS = 52
 """Halvings of an increment, until a node in the air touches."""
 
 
@@ -99,15 +99,17 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
     Supports ask them to go ``asked`` (c, 2): of a body at rest they would go so, and not at all elsewhere.
     """
     y, dy = tool.seen(start, tool.begun), tool.way(start, by)
-    (one, _), (other, which) = tool.near(y), tool.near(tool.seen(end, tool.ended))
+    (one, before), (other, which) = tool.near(y), tool.near(tool.seen(end, tool.ended))
     grown, jumped = np.zeros((len(y), 2)), np.zeros(len(y), dtype=bool)
     for k, outline in enumerate(tool.outlines):
         mine = which == k
         grown[mine] = outline.slid(y[mine], dy[mine])
         jumped[mine] = outline.jumped(y[mine], dy[mine])
-    moved = tool.near(y)[1] != which
+    moved = before != which
     opened = np.where(moved, other.gap - one.gap, grown[:, 0])
-    air = np.where(one.gap > TOUCHES * size, in_air(tool, y, tool.way(start, asked)), 0.0)
+    apart, air = one.gap > TOUCHES * size, np.zeros(len(y))
+    if apart.any():
+        air[apart] = in_air(tool, y[apart], tool.way(start[apart], asked[apart]))
     return Met(
         gap=(one.gap, other.gap),
         normal=(one.normal @ turning(tool.begun[2]).T, other.normal @ turning(tool.ended[2]).T),
@@ -122,16 +124,24 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
 
 def in_air(tool: Rigid, y: Floats, way: Floats) -> Floats:
     """Arcs (c,) along which points that the tool sees at y (c, 2), and go a ``way`` (c, 2), are still in the air."""
+    until = way.copy()
+    lands = tool.near(y + way)[0].gap < 0
+    if lands.any():
+        until[lands] *= _landing(tool, y[lands], way[lands])[:, None]
+    which, out = tool.near(y + until)[1], np.zeros(len(y))
+    for k, outline in enumerate(tool.outlines):
+        out[which == k] = outline.slid(y[which == k], until[which == k])[:, 1]
+    return out
+
+
+def _landing(tool: Rigid, y: Floats, way: Floats) -> Floats:
+    """The part (c,) of their ways after which points y (c, 2) touch, which end in the tool."""
     low, high = np.zeros(len(y)), np.ones(len(y))
     for _ in range(LOOKS):
         middle = (low + high) / 2
         inside = tool.near(y + middle[:, None] * way)[0].gap < 0
         low, high = np.where(inside, low, middle), np.where(inside, middle, high)
-    until = np.where(tool.near(y + way)[0].gap >= 0, 1.0, low)[:, None] * way
-    which, out = tool.near(y + until)[1], np.zeros(len(y))
-    for k, outline in enumerate(tool.outlines):
-        out[which == k] = outline.slid(y[which == k], until[which == k])[:, 1]
-    return out
+    return low
 
 
 def turning(angle: float) -> Floats:
