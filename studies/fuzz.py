@@ -8,8 +8,8 @@ have the seeds S, S + 1, ...: one seed again is ``--seed THAT --scenes 1 --shape
 marched as drawn, in other units, mirrored, renumbered and, about each of its planes of symmetry, unfolded.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
 gets a row as each is done. Rows depend on their seeds alone, so that those it has are not run again, with ``--resume``
-or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are curved, whether contact is weighted, friction
-capped, and what turns or is driven by force or by supports. The outcome is one of
+or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are not flat, whether contact is weighted or
+friction capped, and what turns or is driven by force or by supports. The outcome is one of
 
 * certified: to the end, and no independent measure above ten times the library's bound;
 * refused: ended by the library in words (``reason``), and nothing wrong with what it accepted until then;

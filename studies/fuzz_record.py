@@ -110,11 +110,15 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tu
 class Pushed:
     """Contact forces (c, d) of the tools ``tool`` (c,) on candidates at the end, with what rubs on supports.
 
+    Candidates are at ``node`` (c,), and nodes take ``nodal`` (a, d).
+
     A candidate that supports hold along the tangent takes friction too where the tool moves along it (``rubs``).
     """
 
+    node: Ints
     tool: Ints
     forces: Floats
+    nodal: Floats
     rubs: bool
 
 
@@ -129,7 +133,8 @@ def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     held = points.fixed & ~together
     rubbed = np.where(held & ~c.welded, c.most(r), 0.0) * np.sign(slip)
     friction = r[:, 1] + rubbed
-    return Pushed(c.tool, c.vectors(np.column_stack([r[:, 0], friction])), bool(rubbed.any()))
+    forces = c.vectors(np.column_stack([r[:, 0], friction]))
+    return Pushed(c.node, c.tool, forces, c.on_nodes(forces), bool(rubbed.any()))
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:

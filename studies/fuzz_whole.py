@@ -12,6 +12,7 @@ from bipot.marching import Accepted
 from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.typing import Floats
+from studies.fuzz_balance import SUMS, unbalanced
 from studies.fuzz_placed import directions, driven_tools, forces_on_tools, planes, tools_gone
 from studies.fuzz_record import Pushed, pushed_by, setting_of
 from studies.fuzz_surfaces import cut
@@ -19,8 +20,6 @@ from studies.fuzz_variants import Variant
 from studies.independent import Measures
 from studies.independent_data import EPS
 
-SUMS = 1e-9
-"""Sums of the same numbers in another order differ by less than this over the sum of their sizes."""
 LEAST = float(np.finfo(np.float64).tiny)
 """Energies below have lost their digits: what round-off moves in a body that nothing touches (seed 730299)."""
 DRIVES = 1e-6
@@ -57,7 +56,8 @@ def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> 
         off = np.array([accepted.tool_force(i) for i in range(len(scene.tools))]).reshape(-1, 2) - forces
         wrong = np.flatnonzero(np.abs(off).max(axis=1) > SUMS * sizes)
         out += [f"increment {k}: force of tool {i} off by {np.abs(off[i]).max():.1e}" for i in wrong[:1]]
-        out += [f"increment {k}: {what}" for what in misled(scene, accepted, sizes)]
+        said = misled(scene, accepted, sizes) + unbalanced(scene, setting, accepted, pushed)
+        out += [f"increment {k}: {what}" for what in said]
         now = energies(accepted)
         own = np.array(measure.energies) * images(scene)
         largest = max(largest, float(np.abs(now).max()), float(np.abs(own).max()))
