@@ -29,7 +29,8 @@ from studies.fuzz_surfaces import outlines, pair
 ALONE, TURNING = 0.7, 0.35
 """Of the scenes with two tools have one that is shaped; of the tools that may turn do."""
 
-TRIES = 12
+TRIES, HALVINGS = 12, 60
+"""Of draws until the library takes a scene, and of the way on which a tool comes down on the body."""
 
 AMPLITUDES = (
     Amplitude(),
@@ -126,14 +127,11 @@ def _capped(rng: Rng, tool: AnyTool, scene: Scene) -> AnyTool:
 def _lowered(surface: Surface, x: Floats, normal: Floats, gap: float, far: float) -> float:
     """How far along the ``normal`` the surface has to go for the nearest of x (a, 2) to be a ``gap`` off it."""
 
-    def least(by: float) -> float:
-        at = x - by * normal
-        return float(np.min([outline.near(at).gap for outline in outlines(surface)]))
-
-    low, high = -far, far
-    for _ in range(60):
+    low, high, own = -far, far, outlines(surface)
+    for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if least(middle) > gap else (low, middle)
+        least = min(float(outline.near(x - middle * normal).gap.min()) for outline in own)
+        low, high = (middle, high) if least > gap else (low, middle)
     return low
 
 
