@@ -26,11 +26,14 @@ from studies.fuzz_meshes import Rng
 from studies.fuzz_scenes import Drawn, cut_by_planes, draw
 from studies.fuzz_surfaces import outlines, pair
 
-ALONE, TURNING = 0.7, 0.35
+ALONE, TURNING = 0.7, 0.75
 """Of the scenes with two tools have one that is shaped; of the tools that may turn do."""
 
 TRIES, HALVINGS = 12, 60
 """Of draws until the library takes a scene, and of the way on which a tool comes down on the body."""
+
+MOST = 0.9
+"""Of the angles (radians) that tools turn by."""
 
 AMPLITUDES = (
     Amplitude(),
@@ -74,7 +77,7 @@ def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:
         # Only flat tools are driven by forces: the first one goes its way here.
         may = [0]
     chosen = [int(rng.choice(may))] if len(may) > 1 and rng.random() < ALONE else may
-    symmetric = planes and rng.random() < 0.7
+    symmetric = planes and rng.random() < 0.5
     tools = [_tool(rng, scene, tool, symmetric) if k in chosen else tool for k, tool in enumerate(scene.tools)]
     tools = [_capped(rng, tool, scene) for tool in tools] if caps else tools
     other = replace(scene, supports=held, tools=tuple(tools))
@@ -92,22 +95,27 @@ def _tool(rng: Rng, scene: Scene, tool: AnyTool, symmetric: bool) -> ShapedTool:
     upright = abs(normal[0]) < 1e-9
     centred = upright and (symmetric or (ring and rng.random() < 0.7))
     foot = np.array([0.0 if ring else left, 0.0]) if centred else x[rng.integers(len(x))]
-    kind = str(rng.choice(list(KINDS), p=[0.26, 0.12, 0.12, 0.14, 0.14, 0.1, 0.12]))
+    kind = str(rng.choice(list(KINDS), p=[0.24, 0.12, 0.1, 0.14, 0.14, 0.1, 0.16]))
     local = KINDS[kind](rng, extent, centred)
     gap = float(((x - tool.point) @ normal).min())
     travel = (0.0, tool.travel[1]) if centred else tool.travel
     far = 2 * scene.mesh.size
-    turned = None
     surface = _moved(local, normal, foot)
     place = _lowered(surface, x, normal, gap, far)
     surface = _moved(local, normal, foot + place * normal)
-    if not ring and not centred and rng.random() < TURNING:
-        angle = float(10.0 ** rng.uniform(-4, 0.0) * rng.choice([-1.0, 1.0]))
-        middle = surface.centre if isinstance(surface, Circle) else pair(foot + rng.uniform(-2, 0) * extent * normal)
-        turned = Turn(angle, middle, AMPLITUDES[rng.choice(3, p=[0.6, 0.25, 0.15])])
+    turned = None if ring or centred or rng.random() >= TURNING else _turn(rng, surface, normal, foot, extent, travel)
     return ShapedTool(
         surface, travel, tool.candidates, tool.mu, tool.path, tool.mu_at, sampling=Sampling.NODES, turn=turned
     )
+
+
+def _turn(rng: Rng, surface: Surface, normal: Floats, foot: Floats, extent: float, travel: tuple[float, float]) -> Turn:
+    """About the middle of a round tool, or a place above or below; as far as the tool goes, or less or farther."""
+    ball = isinstance(surface, Circle) and rng.random() < 0.7
+    middle = surface.centre if ball else pair(foot + rng.uniform(-2, 0.5) * extent * normal)
+    lever = surface.radius if ball else extent
+    angle = min(float(np.hypot(*travel)) / lever * 10.0 ** rng.uniform(-1.5, 1.0), MOST)
+    return Turn(angle * float(rng.choice([-1.0, 1.0])), middle, AMPLITUDES[rng.choice(3, p=[0.6, 0.25, 0.15])])
 
 
 def _capped(rng: Rng, tool: AnyTool, scene: Scene) -> AnyTool:

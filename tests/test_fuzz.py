@@ -11,6 +11,7 @@ from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
 from bipot.supports import Symmetry
 from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
+from studies.flat import flat
 from studies.fuzz_row import HEADER, Outcome, Row
 from studies.fuzz_scenes import draw
 from studies.fuzz_unfolded import unfolded
@@ -92,7 +93,7 @@ def test_half_a_force_or_half_the_energies_called_whole_are_found():
 
 def test_planes_are_drawn_that_cut_tools_and_that_do_not():
     scenes = [draw(seed).scene for seed in range(60)]
-    planes = [(s, tool.normal[s.direction]) for scene in scenes for s in scene.supports for tool in scene.tools
+    planes = [(s, flat(tool).normal[s.direction]) for scene in scenes for s in scene.supports for tool in scene.tools
               if isinstance(s, Symmetry)]  # fmt: skip
     assert sum(normal == 0 for _, normal in planes) > 3
     assert sum(normal != 0 for _, normal in planes) > 3
