@@ -95,26 +95,29 @@ def _tool(rng: Rng, scene: Scene, tool: AnyTool, symmetric: bool) -> ShapedTool:
     upright = abs(normal[0]) < 1e-9
     centred = upright and (symmetric or (ring and rng.random() < 0.7))
     foot = np.array([0.0 if ring else left, 0.0]) if centred else x[rng.integers(len(x))]
-    kind = str(rng.choice(list(KINDS), p=[0.24, 0.12, 0.1, 0.14, 0.14, 0.1, 0.16]))
-    local = KINDS[kind](rng, extent, centred)
-    gap = float(((x - tool.point) @ normal).min())
+    kind = str(rng.choice(list(KINDS), p=SHARES))
+    local, gap = KINDS[kind](rng, extent, centred), float(((x - tool.point) @ normal).min())
+    down = _lowered(_moved(local, normal, foot), x, normal, gap, 2 * scene.mesh.size)
+    surface = _moved(local, normal, foot + down * normal)
     travel = (0.0, tool.travel[1]) if centred else tool.travel
-    far = 2 * scene.mesh.size
-    surface = _moved(local, normal, foot)
-    place = _lowered(surface, x, normal, gap, far)
-    surface = _moved(local, normal, foot + place * normal)
-    turned = None if ring or centred or rng.random() >= TURNING else _turn(rng, surface, normal, foot, extent, travel)
+    rests = ring or centred or rng.random() >= TURNING
+    turn = None if rests else _turn(rng, surface, foot, normal, (extent, float(np.hypot(*travel))))
     return ShapedTool(
-        surface, travel, tool.candidates, tool.mu, tool.path, tool.mu_at, sampling=Sampling.NODES, turn=turned
+        surface, travel, tool.candidates, tool.mu, tool.path, tool.mu_at, sampling=Sampling.NODES, turn=turn
     )
 
 
-def _turn(rng: Rng, surface: Surface, normal: Floats, foot: Floats, extent: float, travel: tuple[float, float]) -> Turn:
-    """About the middle of a round tool, or a place above or below; as far as the tool goes, or less or farther."""
-    ball = isinstance(surface, Circle) and rng.random() < 0.7
-    middle = surface.centre if ball else pair(foot + rng.uniform(-2, 0.5) * extent * normal)
-    lever = surface.radius if ball else extent
-    angle = min(float(np.hypot(*travel)) / lever * 10.0 ** rng.uniform(-1.5, 1.0), MOST)
+def _turn(rng: Rng, surface: Surface, foot: Floats, normal: Floats, lengths: tuple[float, float]) -> Turn:
+    """About the middle of a round tool, or a place above or below ``foot``; by as much as the tool goes, or so.
+
+    The ``lengths`` are those of the body's side and of the tool's way.
+    """
+    extent, way = lengths
+    if isinstance(surface, Circle) and rng.random() < 0.7:
+        middle, lever = surface.centre, surface.radius
+    else:
+        middle, lever = pair(foot + rng.uniform(-2, 0.5) * extent * normal), extent
+    angle = min(way / lever * 10.0 ** rng.uniform(-1.5, 1.0), MOST)
     return Turn(angle * float(rng.choice([-1.0, 1.0])), middle, AMPLITUDES[rng.choice(3, p=[0.6, 0.25, 0.15])])
 
 
@@ -231,3 +234,5 @@ KINDS: dict[str, Callable[[Rng, float, bool], Surface]] = {
     "roll": _roll,
     "several": _several,
 }
+
+SHARES = (0.24, 0.12, 0.1, 0.14, 0.14, 0.1, 0.16)
