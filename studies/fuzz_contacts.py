@@ -66,30 +66,41 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
 
 def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
     """Candidates of which those of shaped tools have the planes that are tangent to these."""
-    count = len(planes.node)
-    arrays = {name: np.array(getattr(planes, name)) for name in ("normal", "offset", "offset_end", "motion")}
-    lone = {name: np.zeros(count) for name in ("opened", "slid", "blurred", "places")}
-    says = {name: np.zeros(count, dtype=bool) for name in ("apart", "past")}
-    begun, stretch = arrays["normal"].copy(), (np.ones(count), np.ones(count))
     by, asked = displacement(start, end), prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau)
     at, after, du, driven = (planes.mean(nodal) for nodal in (start.nodes, end.nodes, by, asked))
+    normal, motion = planes.normal.copy(), planes.motion.copy()
+    offset, offset_end, curved = planes.offset.copy(), planes.offset_end.copy(), _as_if_flat(planes)
     for k in range(len(scene.tools)):
         tool, own = rigid(scene, k, start, end), planes.tool == k
         if tool is None or not own.any():
             continue
         found = met(tool, at[own], after[own], du[own], driven[own], setting.size)
-        normal, tangent = found.normal[1], found.normal[1][:, ::-1] * (1.0, -1.0)
-        arrays["normal"][own], arrays["motion"][own], begun[own] = normal, found.gone, found.normal[0]
-        arrays["offset"][own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
-        arrays["offset_end"][own] = np.vecdot(normal, after[own]) - found.gap[1]
-        lone["opened"][own] = found.opened - np.vecdot(normal, du[own] - found.gone)
-        lone["slid"][own] = found.slip - np.vecdot(tangent, du[own] - found.gone)
-        lone["places"][own] = tool.extent
-        lone["blurred"][own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1, initial=0.0), 0.0)
-        says["apart"][own], says["past"][own] = found.gap[0] > TOUCHES * setting.size, found.past
-        for part, value in zip(stretch, found.stretch, strict=True):
-            part[own] = value
-    return replace(planes, **arrays, curved=Curved(normal=begun, stretch=stretch, **lone, **says))
+        (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
+        offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
+        offset_end[own] = np.vecdot(found.normal[1], after[own]) - found.gap[1]
+        tangent, beside = normal[own][:, ::-1] * (1.0, -1.0), du[own] - found.gone
+        curved.opened[own] = found.opened - np.vecdot(normal[own], beside)
+        curved.slid[own] = found.slip - np.vecdot(tangent, beside)
+        curved.places[own] = tool.extent
+        curved.blurred[own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1), 0.0)
+        curved.apart[own], curved.past[own] = found.gap[0] > TOUCHES * setting.size, found.past
+        curved.stretch[0][own], curved.stretch[1][own] = found.stretch
+    return replace(planes, normal=normal, motion=motion, offset=offset, offset_end=offset_end, curved=curved)
+
+
+def _as_if_flat(planes: Contacts) -> Curved:
+    """What candidates have beside their planes where no tool is curved."""
+    count = len(planes.node)
+    return Curved(
+        normal=planes.normal.copy(),
+        stretch=(np.ones(count), np.ones(count)),
+        opened=np.zeros(count),
+        slid=np.zeros(count),
+        blurred=np.zeros(count),
+        apart=np.zeros(count, dtype=bool),
+        past=np.zeros(count, dtype=bool),
+        places=np.zeros(count),
+    )
 
 
 def _caps(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Floats:

@@ -70,11 +70,11 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
     # What is held past an open end is in no tool.
-    sunk = np.where(_past(step.held), 0.0, sunk)
+    sunk = np.where(step.held.past, 0.0, sunk)
     return ContactMeasures(
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
         inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
-        past=beyond(np.where(_past(c), np.abs(r).max(axis=1), 0.0), CARRIES * step.largest, step.largest),
+        past=beyond(np.where(c.past, np.abs(r).max(axis=1), 0.0), CARRIES * step.largest, step.largest),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
         moved=float(np.linalg.norm(mean, axis=1) @ moved),
@@ -113,10 +113,6 @@ def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
     """Of the candidates at the end from the planes (c,), by positions of nodes, and its round-off."""
     places = np.abs(c.offset_end) if c.curved is None else c.curved.places + np.abs(c.offset_end)
     return np.vecdot(c.normal, c.mean(nodes)) - c.offset_end, EPS * (c.sizes(nodes) + places)
-
-
-def _past(c: Contacts) -> Bools:
-    return np.zeros(len(c.node), dtype=bool) if c.curved is None else c.curved.past
 
 
 def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:

@@ -97,6 +97,11 @@ class Contacts:
     curved: Curved | None = None
 
     @property
+    def past(self) -> Bools:
+        """Which candidates (c,) end past an open end of their tool."""
+        return np.zeros(len(self.node), dtype=bool) if self.curved is None else self.curved.past
+
+    @property
     def welded(self) -> Bools:
         """Whether what touches is tied (c,): nothing bounds the friction."""
         return np.isinf(self.mu) & np.isinf(self.cap)
