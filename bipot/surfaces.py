@@ -41,6 +41,10 @@ GRAZED = 0.02
 """Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
 
 
+ROUND = 120
+"""Straights by which a whole circle is drawn."""
+
+
 class Distance(NamedTuple):
     """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps."""
 
@@ -102,6 +106,13 @@ class Surface(Protocol):
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """Whether the ``other`` is the same, to ``roundoff`` of places."""
+        ...
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """Lines (p, d) on it, to draw it, with the tool on the right of who follows one.
+
+        Of what has no end they hold what is about within ``reach`` of the point ``middle`` (d,).
+        """
         ...
 
 
@@ -171,6 +182,12 @@ class Plane:
             and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
             and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
         )
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: one straight, around the foot of the ``middle``."""
+        normal, tangent = frames(np.array(self.normal))
+        foot = middle - self.gap(middle, np.zeros(2)) * normal
+        return [foot + np.outer((-reach, reach), tangent)]
 
 
 @dataclass(frozen=True)
@@ -262,6 +279,11 @@ class Circle:
             return False
         apart = np.subtract((*self.centre, self.radius), (*other.centre, other.radius))
         return bool(np.abs(apart).max() <= roundoff)
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: the whole circle."""
+        angle = -self._sign * np.linspace(0.0, 2 * np.pi, ROUND + 1)
+        return [self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
 
     @property
     def _sign(self) -> float:

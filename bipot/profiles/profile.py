@@ -146,6 +146,11 @@ class Profile:
                 return True
         return False
 
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.surfaces.Surface.lines`: from its first point to the last, or back to the first."""
+        line = self.pieces.drawn()
+        return [np.concatenate([line, line[:1]]) if self.closed else line]
+
     def _sides(self, span: float) -> Floats:
         """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
         s = self.pieces.straights

@@ -88,6 +88,10 @@ class Union:
         pairs = (self.surfaces, other.surfaces), (other.surfaces, self.surfaces)
         return all(any(one.same(its, roundoff) for its in theirs) for own, theirs in pairs for one in own)
 
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.surfaces.Surface.lines`: those of all of them, one inside the other too."""
+        return [line for surface in self.surfaces for line in surface.lines(middle, reach)]
+
     def _nearest(self, x: Floats) -> Ints:
         """Number (…) of the surface that is nearest to points x (…, d)."""
         rest = np.zeros(2)
