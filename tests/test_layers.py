@@ -83,7 +83,15 @@ LAYERS = (
 IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"fem", "mesh", "scene"}}
 """Rooms that do not know others, though these are no higher: neither directly nor through what they import."""
 
-OPTIONAL = {"matplotlib": {"plot"}, "meshio": {"mesh_files"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
+OPTIONAL = {
+    "matplotlib": {"plot"},
+    "meshio": {"mesh_files"},
+    "pandas": {"results"},
+    "pyvista": set(),
+    "qoco": {"conic"},
+    "tqdm": set(),
+    "vtk": set(),
+}
 """Packages that the library can live without, and the rooms that import them."""
 
 HIDDEN = {"bipot.coulomb": {"existence", "solve"}}

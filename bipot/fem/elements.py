@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from bipot.elements import Element
-from bipot.typing import Floats
+from bipot.typing import Floats, read_only
 
 
 class Quadrature(Enum):
@@ -117,6 +117,12 @@ def tabulated(element: Element, rule: Quadrature) -> Reference:
 def tabulated_at(element: Element, points: Floats) -> Reference:
     """The element at points (q, 2), all of the same weight."""
     return Reference.of(_shapes(element), points, np.full(len(points), 1 / len(points)))
+
+
+@cache
+def node_places(element: Element) -> Floats:
+    """The nodes (k, 2) of the element on its reference shape."""
+    return read_only(_shapes(element).doflocs, np.float64)
 
 
 @cache
