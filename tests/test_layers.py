@@ -71,8 +71,10 @@ LAYERS = (
         "traction",
     ),
     ("accepted", "carrying", "course", "energy", "failing", "landing", "marching", "pacing", "starting"),
-    ("columns", "exchange", "paper", "plot"),
+    ("columns", "exchange", "paper"),
     ("results",),
+    ("plot",),
+    ("command",),
     ("bipot",),
     ("studies",),
     ("benchmarks", "paper_figs"),
@@ -84,7 +86,8 @@ IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"
 """Rooms that do not know others, though these are no higher: neither directly nor through what they import."""
 
 OPTIONAL = {
-    "matplotlib": {"plot"},
+    "PIL": {"plot"},
+    "matplotlib": {"command", "plot"},
     "meshio": {"mesh_files"},
     "pandas": {"results"},
     "pyvista": set(),

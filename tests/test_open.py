@@ -114,7 +114,7 @@ def test_unknown_fields_are_refused_with_the_known_ones(run, place, name):
 
 
 def test_fields_have_a_meaning_and_the_runs_units(run):
-    nodes = run.fields["PointData"]
+    nodes = run.fields["nodes"]
     assert nodes["displacement"]["unit"] == "mm"
     assert nodes["velocity"]["unit"] == "mm per unit of pseudo-time"
     assert nodes["mises"]["unit"] == nodes["contact_pressure"]["unit"] == "N/mm^2"

@@ -12,11 +12,15 @@ from bipot.fem.reduction import Geometry
 
 
 class Place(StrEnum):
-    """Where a field has its values; of nodes and elements it is the name of the group in the file."""
+    """Where a field has its values."""
 
-    NODES = "PointData"
-    ELEMENTS = "CellData"
+    NODES = "nodes"
+    ELEMENTS = "elements"
     POINTS = "integration points"
+
+
+GROUPS: Mapping[Place, str] = {Place.NODES: "PointData", Place.ELEMENTS: "CellData"}
+"""What VTK calls them."""
 
 
 class Quantity(StrEnum):

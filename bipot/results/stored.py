@@ -22,7 +22,7 @@ from bipot.laws.flow import Flow
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.results.drawn import Line, Lines
-from bipot.results.names import FIELDS, FORMER, Place
+from bipot.results.names import FIELDS, FORMER, GROUPS, Place
 from bipot.results.vtkhdf import FORMAT
 from bipot.typing import Floats
 
@@ -154,10 +154,10 @@ class Run:
 
     def field(self, place: Place, name: str, step: int) -> NDArray[Any]:
         """A field of the nodes or of the elements in a step."""
-        known, group = FIELDS[place][name], self.root.group(f"VTKHDF/{place.value}")
+        known, group = FIELDS[place][name], self.root.group(f"VTKHDF/{GROUPS[place]}")
         stored = FORMER.get(name, name) if self.format() < FORMAT else name
         if self.format() < FORMAT and stored not in group:
-            raise self._refused(f"VTKHDF/{place.value}/{name}", "missing", "written by a newer version: run again")
+            raise self._refused(f"VTKHDF/{GROUPS[place]}/{name}", "missing", "written by a newer version: run again")
         rows = self.root.group("bipot/mesh").length("nodes" if place is Place.NODES else "elements")
         return group.rows(stored, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
 

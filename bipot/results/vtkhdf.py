@@ -28,7 +28,7 @@ from bipot.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.drawn import Lines
 from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields
-from bipot.results.names import FIELDS, Place, described
+from bipot.results.names import FIELDS, GROUPS, described
 from bipot.results.nodal import Averaging
 from bipot.system import System
 from bipot.traction import SLIP_TOLERANCE
@@ -59,7 +59,7 @@ FORMAT = 2
 """Of the layout: raised where an older reader would misread it. Format 1 had no averages at nodes, and no tools."""
 
 
-OFFSETS = {"PointData": FIELDS[Place.NODES], "CellData": FIELDS[Place.ELEMENTS]}
+OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
 """Fields of either group: they begin in the same row, so one dataset under their names says where."""
 
 
