@@ -20,6 +20,10 @@ from matplotlib import pyplot
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [DOCS / "first_steps.md", *sorted((DOCS / "howto").glob("*.md"))]
+"""Tasks: what their blocks print is on the page."""
+
+REFERENCE = [DOCS / "index.md", DOCS / "scenes.md", DOCS / "comparison.md"]
+"""Pages whose blocks run, and print what is not on the page."""
 
 BLOCK = re.compile(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
 LINKED = re.compile(r"\]\(([^)\s]+\.(?:msh|csv|hdf5))\)")

@@ -5,6 +5,7 @@ A name that a page describes under another one (``bipot.forms.Newton`` is ``bipo
 
 import importlib
 import re
+import sys
 from typing import Any
 
 from sphinx.util.nodes import make_refnode
@@ -13,7 +14,7 @@ WITHIN = ("", "bipot.", "bipot.typing.", "typing.", "collections.abc.", "builtin
 """Where a name without its module is looked for."""
 
 UNIMPORTED = {
-    *("T", "Axes", "LineCollection", "Line2D", "Quiver", "SuperLU"),
+    *("T", "Axes", "LineCollection", "Line2D", "Quiver", "TriMesh", "SuperLU"),
     *("cp.Problem", "cp.Expression", "cp.Constraint"),
 }
 """Type variables, and types that are imported for type checkers alone or by another name."""
@@ -58,7 +59,9 @@ def resolve(app, env, node, contnode):
                 entry = domain.objects[name]
                 return make_refnode(app.builder, node["refdoc"], entry.docname, entry.node_id, contnode, name)
         return contnode
-    return None
+    # An annotation of a function that a package shows as its own: the name is one of the module behind it.
+    loaded = [module for name, module in sys.modules.items() if name.partition(".")[0] == "bipot"]
+    return contnode if any(hasattr(module, target) for module in loaded) else None
 
 
 def setup(app):
