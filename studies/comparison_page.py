@@ -237,7 +237,10 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "scenes.md": {paced.NAME: of_paced},
     "robustness.md": {"faults": of_faults, "fuzz": lambda results: table(*fuzz_table.of_outcomes(results))},
     "theory.md": {"convergence": lambda results: table(*site_tables.of_convergence(results))},
-    "glossary.md": {"columns": lambda results: table(*site_tables.of_columns(results))},
+    "glossary.md": {
+        "columns": lambda results: table(*site_tables.of_columns(results)),
+        "fields": lambda results: table(*site_tables.of_fields(results)),
+    },
     "benchmarks.md": {"provenance": lambda results: table(*site_tables.of_provenance(results))},
     "elements.md": {
         "series": lambda results: table(*element_tables.of_series(results)),

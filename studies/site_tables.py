@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from bipot.errors import ResultsError
+from bipot.results.names import FIELDS
 from studies import provenance
 from studies.tables import read_csv
 from studies.upsetting import history_columns
@@ -30,6 +31,16 @@ def of_convergence(results: Path) -> tuple[list[str], list[list[str]]]:
 def of_columns(results: Path) -> tuple[list[str], list[list[str]]]:
     """Head and rows: every column of the main study's histories, with its meaning."""
     return ["column", "meaning"], [[f"`{column.name}`", column.meaning] for column in history_columns(1.0)]
+
+
+def of_fields(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: every field of a run by place and name, with what it is."""
+    rows = [
+        [f"`{name}`", place.value, field.rank.value, field.quantity.value, field.meaning]
+        for place, fields in FIELDS.items()
+        for name, field in fields.items()
+    ]
+    return ["field", "at", "rank", "quantity", "meaning"], rows
 
 
 def of_provenance(results: Path) -> tuple[list[str], list[list[str]]]:
