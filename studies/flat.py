@@ -1,8 +1,9 @@
-"""Tools that are flat, where the fuzz study draws or judges what only those may have."""
+"""Tools that are flat and supports along axes, where the fuzz study draws or judges what only those may have."""
 
 from __future__ import annotations
 
 from bipot.scene import Scene
+from bipot.supports import Support
 from bipot.tools import AnyTool, FlatTool
 
 
@@ -24,3 +25,14 @@ def flat(tool: AnyTool) -> FlatTool:
     if not isinstance(tool, FlatTool):
         raise TypeError(f"a flat tool is asked for here, not {tool!r}")
     return tool
+
+
+def axis_of(support: Support) -> int:
+    """The number of the axis that a support is along.
+
+    Raises:
+        TypeError: it is along none.
+    """
+    if not isinstance(support.direction, int):
+        raise TypeError(f"a support along an axis is asked for here, not {support!r}")
+    return support.direction

@@ -14,7 +14,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats
-from studies.flat import flat_tools
+from studies.flat import axis_of, flat_tools
 from studies.fuzz_meshes import Rng
 
 FORCED, PRESCRIBED = 1 / 6, 1 / 7
@@ -45,7 +45,7 @@ def forced(rng: Rng, scene: Scene) -> Scene:
 
 def _force(rng: Rng, scene: Scene, tool: FlatTool) -> FlatTool:
     """The tool driven by a force along its normal, oblique or along its tangent, with a path across it."""
-    planes = {s.direction for s in scene.supports if isinstance(s, Symmetry)}
+    planes = {axis_of(s) for s in scene.supports if isinstance(s, Symmetry)}
     cut = [d for d in planes if abs(tool.normal[d]) < CUT]
     ring = scene.geometry is Geometry.AXISYMMETRIC
     kind = str(rng.choice(KINDS, p=[0.5, 0.2, 0.15, 0.15]))

@@ -13,7 +13,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Symmetry
 from bipot.tools import AnyTool
 from bipot.typing import Floats, Ints
-from studies.flat import flat
+from studies.flat import axis_of, flat
 from studies.fuzz_surfaces import cut
 from studies.independent_data import Led
 
@@ -77,7 +77,7 @@ def halves(scene: Scene) -> Floats:
 
 def planes(scene: Scene) -> list[tuple[int, float]]:
     """Planes of symmetry x_direction = position."""
-    found = {s.direction: s.boundary for s in scene.supports if isinstance(s, Symmetry)}
+    found = {axis_of(s): s.boundary for s in scene.supports if isinstance(s, Symmetry)}
     return [(d, float(scene.mesh.nodes[scene.mesh.boundary_nodes(name), d].mean())) for d, name in found.items()]
 
 
@@ -101,7 +101,7 @@ def prescribed_at(scene: Scene, tau: float) -> Floats:
     for support in scene.supports:
         if isinstance(support, Prescribed):
             mine = np.unique(scene.mesh.boundaries[support.boundary])
-            out[mine, support.direction] = support.displacement * _at(support.amplitude, tau)
+            out[mine, axis_of(support)] = support.displacement * _at(support.amplitude, tau)
     return out
 
 

@@ -11,6 +11,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Symmetry
 from bipot.tools import AnyTool, FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
+from studies.flat import axis_of
 from studies.fuzz_meshes import Rng
 from studies.fuzz_placed import directions, planes
 from studies.fuzz_surfaces import cut, outlines
@@ -119,7 +120,7 @@ def _slides(scene: Scene, setting: Setting, tangents: Floats) -> Bools:
     out, moved = _movable(scene, setting, tangents), np.zeros(setting.held.shape, dtype=bool)
     for support in scene.supports:
         if isinstance(support, Prescribed) and support.displacement != 0:
-            moved[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+            moved[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
     for k, tool in enumerate(scene.tools):
         if not isinstance(tool, FlatTool):
             goes = moved | (np.array(tool.travel) != 0) | (tool.turn is not None)
@@ -139,5 +140,5 @@ def _mirrored(scene: Scene, setting: Setting) -> Bools:
     out = np.column_stack([on_axis, np.zeros(len(radius), dtype=bool)])
     for support in scene.supports:
         if isinstance(support, Symmetry):
-            out[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+            out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
     return out

@@ -19,6 +19,7 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
+from studies.flat import axis_of
 from studies.fuzz_contacts import contacts, shaped
 from studies.fuzz_placed import led_of, planes, prescribed_at, tools_gone
 from studies.fuzz_points import held_nodes, posed
@@ -38,7 +39,7 @@ def setting_of(scene: Scene) -> Setting:
     """What stays the same in a run."""
     held = np.zeros(scene.mesh.nodes.shape, dtype=bool)
     for support in scene.supports:
-        held[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+        held[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
     assert isinstance(scene.material, VonMises)
     x, size = scene.mesh.nodes, float(np.ptp(scene.mesh.nodes, axis=0).max())
     mirrors = planes(scene)

@@ -15,6 +15,7 @@ from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
 from bipot.tools import AnyTool
 from bipot.typing import Floats, Ints
+from studies.flat import axis_of
 from studies.fuzz_surfaces import Seen, cut, pair
 from studies.fuzz_variants import Variant, moved_by, reflected
 
@@ -50,7 +51,7 @@ def unfolded(scene: Scene) -> list[Unfolded]:
 
 def about(scene: Scene, plane: Symmetry) -> Unfolded:
     """The scene unfolded about one plane; nodes, tools, loads and supports that it had come first, by their numbers."""
-    mesh, d = scene.mesh, plane.direction
+    mesh, d = scene.mesh, axis_of(plane)
     on = np.unique(mesh.boundaries[plane.boundary])
     at = float(mesh.nodes[on, d].mean())
     off = np.setdiff1d(np.arange(len(mesh.nodes)), on)
@@ -76,7 +77,7 @@ def about(scene: Scene, plane: Symmetry) -> Unfolded:
 
 def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:
     """Both sides; every boundary and its image, and one edge of the plane."""
-    d, added = plane.direction, np.flatnonzero(image >= len(mesh.nodes))
+    d, added = axis_of(plane), np.flatnonzero(image >= len(mesh.nodes))
     beyond = mesh.nodes[added].copy()
     beyond[:, d] = 2 * at - beyond[:, d]
     images = {name + IMAGE: image[edges] for name, edges in mesh.boundaries.items()}
@@ -91,7 +92,7 @@ def _supports(support: Support, plane: Symmetry) -> tuple[Support, ...]:
     """A support and its image, which is itself in the plane."""
     if support.boundary == plane.boundary:
         return (support,)
-    reversed_along = np.where(np.arange(2) == plane.direction, -1.0, 1.0)
+    reversed_along = np.where(np.arange(2) == axis_of(plane), -1.0, 1.0)
     return support, replace(moved_by(support, reversed_along), boundary=support.boundary + IMAGE)
 
 

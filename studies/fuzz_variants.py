@@ -14,6 +14,7 @@ from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
 from bipot.typing import Floats, Ints
+from studies.flat import axis_of
 from studies.fuzz_surfaces import Seen
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
@@ -116,7 +117,7 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
 def moved_by(support: Support, factor: Floats) -> Support:
     """The support with its motion, if it moves, times that of the factors (2,) which is its direction's."""
     if isinstance(support, Prescribed):
-        return replace(support, displacement=support.displacement * float(factor[support.direction]) + 0.0)
+        return replace(support, displacement=support.displacement * float(factor[axis_of(support)]) + 0.0)
     return support
 
 

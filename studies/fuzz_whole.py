@@ -10,7 +10,6 @@ import numpy as np
 from bipot.fem.reduction import Geometry
 from bipot.marching import Accepted
 from bipot.scene import Scene
-from bipot.supports import Symmetry
 from bipot.typing import Floats
 from studies.fuzz_balance import SUMS, unbalanced
 from studies.fuzz_placed import directions, driven_tools, forces_on_tools, planes, tools_gone
@@ -28,7 +27,7 @@ DRIVES = 1e-6
 
 def images(scene: Scene) -> int:
     """How many images make the whole body."""
-    return 2 ** len({support.direction for support in scene.supports if isinstance(support, Symmetry)})
+    return 2 ** len(planes(scene))
 
 
 def tool_forces(scene: Scene, pushed: Pushed) -> tuple[Floats, Floats]:

@@ -11,7 +11,7 @@ from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
 from bipot.supports import Symmetry
 from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
-from studies.flat import flat
+from studies.flat import axis_of, flat
 from studies.fuzz_row import HEADER, Outcome, Row
 from studies.fuzz_scenes import draw
 from studies.fuzz_unfolded import unfolded
@@ -55,7 +55,7 @@ def test_a_scene_is_unfolded_about_each_of_its_planes():
     seen = unfolded(drawn.scene)
     assert len(seen) == len(planes) > 0
     assert all(2 * variant.scene.images == drawn.scene.images for variant in seen)
-    back = mirrored(seen[0].scene, planes[0].direction).scene.mesh
+    back = mirrored(seen[0].scene, axis_of(planes[0])).scene.mesh
     assert np.allclose(np.sort(back.nodes, axis=0), np.sort(seen[0].scene.mesh.nodes, axis=0))
 
 
@@ -93,7 +93,7 @@ def test_half_a_force_or_half_the_energies_called_whole_are_found():
 
 def test_planes_are_drawn_that_cut_tools_and_that_do_not():
     scenes = [draw(seed).scene for seed in range(60)]
-    planes = [(s, flat(tool).normal[s.direction]) for scene in scenes for s in scene.supports for tool in scene.tools
+    planes = [(s, flat(tool).normal[axis_of(s)]) for scene in scenes for s in scene.supports for tool in scene.tools
               if isinstance(s, Symmetry)]  # fmt: skip
     assert sum(normal == 0 for _, normal in planes) > 3
     assert sum(normal != 0 for _, normal in planes) > 3
