@@ -10,7 +10,8 @@ from bipot.profiles import Profile, Union
 from bipot.surfaces import Circle, Plane, Surface
 from bipot.tools import AnyTool, FlatTool
 from bipot.typing import Floats
-from studies.independent_outline import Outline, chain, disc, half_plane
+from studies.independent_chains import chain, disc, half_plane
+from studies.independent_outline import Outline
 
 FLAT = 1e-9
 """A normal with less than this along a direction has none: a plane of symmetry across that cuts the tool."""

@@ -12,7 +12,6 @@ gaps.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,9 +20,6 @@ from studies.independent_element import Bools, Floats, Ints
 
 JOINT = 1e-9
 """Of the span: who is no farther beyond the end of a straight is still at it, or at a sharp corner."""
-
-BENT = 1e-12
-"""A turn (radians) below this is none."""
 
 
 @dataclass(frozen=True)
@@ -175,102 +171,3 @@ def cross(a: Floats, b: Floats) -> Floats:
 def angle_of(from_: Floats, to: Floats) -> Floats:
     """The angle to the left from vectors (…, 2) to others."""
     return np.arctan2(cross(from_, to), np.vecdot(from_, to))
-
-
-def half_plane(point: Sequence[float], normal: Sequence[float]) -> Outline:
-    """What is behind the line through ``point`` with the ``normal``."""
-    n, none = np.array([normal], dtype=np.float64), np.empty(0)
-    return Outline(
-        start=np.array([point], dtype=np.float64),
-        along=-left(n),
-        length=np.full(1, np.inf),
-        low=np.array([-np.inf]),
-        high=np.array([np.inf]),
-        centre=np.empty((0, 2)),
-        radius=none,
-        turn=none,
-        middle=np.empty((0, 2)),
-        half=none,
-        begin=np.zeros(1),
-        around=np.inf,
-        span=1.0,
-    )
-
-
-def disc(centre: Sequence[float], radius: float, hollow: bool) -> Outline:
-    """The disc, or what is outside of it where it is ``hollow``."""
-    none, straights = np.empty(0), np.empty((0, 2))
-    return Outline(
-        start=straights,
-        along=straights,
-        length=none,
-        low=none,
-        high=none,
-        centre=np.array([centre], dtype=np.float64),
-        radius=np.array([radius]),
-        turn=np.array([-1.0 if hollow else 1.0]),
-        middle=np.array([(0.0, 1.0)]),
-        half=np.array([np.pi]),
-        begin=np.zeros(1),
-        around=2 * np.pi * radius,
-        span=radius,
-        thick=np.inf if hollow else 2 * radius,
-    )
-
-
-def chain(points: Sequence[Sequence[float]], fillets: Sequence[float], closed: bool) -> Outline:
-    """Straights through ``points`` with ``fillets`` at the inner ones, which all are where the chain is ``closed``."""
-    x = np.array(points, dtype=np.float64)
-    count = len(x)
-    sides = np.roll(x, -1, axis=0) - x if closed else np.diff(x, axis=0)
-    length = np.linalg.norm(sides, axis=1)
-    t = sides / length[:, None]
-    low, high = np.zeros(len(t)), length.copy()
-    arcs, order = list[tuple[Floats, float, float, Floats, float]](), list[tuple[int, int]]()
-    for k, radius in zip(range(0 if closed else 1, count if closed else count - 1), fillets, strict=True):
-        back, on = (k - 1) % count, k
-        theta = float(angle_of(t[back], t[on]))
-        if abs(theta) > BENT:
-            # The centre is on the bisector of the two straights, the middle of the arc between it and the corner.
-            bisector = (t[on] - t[back]) / np.linalg.norm(t[on] - t[back])
-            cut = radius * np.tan(abs(theta) / 2)
-            high[back], low[on] = high[back] - cut, low[on] + cut
-            centre = x[k] + radius / np.cos(theta / 2) * bisector
-            arcs.append((centre, float(radius), -float(np.sign(theta)), -bisector, abs(theta) / 2))
-            order.append((k, len(arcs) - 1))
-    begin = _begins(low, high, [(k, arcs[m][1] * 2 * arcs[m][4], m) for k, m in order])
-    whole = float((high - low).sum() + sum(2 * radius * half for _, radius, _, _, half in arcs))
-    if not closed:
-        low[0], high[-1] = -np.inf, np.inf
-    # Along its straights a chain is told from where they begin beyond the arcs.
-    begin[: len(t)] -= np.where(np.isfinite(low), low, 0.0)
-    column = list(zip(*arcs, strict=True)) if arcs else [[]] * 5
-    return Outline(
-        start=x[: len(t)],
-        along=t,
-        length=length,
-        low=low,
-        high=high,
-        centre=np.array(column[0]).reshape(-1, 2),
-        radius=np.array(column[1]),
-        turn=np.array(column[2]),
-        middle=np.array(column[3]).reshape(-1, 2),
-        half=np.array(column[4]),
-        begin=begin,
-        around=whole if closed else np.inf,
-        span=float(np.ptp(x, axis=0).max()),
-    )
-
-
-def _begins(low: Floats, high: Floats, arcs: list[tuple[int, float, int]]) -> Floats:
-    """Arc lengths (l + m,) at which straights begin, and ``arcs``, (corner, length, number), which are before those."""
-    before = {corner: (length, number) for corner, length, number in arcs}
-    out, at = np.zeros(len(low) + len(arcs)), 0.0
-    for k in range(len(low)):
-        if k in before:
-            length, number = before[k]
-            out[len(low) + number] = at
-            at += length
-        out[k] = at
-        at += high[k] - low[k]
-    return out

@@ -13,8 +13,8 @@ from bipot.surfaces import Circle, Plane
 from bipot.tools import ShapedTool
 from studies.fuzz_surfaces import Seen, cut, outlines
 from studies.independent_between import between, surface_of
+from studies.independent_chains import disc, half_plane
 from studies.independent_data import Setting
-from studies.independent_outline import disc, half_plane
 from studies.independent_shear import Edges, carried, shares
 from studies.independent_tools import Rigid, met
 from tests.profiles import drawn, sampled
