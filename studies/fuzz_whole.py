@@ -96,16 +96,21 @@ def difference(
 ) -> Floats:
     """Largest differences (2,) of whole tools' forces and of energies over the runs' largest, of increments in pairs.
 
-    Each nodal force is known to ``unsure``; the work is summed of terms of the size ``terms``.
+    Each nodal force is known to ``unsure``, and its work to that times what moves; the work is summed of terms of the
+    size ``terms``.
     """
-    off, largest, setting = np.zeros(2), np.zeros(2), setting_of(scene)
+    off, largest, setting, blurred = np.zeros(2), np.zeros(2), setting_of(scene), 0.0
+    unsure *= images(scene) * len(scene.mesh.nodes)
     for a, b in zip(base, other, strict=True):
         sizes = tool_forces(scene, pushed_by(scene, setting, a))[1]
         for k, size in enumerate(sizes):
             force = np.abs(a.tool_force(k) - seen.sign * b.tool_force(k) / seen.force).max()
-            off[0] = max(off[0], force - unsure * images(scene) * len(scene.mesh.nodes))
+            off[0] = max(off[0], force - unsure)
             largest[0] = max(largest[0], size)
         mine = energies(a)
-        off[1] = max(off[1], np.abs(mine - energies(b) / (seen.force * seen.length)).max() - EPS * terms)
+        moved = max(float(np.abs(part).max(initial=0.0)) for part in (a.state.du, tools_gone(scene, a.start, a.state)))
+        blurred += unsure * moved
+        apart = np.abs(mine - energies(b) / (seen.force * seen.length)).max()
+        off[1] = max(off[1], apart - EPS * terms - blurred)
         largest[1] = max(largest[1], np.abs(mine).max())
     return np.divide(off, largest, out=np.zeros(2), where=largest > 0)
