@@ -144,8 +144,13 @@ class Outline:
         return out
 
     def jumped(self, x: Floats, by: Floats) -> Bools:
-        """Whether another piece is nearest to points x (c, 2) after they went ``by`` (c, 2)."""
-        return self.near(x).piece != self.near(x + by).piece
+        """Whether points x (c, 2) that go ``by`` (c, 2) come to another piece, or are at a sharp corner, at any of its."""
+        one, other = self.near(x), self.near(x + by)
+        return (one.piece != other.piece) | self._sharp(one) | self._sharp(other)
+
+    def _sharp(self, near: Near) -> Bools:
+        radius = np.append(np.ones_like(self.length), self.radius)[near.piece]
+        return (radius == 0) & (np.abs(near.gap) <= JOINT * self.span)
 
     def places(self, count: int, reach: float) -> Floats:
         """Places (k, 2) all along the chain, ``count`` on each piece, as far as ``reach`` beyond open ends."""
