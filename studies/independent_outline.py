@@ -144,7 +144,7 @@ class Outline:
         return out
 
     def jumped(self, x: Floats, by: Floats) -> Bools:
-        """Whether points x (c, 2) that go ``by`` (c, 2) come to another piece, or are at a sharp corner, at any of its."""
+        """Whether points x (c, 2) that go ``by`` (c, 2) change the piece, or are at a sharp corner: at any of its."""
         one, other = self.near(x), self.near(x + by)
         return (one.piece != other.piece) | self._sharp(one) | self._sharp(other)
 
