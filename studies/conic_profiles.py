@@ -17,6 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from time import perf_counter
 
 import numpy as np
 
@@ -29,9 +30,10 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import ProgramError, ResultsError, require
 from bipot.progress import terminal
 from studies.command import command, say
-from studies.outputs import add_options, opened
+from studies.outputs import Table, add_options, opened
 from studies.performance import DERIVED, solved_table, write
 
+NAME = "conic_profiles"
 PROFILE_AT = 1e-6
 """What splitting methods reach, too."""
 DEFAULT_SET = Path(__file__).resolve().parents[1] / "tests/data/conic"
@@ -59,7 +61,9 @@ def installed() -> dict[str, ConicSolver]:
     """The solvers of second-order cone programs that are there, by name."""
     import cvxpy as cp
 
-    direct: dict[str, ConicSolver] = {"clarabel": Clarabel()} | ({"qoco": Qoco()} if find_spec("qoco") else {})
+    direct: dict[str, ConicSolver] = {"clarabel": Clarabel()}
+    if find_spec("qoco"):
+        direct["qoco"] = Qoco()
     others = [name for name in cp.installed_solvers() if name.lower() not in direct and takes_cones(name)]
     return direct | {name.lower(): Cvxpy(name) for name in others}
 
@@ -78,11 +82,12 @@ def takes_cones(name: str) -> bool:
 
 def measure(id: str, program: ConicProgram, optimum: float, name: str, solver: ConicSolver) -> Row:
     """Solve one program once."""
-    cones = sum(rows.count for rows in program.rows)
+    cones, began = sum(rows.count for rows in program.rows), perf_counter()
     try:
         answer, _ = solver.solve(program, ASKED.get(name, USUAL))
     except ProgramError as failure:
-        return Row(id, name, len(program.q), cones, type(failure).__name__, np.inf, np.inf, 0, np.inf)
+        spent = perf_counter() - began
+        return Row(id, name, len(program.q), cones, type(failure).__name__, np.inf, np.inf, 0, spent)
     off = abs(program.cost(answer.x) - optimum) / (abs(optimum) or 1.0)
     said = answer.outcome.value, answer.error(), off
     return Row(id, name, len(program.q), cones, *said, answer.iterations, answer.timing.solve)
@@ -96,49 +101,60 @@ def files(folder: Path) -> list[Path]:
     return found
 
 
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = argparse.ArgumentParser(prog=f"studies.{NAME}", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    p.add_argument("--set", type=Path, default=DEFAULT_SET, help="folder of programs (default: those of the tests)")
+    p.add_argument("--solvers", nargs="+", help="by name (default: all that are installed)")
+    p.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    add_options(p)
+    return p
+
+
+def fill(table: Table[Row], paths: Sequence[Path], solvers: Mapping[str, ConicSolver]) -> None:
+    """Solve what the table lacks.
+
+    Raises:
+        ResultsError: a file without an answer.
+    """
+    progress = terminal()
+    progress.start(NAME)
+    try:
+        for done, path in enumerate(paths):
+            program, answer = load(path)
+            if answer is None:
+                raise ResultsError(f"{path}: holds no answer to compare with")
+            for name, solver in solvers.items():
+                if (path.stem, name) not in table:
+                    progress.advance(done / len(paths), f"{path.stem}, {name}")
+                    table.add(measure(path.stem, program, program.cost(answer.x), name, solver))
+    finally:
+        progress.close()
+
+
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run what is missing, write the tables, print the first."""
-    p = argparse.ArgumentParser(
-        prog="studies.conic_profiles", description=(__doc__ or "").splitlines()[0], allow_abbrev=False
-    )
-    p.add_argument("--set", type=Path, default=DEFAULT_SET, help="folder of programs (default: those of the tests)")
-    p.add_argument("--solvers", nargs="+", help="by name (default: all that are installed)")
-    p.add_argument("--out", type=Path, default=Path("results/conic_profiles"))
-    add_options(p)
-    asked = p.parse_args(argv)
-    solvers, paths = installed(), files(asked.set)
-    chosen = list(dict.fromkeys(asked.solvers or solvers))
-    for name in chosen:
-        require(name in solvers, "--solvers", name, f"one of {', '.join(solvers)}")
-    order = [(path.stem, name) for path in paths for name in chosen]
-    accuracies = {name: vars(ASKED.get(name, USUAL)) for name in solvers}
+    asked = parser().parse_args(argv)
+    there, paths = installed(), files(asked.set)
+    for name in asked.solvers or ():
+        require(name in there, "--solvers", name, f"one of {', '.join(there)}")
+    solvers = {name: there[name] for name in asked.solvers or there}
+    order = [(path.stem, name) for path in paths for name in solvers]
+    fixed = {"usual": vars(USUAL), **{name: vars(accuracy) for name, accuracy in ASKED.items()}}
     table = opened(
         asked.out,
         "solved",
         Row,
         lambda row: (row.id, row.solver),
         asked.policy,
-        parameters={"asked": accuracies},
+        parameters=fixed,
         order=order,
         derived=DERIVED,
     )
-    progress = terminal()
-    progress.start("conic_profiles")
-    try:
-        for done, path in enumerate(paths):
-            program, answer = load(path)
-            if answer is None:
-                raise ResultsError(f"{path}: holds no answer to compare with")
-            for name in chosen:
-                if (path.stem, name) not in table:
-                    table.add(measure(path.stem, program, program.cost(answer.x), name, solvers[name]))
-                    progress.advance(done / len(paths), f"{path.stem}, {name}")
-    finally:
-        progress.close()
-    rows = [table[pair] for pair in order]
-    write(rows, asked.out, PROFILE_AT)
-    for line in solved_table(rows):
+    fill(table, paths, solvers)
+    write(table.rows, asked.out, PROFILE_AT)
+    for line in solved_table(table.rows):
         say("  ".join(line))
     say(f"results in {asked.out.resolve()}")
     return 0

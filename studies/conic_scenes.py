@@ -185,10 +185,11 @@ COURSES = (
     Course("ring", 9, 28, _picks(_D, (_L, 0)) + _picks(_T, (_E, 0), (_L, 0), (_L, 1))),
     Course("ring", 20, 1, _picks(_D, (_Y, 0)) + _picks(_T, (_Y, 0))),
     Course("wedge", 8, 48, _picks(_D, (_Y, 0), (_L, -1))),
-    Course("wedge", 30, 180, _picks(_D, (_L, -1)) + _picks(_T, (_E, -1), (_E, -2), (_L, -1), (_L, -2), (_L, -3))),
+    Course("wedge", 16, 96, _picks(_D, (_L, -1))),
+    Course("wedge", 34, 204, _picks(_T, (_E, -1), (_E, -2), (_L, -1), (_L, -2), (_L, -3))),
     Course("wedge", 33, 1, _picks(_D, (_Y, 0))),
     Course("extrusion", 6, 36, _picks(_D, (_Y, 0))),
     Course("extrusion", 10, 45, _picks(_D, (_L, 0)) + _picks(_T, (_E, -1), (_L, 0), (_L, -1))),
-    Course("extrusion", 32, 6, _picks(_D, (_Y, 0)) + _picks(_T, (_Y, 0))),
+    Course("extrusion", 31, 6, _picks(_D, (_Y, 0)) + _picks(_T, (_Y, 0))),
 )
 """Forty programs, the quick ones first."""
