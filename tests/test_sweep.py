@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import signal
 from concurrent.futures import CancelledError, Executor, Future, ThreadPoolExecutor
 from functools import partial
@@ -11,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks import sweep_jobs
+from benchmarks.sweep_jobs import Row, ratio
 from bipot.errors import NotConverged
 from studies import sweep, sweep_point
 from studies.options import coefficients
@@ -20,6 +23,7 @@ from studies.sweeping import DIED, Here, Lost, lasting
 from studies.sweeping import sweep as swept
 from tests.commands import DEADLINE, children_of, running, until
 
+PAGE = Path(__file__).parents[1] / "docs" / "sweeps.md"
 TINY = ["--elements", "1", "--increments", "4", "--reduction", "0.1", "--form", "newton"]
 SMALL = [*TINY, "--elements", "1", "2", "--mu", "0:0.2:2", "--at", "0.06", "0.1"]
 
@@ -257,3 +261,29 @@ def test_a_scheduler_that_is_not_there_is_one_sentence(tmp_path, capsys):
     pytest.importorskip("distributed")
     assert sweep.main([*TINY, "--mu", "0.1", "--executor", "dask:tcp://127.0.0.1:9", "--out", str(tmp_path)]) == 2
     assert capsys.readouterr().err.startswith("error: ")
+
+
+def test_the_ratio_is_that_of_the_best():
+    rows = [Row(jobs, 2, 0, seconds) for jobs, seconds in ((1, 9.0), (1, 8.0), (2, 4.0), (2, 5.0))]
+    assert ratio(rows) == 2.0
+
+
+@pytest.mark.slow
+@pytest.mark.serial
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="needs two cores")
+def test_two_processes_are_faster_than_one(tmp_path):
+    """The ratio of the benchmark's own limit needs a quiet machine: python -m benchmarks.sweep_jobs."""
+    assert sweep_jobs.main(["--elements", "6", "--least", "1.3", "--out", str(tmp_path)]) == 0
+
+
+def test_the_pages_example_runs(capsys):
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    exec(compile(code, PAGE.name, "exec"), {})
+    assert sorted(capsys.readouterr().out.split("\n"))[1:] == [f"{mu} {mu**2}" for mu in (0.1, 0.2, 0.3)]
+
+
+def test_the_page_names_every_column(complete):
+    (table,) = re.findall(r"(?:^\|.*\n)+", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    named = {name for line in table.splitlines()[2:] for name in re.findall(r"`(\w+)`", line.split("|")[1])}
+    own = {re.sub(r"force_\d+_N", "force", name) for name in rows_of(complete)[0]}
+    assert {re.sub(r"force_\d+_N", "force", name) for name in named} == own
