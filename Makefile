@@ -44,10 +44,11 @@ docs: $(VENV)/.docs
 	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
 	@echo "documentation: docs/_build/html/index.html"
 
-# What `make test` leaves out: long cases, Dask's cluster, the sdist, kills and full disks; one line a test as it ends.
+# What `make test` leaves out: long cases, Dask's cluster, the sdist, kills and full disks, the site; one line a test as it ends.
 check-long: $(VENV)/.dev
 	$(BIN)/python -m pytest -v --durations=10 -m slow
 	$(BIN)/python -m studies.faults --fast --overwrite --out results/faults
+	$(MAKE) --no-print-directory docs
 
 # The suite with the oldest versions that pyproject.toml allows, in an environment of its own.
 test-lowest: $(LOWEST)/.dev
