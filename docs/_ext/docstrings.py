@@ -13,6 +13,8 @@ KEPT = re.compile(r"``.+?``|:\w+(?::\w+)*:`[^`]+`|`[^`]+`_{0,2}")
 
 MARKUP = re.compile(r"(?<!\\)[|*]|(?<=\w)_(?!\w)")
 
+ALIAS = re.compile(r"[\w.~]*TypeAliasForwardRef\('(\w+)'\)")
+
 
 def escaped(line: str) -> str:
     r"""The line with every mark outside literals and roles as text.
@@ -66,7 +68,16 @@ def process(app, what, name, obj, options, lines):
 
 def parsable(app, what, name, obj, options, signature, returned):
     """A signature that Sphinx can read: what a dataclass makes anew for each object has no value to show."""
-    return signature and signature.replace("<factory>", "..."), returned
+    return shown(signature), shown(returned)
+
+
+def shown(words: str | None) -> str | None:
+    """A part of a signature, names of array types (``autodoc_type_aliases``) as they are.
+
+    >>> shown("(x: tuple[TypeAliasForwardRef('Floats')] = <factory>)")
+    '(x: tuple[Floats] = ...)'
+    """
+    return words and ALIAS.sub(r"\g<1>", words.replace("<factory>", "..."))
 
 
 def setup(app):
