@@ -17,6 +17,7 @@ from bipot.errors import ProgramError
 from bipot.forms import FormName
 from studies import conic_profiles, conic_set
 from studies.conic_scenes import COURSES, Course, Ends, Moment, Pick
+from studies.performance import TOLERANCES
 
 DATA = Path(__file__).parent / "data" / "conic"
 FILES = sorted(DATA.glob("*.npz"))
@@ -162,3 +163,12 @@ def test_solvers_that_know_no_cones_are_left_out():
 def test_a_folder_without_programs_is_refused(tmp_path, capsys):
     assert conic_profiles.main(["--set", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
     assert "no programs; run: python -m studies.conic_set" in capsys.readouterr().err
+
+
+def test_the_pages_table_is_counted_from_its_file():
+    rows = rows_of(WHOLE.with_name("conic_solved.csv"))
+    page = (WHOLE.parents[1] / "conic_set.md").read_text(encoding="utf-8")
+    for name, *counts in re.findall(r"^\| (\w+) \| (\d+) \| (\d+) \| (\d+) \| (\d+) \|$", page, re.MULTILINE):
+        own = [float(row["residual"]) for row in rows if row["solver"] == name.lower()]
+        assert len(own) == 40
+        assert [sum(residual <= tol for residual in own) for tol in TOLERANCES] == [int(count) for count in counts]

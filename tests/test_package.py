@@ -134,5 +134,5 @@ def test_the_sdist_tests_itself_in_an_empty_folder(tmp_path):
 
     assert said("-c", "import bipot; print(bipot.__file__)").startswith(str(folder))
     assert "error" not in said("-m", "pytest", "--collect-only", "-q").splitlines()[-1]
-    chosen = ("readme", "layers", "package", "conic_set", "coulomb_study", "program_files", "golden")
+    chosen = ("readme", "layers", "package", "conic_set", "coulomb_study", "program_files")
     said("-m", "pytest", "-m", "not serial and not slow", *(f"tests/test_{name}.py" for name in chosen))
