@@ -64,15 +64,15 @@ def summary(shown: dict[Case, list[Row]]) -> str:
 FORMS = f"""## Forms
 
 Each march is one of `newton`, which falls back on `tangent` and `dissipation`: on the finest mesh at most
-{CONIC.tolerance:.0%} of the increments may end in one of these conic forms. There, the worst measure of all
-certificates is given over its bound. On the coarsest mesh other forms go through each march again, alone, from rest to
-its end, on the increments of `newton`; where they had to cut, `newton` goes again through theirs. The largest relative
-difference of the forces of the tools and supports is that of all increments whose forces the law determines (while the
-hold-back of `capstan` rises, what its cylinder and its other end share is open); {OTHERS[0].asked.tolerance:.0e} is
-allowed. Both go by backward Euler there. By default an increment carries on flow of the last one (BDF2), at the points
-and by the ratio that the material shows near the solution, and that is judged on iterates that are not yet solutions:
-where two forms judge differently, increments differ. That is the last column, of which
-{OTHERS[-1].asked.tolerance:.0e} is allowed."""
+{100 * CONIC.tolerance:g} % of the increments may end in one of these conic forms, and no measure of a certificate may
+be above its bound. On the coarsest mesh two forms go through each march again, alone, from rest to its end, on the
+increments of `newton`; where they had to cut, `newton` goes again through theirs. The largest relative difference of
+the forces of the tools and the supports is that of all increments whose forces the law determines (while the hold-back
+of `capstan` rises, it leaves open what the cylinder and the other end share), and a hundred-thousandth is allowed.
+There, all go by backward Euler. By default an increment carries flow of the last one on (BDF2), at the points and by
+the ratio that the material shows near the solution, which is read off iterates that are not yet solutions: where those
+of two forms show different things, the increments are not the same. What that makes on the coarsest mesh is the last
+column, of which {100 * OTHERS[-1].asked.tolerance:g} % is allowed."""
 
 
 def forms(shown: dict[Case, list[Row]]) -> str:

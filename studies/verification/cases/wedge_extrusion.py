@@ -81,6 +81,11 @@ def run(n: int, watch: Watch) -> Sequence[float]:
     return out
 
 
+def coarse(n: int, watch: Watch) -> Sequence[float]:
+    """The means on half of the elements."""
+    return [steady(angle, n // 2, watch)[0] for angle in ANGLES]
+
+
 def order(meshes: Sequence[int], means: Sequence[float], exact: float) -> float:
     """By least squares the power of the element's size with which the means fall towards what is exact.
 
@@ -122,12 +127,13 @@ CASE = Case(
         " over the last three quarters of it. Of the means on n/2, 2 n/3 and n elements: the order, by which they fall"
         " towards the exact one, and what they tend to where they are linear in the element's size (extrapolated). The"
         " die's pressure is q = p/r, so 1 + a, where punch and dies are in balance, which is asked as the sum of their"
-        " forces over one."
+        " forces over one. Other forms go through the marches of the coarsest mesh's n/2 elements."
     ),
     asked=tuple(one for angle in ANGLES for one in asked(angle)),
     counted="elements over the half-height",
     meshes=(8, 16, 24),
     run=run,
+    beside=coarse,
     note=(
         "The order is that of twelve elements and more over the half-height. On coarser ones, where the rounded corners"
         " are within an element, errors come and go with the places of nodes beside the corners."

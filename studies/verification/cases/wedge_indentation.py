@@ -153,7 +153,7 @@ def run(n: int, watch: Watch) -> Sequence[float]:
         out += [late.force, late.contact, late.parted, late.growth, late.spread * LATE * n]
     for angle in WHOLE:
         late = pressed(whole(angle, n), angle, n, watch)
-        out += [late.force, late.force, late.contact]
+        out += [late.force, late.contact]
     return out
 
 
@@ -170,11 +170,10 @@ def asked(angle: int) -> tuple[Asked, ...]:
 
 
 def excess(angle: int) -> tuple[Asked, ...]:
-    """What the body that holds together takes above the exact force; its contact."""
+    """What force the body that holds together takes, which is too high; its contact."""
     force, contact = EXACT[angle]
     said = f"t = {angle}, whole"
     return (
-        Asked(f"{said}: F/(2kh), not below", force, 0.0, Sense.AT_LEAST),
         Asked(f"{said}: F/(2kh)", force, EXCESS[angle]),
         Asked(f"{said}: c/h", contact, HALF_AN_ELEMENT[angle]),
     )
