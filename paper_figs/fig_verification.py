@@ -23,13 +23,15 @@ from studies.verification.page import NAME, RUN
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, GREY)
 MARKERS = "os^Dv<>PXph*"
+HEIGHT, LINE = 2.9, 0.17
+"""Inches: of a figure, and of a line of its legend, which may ask for more."""
 
 
 def draw(case: Case, rows: Sequence[Row]) -> Figure:
     """Absolute errors of a case; of bounds where they are missed."""
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    ax = figure.subplots()
     shown = [asked for asked in case.asked if any(row.error for row in _of(asked.quantity, rows))]
+    figure = Figure(figsize=(WIDTH, max(HEIGHT, LINE * len(shown))), layout="constrained")
+    ax = figure.subplots()
     for number, asked in enumerate(shown):
         own = _of(asked.quantity, rows)
         style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)], "ms": 4.5}
