@@ -60,9 +60,30 @@ def corners(path: Path) -> tuple[float, ...]:
 
 def pair(value: object, field: str, allowed: str) -> tuple[float, float]:
     """``value`` as two finite numbers."""
+    first, second = _numbers(value, (2,), field, allowed)
+    return first, second
+
+
+def vector(value: object, field: str) -> tuple[float, ...]:
+    """``value`` as the components of a vector, two finite numbers in a plane or three in space."""
+    return _numbers(value, (2, 3), field, "two finite numbers, or three in space")
+
+
+def require_components(value: tuple[float, ...], dimension: int, field: str) -> None:
+    """Refuse a vector of so many components on a body of another ``dimension``.
+
+    Raises:
+        SceneError: naming the field.
+    """
+    allowed = f"of {dimension} numbers, as the nodes of the mesh"
+    require(len(value) == dimension, field, value, allowed)
+
+
+def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -> tuple[float, ...]:
+    """``value`` as so many finite numbers."""
     given: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
-    require(len(given) == 2 and all(map(_finite, given)), field, value, allowed)
-    return float(given[0]), float(given[1])
+    require(len(given) in counts and all(map(_finite, given)), field, value, allowed)
+    return tuple(map(float, given))
 
 
 def _finite(x: object) -> bool:

@@ -13,12 +13,12 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
 from bipot.mesh import Mesh
 from bipot.paths import RAMP, Amplitude
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 
 
 @dataclass(frozen=True)
 class Support:
-    """The displacement along ``direction`` (0 or 1) is zero on the mesh boundary ``boundary``."""
+    """The displacement along ``direction`` (0, 1, in space 2) is zero on the mesh boundary ``boundary``."""
 
     boundary: str
     direction: int
@@ -26,7 +26,17 @@ class Support:
     def __post_init__(self) -> None:
         require_type(self.boundary, str, "support.boundary")
         require_count(self.direction, "support.direction", 0)
-        require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
+        require(self.direction in (0, 1, 2), "support.direction", self.direction, "0, 1 or, in space, 2")
+
+    def dofs(self, mesh: Mesh) -> Ints:
+        """The displacements it holds, among those (a d,) of all nodes.
+
+        Raises:
+            SceneError: an unknown boundary, a direction that the mesh has not.
+        """
+        d = mesh.dimension
+        require(self.direction < d, "support.direction", self.direction, f"one of {list(range(d))}, as the mesh has")
+        return d * mesh.boundary_nodes(self.boundary) + self.direction
 
 
 @dataclass(frozen=True)
@@ -76,6 +86,7 @@ def require_agreeing(supports: Sequence[Support], mesh: Mesh) -> None:
         own = (0.0, RAMP)
         if isinstance(support, Prescribed) and support.displacement != 0:
             own = support.displacement, support.amplitude
-        for dof in (2 * mesh.boundary_nodes(support.boundary) + support.direction).tolist():
-            once = f"such that node {dof // 2} has one displacement along {dof % 2}"
+        for dof in support.dofs(mesh).tolist():
+            node, axis = divmod(dof, mesh.dimension)
+            once = f"such that node {node} has one displacement along {axis}"
             require(said.setdefault(dof, own) == own, "scene.supports", supports, once)

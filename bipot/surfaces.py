@@ -270,11 +270,21 @@ class Circle:
 
 
 def frames(normal: Floats) -> Floats:
-    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+    """Frames (…, d, d) of normals (…, d): rows are the normal and, in a plane, the tangent (n_y, -n_x).
+
+    In space the first tangent is the axis least along the normal, across it, the second their product: a plane of
+    symmetry that cuts a flat tool has its own normal among them.
 
     >>> frames(np.array([0.6, 0.8])).tolist()
     [[0.6, 0.8], [0.8, -0.6]]
+    >>> frames(np.array([0.6, 0.0, 0.8])).tolist()
+    [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]
     """
+    if normal.shape[-1] == 3:
+        first = np.eye(3)[np.argmin(np.abs(normal), axis=-1)]
+        first = first - np.vecdot(first, normal)[..., None] * normal
+        first /= norm(first)[..., None]
+        return np.stack([normal, first, np.asarray(np.cross(normal, first), dtype=np.float64)], axis=-2)
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
 
 

@@ -40,7 +40,7 @@ from scipy.sparse.linalg import splu
 from bipot.closeness import carries
 from bipot.contact import Candidates
 from bipot.fem.reduction import Geometry
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, status
 from bipot.programs.data import ContactRows
@@ -115,7 +115,7 @@ def _quotients(mu: Floats, r: Floats, rows: ContactRows) -> Floats:
 
 def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:
     """t_i = r_i/A_i (a, k) of ``forces`` (a, k); the mean of its edges at a node without area, 0 off the edges."""
-    own = edge_mass(nodes, edges, geometry).sum(axis=2)
+    own = facet_mass(nodes, edges, geometry).sum(axis=2)
     area = own.sum(axis=1)
     pooled = edge_tractions(nodes, edges, geometry, forces) * area[:, None]
     share, around = np.zeros(len(nodes)), np.zeros(len(nodes))
@@ -135,7 +135,7 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
     >>> edge_tractions(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN, np.array([[1.0], [4.0], [1.0]])).round(12)
     array([[6.]])
     """
-    own = edge_mass(nodes, edges, geometry).sum(axis=2)
+    own = facet_mass(nodes, edges, geometry).sum(axis=2)
     # A strongly distorted ring edge at the axis may have a small negative one.
     part, total, count = np.maximum(own, 0.0), np.zeros(len(nodes)), np.zeros(len(nodes))
     np.add.at(total, edges, part)
@@ -159,7 +159,7 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
         if candidates.points[number].weighted:
             pressure[line], shear[line] = multipliers(candidates, number, nodes, r)[line].T
             continue
-        mass = edge_mass(nodes, candidates.node[edges], candidates.scene.geometry)
+        mass = facet_mass(nodes, candidates.node[edges], candidates.scene.geometry)
         M = _assemble(mass, local.reshape(edges.shape), len(line))
         free = candidates.tangent_free[line]
         pressure[line] = splu(M).solve(r[line, 0])

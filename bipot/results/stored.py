@@ -23,6 +23,7 @@ from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.results.fields import CELL_FIELDS, POINT_FIELDS
 from bipot.results.vtkhdf import FORMAT
+from bipot.tensors import components
 
 TRIES, PAUSE = 50, 0.02
 """How often a file is read anew that is written meanwhile, and the seconds between."""
@@ -116,8 +117,14 @@ class Run:
         group = self.root.group("bipot/mesh")
         names = self.about()["boundaries"]
         edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(names)}
-        nodes, elements = group.array("nodes", "f", (None, 2)), group.array("elements", "i", (None, None))
+        nodes = group.array("nodes", "f", (None, self._dimension))
+        elements = group.array("elements", "i", (None, None))
         return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges))
+
+    @property
+    def _dimension(self) -> int:
+        """3 where nodes have so many coordinates, else 2, which others are then refused for."""
+        return 3 if self.root.group("bipot/mesh").shape("nodes")[1:] == (3,) else 2
 
     def field(self, group: str, name: str, step: int) -> NDArray[Any]:
         """A field of the nodes, "PointData", or of the elements, "CellData", in a step."""
@@ -133,12 +140,12 @@ class Run:
         """Where the march was after a step."""
         own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
         points, cells = mesh.length("nodes"), mesh.length("elements")
-        contacts = self.root.group("bipot/candidates").length("node")
+        contacts, d = self.root.group("bipot/candidates").length("node"), self._dimension
 
         def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
             return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
-        stress = one("stress", (cells, None, 4))
+        stress = one("stress", (cells, None, components(d)))
         at_points = stress.shape[:2]
         translation = one("translation", (None,))
         flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
@@ -146,13 +153,13 @@ class Run:
             f"step {step}",
             lambda: State(
                 tau=float(self.times()[step]),
-                nodes=self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, :2],
+                nodes=self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, :d],
                 stress=stress,
                 plastic_strain=one("plastic_strain", stress.shape),
                 peeq=one("peeq", at_points),
-                forces=one("contact_force", (contacts, 2)),
+                forces=one("contact_force", (contacts, d)),
                 gap=one("gap", (contacts,)),
-                du=one("du", (points, 2)),
+                du=one("du", (points, d)),
                 translation=translation,
                 translated=one("translated", translation.shape),
                 length=float(one("length")),
@@ -160,7 +167,7 @@ class Run:
             ),
         )
         tau, middle = one("before_times", (2,), finite=False)
-        velocity = one("before_velocity", (2 * points + len(translation),))
+        velocity = one("before_velocity", (d * points + len(translation),))
         return self._made(
             f"step {step}",
             lambda: Course(
