@@ -76,5 +76,5 @@ def test_an_empty_boundary_of_scikit_fem_is_refused():
     "given", [skfem.MeshHex2(), skfem.MeshWedge1(), skfem.MeshLine(), block(1.0, 1.0, 1, 1, element=Element.Q8), None]
 )
 def test_meshes_of_other_elements_are_refused(given):
-    with pytest.raises(SceneError, match="one of scikit-fem, of .*ElementHex1"):
+    with pytest.raises(SceneError, match=r"one of scikit-fem, of .*ElementHex1"):
         Mesh.from_skfem(given)
