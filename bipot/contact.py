@@ -265,7 +265,7 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
-    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(ways, chosen, strict=True))])
+    slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
     still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,

@@ -16,7 +16,7 @@ from bipot.typing import Bools, Floats, Ints
 def moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
     """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
     owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
-    out = np.zeros((len(own.node), 2), dtype=bool)
+    out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
     np.logical_or.at(out, owner, movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
     return out
 
@@ -26,30 +26,31 @@ def mirrored(scene: Scene, number: int, own: Points) -> Bools:
 
     There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
     """
-    tangent = _at_rest(scene, number, own.node)[:, 1]
+    tangents = _at_rest(scene, number, own.node)[:, 1:]
     rests = scene.mirrored[own.node]
     for plane in scene.planes:
         rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
-    return ~free_along(~rests, tangent)
+    return ~np.any([free_along(~rests, tangent) for tangent in tangents.swapaxes(0, 1)], axis=0)
 
 
 def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
-    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2).
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
     what is held.
     """
-    tool, free = scene.tools[number], np.asarray(space.position[2 * nodes[:, None] + np.arange(2)] >= 0)
+    tool, d = scene.tools[number], scene.mesh.dimension
+    free = np.asarray(space.position[d * nodes[:, None] + np.arange(d)] >= 0)
     led, along = directions(scene)[number], _at_rest(scene, number, nodes)
     moves = np.stack([free_along(free, axis) | (np.abs(axis @ led) > ACROSS) for axis in along.swapaxes(0, 1)], axis=1)
     if not tool.flat:
         turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0) | (tool.turn is not None))
-        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False))
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (np.arange(d) == 0))
     return moves
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+    """Normal and tangents (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
 
     In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
     """

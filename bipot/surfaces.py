@@ -16,13 +16,14 @@ those are: the measure is path-consistent. Dual to s is the shear force, along t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
-from bipot.paths import pair
+from bipot.paths import pair, require_components, vector
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
@@ -109,18 +110,20 @@ class Plane:
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none.
+        SceneError: a vector that is not two finite numbers, or three in space, a normal that is none.
 
     >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
     np.float64(0.75)
     """
 
-    point: tuple[float, float]
-    normal: tuple[float, float]
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", place(self.point, "plane.point"))
+        object.__setattr__(self, "point", vector(self.point, "plane.point"))
+        require_magnitude(max(map(abs, self.point)), "plane.point", LARGEST_LENGTH)
         object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+        require_components(self.point, len(self.normal), "plane.point")
 
     def offset(self, moved: Floats) -> float:
         """n . x of its points."""
@@ -128,7 +131,7 @@ class Plane:
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
-        gap = self.gap(x, np.zeros(2))
+        gap = self.gap(x, np.zeros(len(self.point)))
         return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
@@ -149,7 +152,7 @@ class Plane:
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
-        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+        return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
 
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`Surface.beyond`: it has no end."""
@@ -161,16 +164,14 @@ class Plane:
 
     def image(self, direction: int, position: float) -> Plane:
         """As :meth:`Surface.image`."""
-        normal = np.array(self.normal)
-        normal[direction] *= -1
-        return Plane(reflected(self.point, direction, position), (float(normal[0]), float(normal[1])))
+        return Plane(reflected(self.point, direction, position), reflected(self.normal, direction, 0.0))
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
         return (
             isinstance(other, Plane)
             and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
-            and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
+            and abs(float(self.gap(np.array(other.point), np.zeros(len(self.point))))) <= roundoff
         )
 
 
@@ -255,7 +256,8 @@ class Circle:
 
     def image(self, direction: int, position: float) -> Circle:
         """As :meth:`Surface.image`."""
-        return Circle(reflected(self.centre, direction, position), self.radius, self.concave)
+        x, y = reflected(self.centre, direction, position)
+        return Circle((x, y), self.radius, self.concave)
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
@@ -288,11 +290,11 @@ def frames(normal: Floats) -> Floats:
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
 
 
-def reflected(point: tuple[float, float], direction: int, position: float) -> tuple[float, float]:
+def reflected(point: tuple[float, ...], direction: int, position: float) -> tuple[float, ...]:
     """The mirror image of a point in the plane x_direction = position."""
-    out = np.array(point)
+    out = list(point)
     out[direction] = 2 * position - out[direction]
-    return float(out[0]), float(out[1])
+    return tuple(out)
 
 
 def place(value: object, field: str) -> tuple[float, float]:
@@ -302,8 +304,8 @@ def place(value: object, field: str) -> tuple[float, float]:
     return point
 
 
-def direction(value: object, field: str) -> tuple[float, float]:
+def direction(value: object, field: str) -> tuple[float, ...]:
     """``value`` as a unit vector; raises SceneError where it is none."""
-    normal = pair(value, field, "two finite numbers")
-    require(abs(np.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    normal = vector(value, field)
+    require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal

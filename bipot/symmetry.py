@@ -24,6 +24,7 @@ from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
+from bipot.poses import pose_size
 from bipot.supports import Support, Symmetry
 from bipot.tools import Tool
 from bipot.typing import Bools, Floats
@@ -101,7 +102,7 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
             rests = not cut or tool.turn is None
             require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
-            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(3))
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
             apart = (
                 f"such that its mirror image beyond x_{d} = {plane.position:g} is off the body, not {depth:.3g} in it"
             )

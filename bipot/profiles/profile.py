@@ -124,7 +124,7 @@ class Profile:
 
     def image(self, direction: int, position: float) -> Profile:
         """As :meth:`bipot.surfaces.Surface.image`: followed the other way, so that the tool stays on the right."""
-        points = tuple(reflected(point, direction, position) for point in self.points[::-1])
+        points = tuple((x, y) for x, y in (reflected(point, direction, position) for point in self.points[::-1]))
         radii = self._radii[::-1]
         # The round before a side of a closed line becomes the one behind it.
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
