@@ -105,9 +105,9 @@ def dragged(Q):
 
 def test_turned_in_space_with_all_tools_a_scene_has_the_same_forces_turned():
     """Frames are others, and aligned with nothing."""
-    Q, ends = turned((1.0, 2.0, -0.5), 0.8), []
-    for turn in (np.eye(3), Q):
-        ends.append(list(march(dragged(turn), Schedule(3, first=0.1), Control(Newton(), ())))[-1])
+    Q = turned((1.0, 2.0, -0.5), 0.8)
+    schedule, control = Schedule(3, first=0.1), Control(Newton(), ())
+    ends = [list(march(dragged(turn), schedule, control))[-1] for turn in (np.eye(3), Q)]
     scale = np.abs(ends[0].tool_forces).max()
     np.testing.assert_allclose(ends[1].tool_forces, ends[0].tool_forces @ Q.T, atol=1e-7 * scale)
     slip = ends[0].solved.iterate.motion[:, 1:]
