@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 export MPLBACKEND := Agg
 
-.PHONY: run test suite lint types bench clean
+.PHONY: run test suite lint types bench docs clean
 
 run: $(VENV)/.run
 	$(BIN)/python -m studies.upsetting --mu 0.1 0.3 --beside --overwrite --out $(OUT)
@@ -38,6 +38,11 @@ types: $(VENV)/.dev
 bench: $(VENV)/.dev
 	$(BIN)/python -m benchmarks.speed
 
+# Every example of the gallery is run; a warning, a broken link or a name that does not exist is an error.
+docs: $(VENV)/.docs
+	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build/html
+	@echo "documentation: docs/_build/html/index.html"
+
 $(VENV)/bin/python:
 	$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11) and 'bipot needs Python >= 3.11')"
 	$(PYTHON) -m venv $(VENV)
@@ -46,9 +51,13 @@ $(VENV)/.run: $(VENV)/bin/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[studies]"
 	touch $@
 
-$(VENV)/.dev: $(VENV)/bin/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev]"
+$(VENV)/.docs: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[docs]"
 	touch $@ $(VENV)/.run
 
+$(VENV)/.dev: $(VENV)/bin/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e ".[dev,docs]"
+	touch $@ $(VENV)/.docs $(VENV)/.run
+
 clean:
-	rm -rf $(VENV) results .pytest_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf $(VENV) results docs/_build docs/gallery docs/reference .pytest_cache .ruff_cache .hypothesis .benchmarks

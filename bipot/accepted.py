@@ -87,7 +87,7 @@ class Accepted:
         Raises:
             SceneError: a number that is no tool's.
         """
-        scene = self._scene
+        scene = self.scene
         require_count(tool, "tool", 0)
         require(tool < len(scene.tools), "tool", tool, f"in [0, {len(scene.tools)}), the scene's tools")
         return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
@@ -106,17 +106,17 @@ class Accepted:
 
         The displacement of this increment alone, to its own round-off, is ``state.du``.
         """
-        return self.state.nodes - self._scene.mesh.nodes
+        return self.state.nodes - self.scene.mesh.nodes
 
     @property
     def stress(self) -> Components:
         """Cauchy stress, ``stress["rz"]`` (e, q)."""
-        return Components(self.state.stress, self._scene.geometry)
+        return Components(self.state.stress, self.scene.geometry)
 
     @property
     def plastic_strain(self) -> Components:
         """Plastic strain, turned with the body, ``plastic_strain["zz"]`` (e, q)."""
-        return Components(self.state.plastic_strain, self._scene.geometry)
+        return Components(self.state.plastic_strain, self.scene.geometry)
 
     @property
     def peeq(self) -> Floats:
@@ -139,5 +139,6 @@ class Accepted:
         return self.solved.iterate.increment.units
 
     @property
-    def _scene(self) -> Scene:
+    def scene(self) -> Scene:
+        """The scene that is marched."""
         return self.solved.iterate.increment.system.body.scene

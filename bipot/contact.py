@@ -34,6 +34,8 @@ from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
 REACH = 10.0
 """A tool farther from the body than this many sizes of it does not matter to it."""
 
@@ -159,12 +161,17 @@ class Candidates:
         Supports hold them, and no force moves the tool along that.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
-        moving = [movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
+        moving = [movable(self.scene, k, own)[:, 0] for k, own in enumerate(nodes)]
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates."""
-        return np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates.
+
+        Where one of its components is round-off of zero it is zero: no tool slides before it presses.
+        """
+        moved = np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        lengths = norm(travel)[self.tool] + norm(driven)
+        return np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0)
 
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
         """Operators of an increment that starts with the gaps (c,).
@@ -239,7 +246,8 @@ class Candidates:
         column = np.concatenate([moved, self._translation[number]])
         by_tool = -np.vecdot(direction, directions(self.scene)[self.tool[number]])
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
+        along = self.space.axes.at(np.asarray(W.indices, np.intp), direction[owner])
+        entries = np.concatenate([(W.data[:, None] * along).ravel(), by_tool])
         # A normal that turns keeps its zeros: rows have the same entries at all iterates.
         kept = (column >= 0) & ((entries != 0) | self.curved)
         return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
@@ -255,7 +263,7 @@ class Candidates:
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    ways = [moving(scene, space, k, own) for k, own in enumerate(found)]
+    ways = [moving(scene, k, own) for k, own in enumerate(found)]
     chosen = [moves[:, 0] for moves in ways]
     rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
     none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]

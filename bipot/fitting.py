@@ -9,28 +9,28 @@ import numpy as np
 from bipot.between import Surroundings, inside
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
+from bipot.holding import Holding
 from bipot.laws.material import Material
 from bipot.mesh import Mesh
 from bipot.paths import require_components
 from bipot.poses import pose_size
-from bipot.supports import free_along
 from bipot.surfaces import Distance, Surface
 from bipot.symmetry import PLANAR
 from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats
 
 INSIDE = 1e-9
 """Of the body's size: how deep a tool that a force drives may be in the body at rest, by round-off."""
 
 
 class Fitted(NamedTuple):
-    """What tools have to fit: a body at rest, which displacements (h,) of it are held, and its whole surface."""
+    """What tools have to fit: a body at rest, what supports hold of it, and its whole surface."""
 
     mesh: Mesh
     geometry: Geometry
     material: Material
-    held: Ints
+    holding: Holding
     surroundings: Surroundings
 
     @property
@@ -54,10 +54,10 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     require_components(tool.travel, d, f"{label}.travel")
     if d == 3:
         _require_known_in_space(tool, label)
-    free = ~np.isin(d * nodes[:, None] + np.arange(d), body.held)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
-    movable = bool(free_along(free, normal).any() if tool.flat else free.any())
+    holding = body.holding
+    movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
     deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(pose_size(d)))
     allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
@@ -91,7 +91,7 @@ def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
 def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
     """What goes around the axis stays on it, or beside it."""
     roundoff = PLANAR * body.mesh.size
-    on_axis = tool.face.mirrored(0, 0.0, roundoff)
+    on_axis = tool.face.mirrored((1.0, 0.0), 0.0, roundoff)
     require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
     tips = tool.face.tips()
     for tau, _ in tool.path:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.fem.assembly import Space
+from bipot.reflection import across
 from bipot.sampling import Points, creased
 from bipot.scene import Scene
-from bipot.supports import free_along
+from bipot.supports import Symmetry
 from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 
-def moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
+def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
     owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
     out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
-    np.logical_or.at(out, owner, movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
+    np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
     return out
 
 
@@ -26,26 +26,32 @@ def mirrored(scene: Scene, number: int, own: Points) -> Bools:
 
     There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
     """
-    tangents = _at_rest(scene, number, own.node)[:, 1:]
-    rests = scene.mirrored[own.node]
-    for plane in scene.planes:
-        rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
-    return ~np.any([free_along(~rests, tangent) for tangent in tangents.swapaxes(0, 1)], axis=0)
+    left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
+    if scene.ring:
+        left[scene.on_axis[own.node], :, 0] = 0.0
+    for support in scene.supports:
+        if isinstance(support, Symmetry):
+            there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
+            there &= ~creased(scene.mesh, own, support.along(d))
+            left[there] = across(left[there], support.along(d))
+    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
 
 
-def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
+def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
     what is held.
     """
-    tool, d = scene.tools[number], scene.mesh.dimension
-    free = np.asarray(space.position[d * nodes[:, None] + np.arange(d)] >= 0)
-    led, along = directions(scene)[number], _at_rest(scene, number, nodes)
-    moves = np.stack([free_along(free, axis) | (np.abs(axis @ led) > ACROSS) for axis in along.swapaxes(0, 1)], axis=1)
+    tool, holding = scene.tools[number], scene.holding
+    led, along = directions(scene)[number], _at_rest(scene, number, nodes).swapaxes(0, 1)
+    moves = np.stack([holding.free_along(nodes, axis) | (np.abs(axis @ led) > ACROSS) for axis in along], axis=1)
     if not tool.flat:
-        turns = ~free & (scene.shifted[nodes] | (np.array(tool.travel) != 0) | (tool.turn is not None))
-        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (np.arange(d) == 0))
+        goes = holding.axes.at(nodes, np.tile(tool.travel, (len(nodes), 1))) != 0
+        free = ~holding.held[nodes]
+        turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
+        first = np.arange(scene.mesh.dimension) == 0
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first)
     return moves
 
 
@@ -58,7 +64,8 @@ def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
     normal = np.array(tool.face.distance(x).normal)
     for plane in scene.planes:
         if not tool.flat and plane.cuts(tool):
-            normal[plane.holds(x), plane.direction] = 0.0
+            cut = plane.holds(x)
+            normal[cut] = across(normal[cut], plane.normal)
     return frames(normal / norm(normal)[:, None])
 
 

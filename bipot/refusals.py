@@ -94,6 +94,5 @@ def _refuse_image(iterate: Iterate) -> None:
         for k, tool in enumerate(scene.tools):
             depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
             if depth > TOUCHES * scene.mesh.size:
-                beyond = f"beyond x_{plane.direction} = {plane.position:g}"
-                said = f"the mirror image of tools[{k}] {beyond} comes {depth:.2g} deep into the body"
+                said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
                 raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")

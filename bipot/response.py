@@ -102,7 +102,8 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 def body_space(scene: Scene) -> Space:
     """The scene's unknowns: displacements, and translations of tools that forces drive."""
-    return space(scene.mesh, scene.geometry, scene.rule, scene.held, len(scene.pushed))
+    holding = scene.holding
+    return space(scene.mesh, scene.geometry, scene.rule, holding.numbers, len(scene.pushed), holding.axes)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from bipot.fem.surface import facet_mass
 from bipot.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, Vector
 
 CREASE = 0.5
 """Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
@@ -116,14 +116,14 @@ def _away(nodes: Floats, lines: Ints) -> Floats:
     return away / norm(away)[..., None]
 
 
-def creased(mesh: Mesh, own: Points, direction: int) -> Bools:
-    """Whether at points (p,) on a plane of symmetry across ``direction`` the mean stops: their mirror images begin.
+def creased(mesh: Mesh, own: Points, normal: Vector) -> Bools:
+    """Whether at points (p,) on a plane of symmetry with the unit ``normal`` the mean stops: mirror images begin.
 
     The mean of a node by itself is that of its mirror image too.
     """
     out = np.zeros(len(own.node), dtype=bool)
     if own.weighted:
-        # Of an edge and its mirror image w . w' = 1 - 2 w_d^2.
-        turns = 2 * _away(mesh.nodes, own.lines)[..., direction] ** 2 - 1 < CREASE
+        # Of an edge and its mirror image w . w' = 1 - 2 (n . w)^2.
+        turns = 2 * (_away(mesh.nodes, own.lines) @ np.array(normal)) ** 2 - 1 < CREASE
         np.logical_or.at(out, own.edges, turns)
     return out

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.closeness import TOUCHES, touches
-from bipot.contact import Candidates
+from bipot.contact import ROUND_OFF, Candidates
+from bipot.reflection import across
 from bipot.tensors import norm
 from bipot.tools import Tool
 from bipot.typing import Floats
-
-ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 ALIGNED = 1e-9
 """A motion along the tangent below this fraction of what tool and support move by is round-off."""
@@ -85,5 +84,4 @@ def _across(tool: Tool, motion: Floats) -> Floats:
     """The part of motions (…, d) that a force on the tool does not let go of."""
     if tool.driven_by is None:
         return motion
-    direction = tool.driven_by.direction
-    return motion - (motion @ direction)[..., None] * direction
+    return across(motion, tool.driven_by.direction)

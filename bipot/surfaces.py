@@ -24,8 +24,9 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
 from bipot.paths import pair, require_components, vector
+from bipot.reflection import reflected
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Pair, Vector
 
 ACROSS = 1e-12
 """A component below this fraction of a vector is round-off of its direction."""
@@ -92,12 +93,12 @@ class Surface(Protocol):
         """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
         ...
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
-        """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
         ...
 
-    def image(self, direction: int, position: float) -> Surface:
-        """Its mirror image in the plane x_direction = position."""
+    def image(self, normal: Vector, position: float) -> Surface:
+        """Its mirror image in the plane normal . x = position, of a unit normal."""
         ...
 
     def same(self, other: Surface, roundoff: float) -> bool:
@@ -158,13 +159,13 @@ class Plane:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
-        return abs(self.normal[direction]) <= ACROSS
+        return abs(float(np.dot(self.normal, normal))) <= ACROSS
 
-    def image(self, direction: int, position: float) -> Plane:
+    def image(self, normal: Vector, position: float) -> Plane:
         """As :meth:`Surface.image`."""
-        return Plane(reflected(self.point, direction, position), reflected(self.normal, direction, 0.0))
+        return Plane(reflected(self.point, normal, position), reflected(self.normal, normal, 0.0))
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
@@ -250,13 +251,13 @@ class Circle:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
-        return abs(self.centre[direction] - position) <= roundoff
+        return abs(float(np.dot(self.centre, normal)) - position) <= roundoff
 
-    def image(self, direction: int, position: float) -> Circle:
+    def image(self, normal: Vector, position: float) -> Circle:
         """As :meth:`Surface.image`."""
-        x, y = reflected(self.centre, direction, position)
+        x, y = reflected(self.centre, normal, position)
         return Circle((x, y), self.radius, self.concave)
 
     def same(self, other: Surface, roundoff: float) -> bool:
@@ -290,21 +291,14 @@ def frames(normal: Floats) -> Floats:
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
 
 
-def reflected(point: tuple[float, ...], direction: int, position: float) -> tuple[float, ...]:
-    """The mirror image of a point in the plane x_direction = position."""
-    out = list(point)
-    out[direction] = 2 * position - out[direction]
-    return tuple(out)
-
-
-def place(value: object, field: str) -> tuple[float, float]:
+def place(value: object, field: str) -> Pair:
     """``value`` as a point; raises SceneError where it is none."""
     point = pair(value, field, "two finite numbers")
     require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
     return point
 
 
-def direction(value: object, field: str) -> tuple[float, ...]:
+def direction(value: object, field: str) -> Vector:
     """``value`` as a unit vector; raises SceneError where it is none."""
     normal = vector(value, field)
     require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")

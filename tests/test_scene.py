@@ -78,11 +78,11 @@ def test_held_unknowns_are_those_of_the_supports():
     mesh = cylinder(1.0, 1.0, 2, 2, element=Element.Q8)
     made = scene(mesh=mesh, supports=(Support("base", 1), Support("axis", 0)))
     expected = np.union1d(2 * mesh.boundary_nodes("base") + 1, 2 * mesh.boundary_nodes("axis"))
-    np.testing.assert_array_equal(made.held, expected)
+    np.testing.assert_array_equal(made.holding.numbers, expected)
 
 
 def test_a_scene_without_supports_holds_nothing():
-    assert scene(supports=(), geometry=Geometry.PLANE_STRAIN).held.size == 0
+    assert scene(supports=(), geometry=Geometry.PLANE_STRAIN).holding.numbers.size == 0
 
 
 def test_tool_offset_follows_its_travel():

@@ -1,18 +1,21 @@
 """Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
 
-Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds. Behind them stand
-the translations of tools that a force drives: no element touches them, they are in contact rows only.
+Unknowns are numbered node by node, (node, axis), along the axes of each node (:mod:`bipot.fem.axes`); ``free`` lists
+those that no support holds. Behind them stand the translations of tools that a force drives: no element touches them,
+they are in contact rows only. Element arrays and nodal fields are in coordinates everywhere else.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from bipot.fem.axes import STRAIGHT, Axes
 from bipot.fem.elements import Quadrature, Reference, tabulated
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
@@ -27,7 +30,8 @@ class Space:
 
     ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
-    ``translations`` m is how many unknowns stand behind the free ones, each with a zero on the diagonal.
+    ``translations`` m is how many unknowns stand behind the free ones, each with a zero on the diagonal. ``axes`` are
+    those along which unknowns are components.
     """
 
     mesh: Mesh
@@ -40,6 +44,7 @@ class Space:
     indices: NDArray[np.int32]
     indptr: NDArray[np.int32]
     translations: int = 0
+    axes: Axes = STRAIGHT
 
     @property
     def size(self) -> int:
@@ -50,7 +55,7 @@ class Space:
         """Nodal field (a, d) from the unknowns (n,), zero where held."""
         full = np.zeros(self.mesh.nodes.size)
         full[self.free] = x[: len(self.free)]
-        return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
+        return self.axes.field(np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape))
 
     def beside(self, x: Floats) -> Floats:
         """Of the unknowns (n,) the translations (m,)."""
@@ -58,13 +63,39 @@ class Space:
 
     def gather(self, every: Floats) -> Floats:
         """Unknowns (n,) of a vector for every node, held or not, and the translations behind it (a d + m,)."""
+        if self.axes.turned:
+            every = every.copy()
+            nodal = every[: self.mesh.nodes.size].reshape(self.mesh.nodes.shape)
+            every[: self.mesh.nodes.size] = self.axes.components(nodal).ravel()
         free = every[self.free]
         return np.concatenate([free, every[self.mesh.nodes.size :]]) if self.translations else free
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
         """Sum element matrices (e, dk, dk) into the free-free matrix (n, n)."""
-        data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
+        weights = self.along(element).ravel()
+        data = np.bincount(self.scatter, weights=weights, minlength=len(self.indices) + 1)[:-1]
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
+
+    def along(self, element: Floats) -> Floats:
+        """Element matrices (e, dk, dk) by components along the axes."""
+        if not self.axes.turned:
+            return element
+        (own, turn), out = self._turns, element.copy()
+        out[own] = turn @ element[own] @ turn.transpose(0, 2, 1)
+        return out
+
+    @cached_property
+    def _turns(self) -> tuple[Ints, Floats]:
+        """Elements (t,) with nodes that have axes of their own, and what takes their unknowns (t, dk, dk) there."""
+        count, d = self.mesh.nodes.shape
+        rows = np.tile(np.eye(d), (count, 1, 1))
+        rows[self.axes.nodes] = self.axes.rows
+        own = np.flatnonzero(np.isin(self.mesh.elements, self.axes.nodes).any(axis=1))
+        nodes = self.mesh.elements[own]
+        turn = np.zeros((len(own), nodes.shape[1], d, nodes.shape[1], d))
+        for k in range(nodes.shape[1]):
+            turn[:, k, :, k] = rows[nodes[:, k]]
+        return own, turn.reshape(len(own), d * nodes.shape[1], -1)
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) into the vector (n,) of the unknowns."""
@@ -79,6 +110,10 @@ class Space:
     def operator(self, blocks: Floats) -> sp.csr_matrix:
         """Sparse operator (p m, n) from dense rows (p, m, dk), points p ordered element by element."""
         points, width, _ = blocks.shape
+        if self.axes.turned:
+            (own, turn), blocks = self._turns, blocks.copy()
+            each = blocks.reshape(len(self.dofs), -1, blocks.shape[2])
+            each[own] = each[own] @ turn.transpose(0, 2, 1)
         columns = np.repeat(self.position[self.dofs], points // len(self.dofs), axis=0)
         columns = np.broadcast_to(columns[:, None, :], blocks.shape)
         kept = columns >= 0
@@ -93,7 +128,9 @@ class Space:
         return float((whole + np.sqrt(np.vecdot(applied, applied))).max())
 
 
-def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0) -> Space:
+def space(
+    mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0, axes: Axes = STRAIGHT
+) -> Space:
     """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``."""
     d = geometry.reduction.dimension
     dofs = (d * mesh.elements[:, :, None] + np.arange(d)).reshape(len(mesh.elements), -1)
@@ -121,17 +158,18 @@ def space(mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translat
         np.append(unique % len(free), behind).astype(np.int32),
         np.concatenate([[0], np.cumsum(counts)]).astype(np.int32),
         translations,
+        axes,
     )
 
 
-def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
+def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = STRAIGHT) -> Floats:
     """Orthonormal rigid motions (f, m) on the ``free`` unknowns (f,) that vanish on the held ones."""
     d = nodes.shape[1]
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
-    axes = np.eye(d)
-    shifts = [np.broadcast_to(axis, nodes.shape) for axis in axes]
-    turns = [np.outer(x[:, j], axes[i]) - np.outer(x[:, i], axes[j]) for i in range(d) for j in range(i)]
-    modes = np.stack([motion.ravel() for motion in (*shifts, *turns)], axis=1)
+    units = np.eye(d)
+    shifts = [np.broadcast_to(axis, nodes.shape) for axis in units]
+    turns = [np.outer(x[:, j], units[i]) - np.outer(x[:, i], units[j]) for i in range(d) for j in range(i)]
+    modes = np.stack([axes.components(motion).ravel() for motion in (*shifts, *turns)], axis=1)
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
     held = np.setdiff1d(np.arange(len(modes)), free)

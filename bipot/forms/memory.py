@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import require_number
+from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
@@ -29,6 +30,7 @@ class Setup:
     forces against motions, alike wherever a run begins.
     """
 
+    space: Space
     pattern: Pattern
     scatter: Ints
     stiffness: Floats
@@ -44,11 +46,12 @@ class Setup:
         diagonal = space.matrix(body.tangent(at_rest, scratch)).diagonal()
         # A contact of a held node with a tool that a force drives has no other unknown than that.
         diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
-        return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
+        return Setup(space, pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch)
 
     def data(self, element: Floats) -> Floats:
         """Sum element matrices (e, 2k, 2k) into row-wise data (nnz + 1,), the last entry for held unknowns."""
-        data = np.bincount(self.scatter, weights=element.ravel(), minlength=len(self.pattern.place) + 1)
+        weights = self.space.along(element).ravel()
+        data = np.bincount(self.scatter, weights=weights, minlength=len(self.pattern.place) + 1)
         return np.asarray(data, dtype=np.float64)
 
     def scale(self, frames: Frames) -> Floats:

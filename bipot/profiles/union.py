@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import require, require_tuple
 from bipot.surfaces import Distance, Surface, Tips
-from bipot.typing import Bools, Floats, Ints, Scalar
+from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ class Union:
             min(tips.thickness for tips in found),
         )
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`: one of them may be another's image."""
-        return self.same(self.image(direction, position), roundoff)
+        return self.same(self.image(normal, position), roundoff)
 
-    def image(self, direction: int, position: float) -> Union:
+    def image(self, normal: Vector, position: float) -> Union:
         """As :meth:`bipot.surfaces.Surface.image`."""
-        return Union(tuple(surface.image(direction, position) for surface in self.surfaces))
+        return Union(tuple(surface.image(normal, position) for surface in self.surfaces))
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.same`, in whatever order."""
