@@ -31,7 +31,8 @@ class Support:
         if isinstance(self.direction, tuple | list | np.ndarray):
             object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
             plane = len(self.direction) == 2  # type: ignore[arg-type]
-            require(plane, "support.direction", self.direction, "two finite numbers: in space it is the number of an axis")
+            known = "two finite numbers: in space it is the number of an axis"
+            require(plane, "support.direction", self.direction, known)
         else:
             require_count(self.direction, "support.direction", 0)
             known = "0, 1 or, in space, 2, or a unit vector"
