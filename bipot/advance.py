@@ -10,6 +10,7 @@ import numpy as np
 from bipot.closeness import touches
 from bipot.contact import Candidates
 from bipot.meeting import Going, Meeting
+from bipot.poses import pose_size
 from bipot.response import State
 from bipot.typing import Floats
 
@@ -51,7 +52,9 @@ class Advance:
 
     def by(self, travel: Floats) -> Floats:
         """What poses (k, 3) change by where the tools ``travel`` (k, d)."""
-        return np.column_stack([travel, self.turned])
+        angles = np.zeros((len(travel), pose_size(travel.shape[1]) - travel.shape[1]))
+        angles[:, 0] = self.turned
+        return np.hstack([travel, angles])
 
     def swept(self, travel: Floats) -> Floats:
         """How far (c, d) their turns take the points of tools, which ``travel`` (k, d), at the candidates."""

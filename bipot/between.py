@@ -73,7 +73,9 @@ class Surroundings:
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Plane]) -> Surroundings:
-        """Of the modelled part what is not in a plane."""
+        """Of the modelled part what is not in a plane; in space none, for no tool there has tips."""
+        if mesh.dimension == 3:
+            return Surroundings(np.empty((0, 2), dtype=np.intp), planes)
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
         edges = edges[~np.any(cut, axis=0)] if cut else edges

@@ -85,7 +85,7 @@ class Candidates:
     @cached_property
     def frames(self) -> Floats:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        return self.faces.slopes(self.mean(self.scene.mesh.nodes), np.zeros((len(self.scene.tools), 3)))
+        return self.faces.slopes(self.mean(self.scene.mesh.nodes), self.scene.at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
         """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
@@ -129,8 +129,8 @@ class Candidates:
 
     def load(self, r: Floats, frames: Floats) -> Floats:
         """What contact forces r (c, d) in ``frames`` (c, d, d) do on the free unknowns (n,), whatever the friction."""
-        normal, tangent = self._operators(frames)
-        return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
+        normal, tangents = self._operators(frames)
+        return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
     def add_bending(self, K: Floats, bending: Floats) -> None:
         """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
@@ -147,7 +147,8 @@ class Candidates:
         own, elements = np.flatnonzero(shaped[self.tool]), self.scene.mesh.elements
         _, first = np.unique(elements, return_index=True)
         element, local = np.divmod(first[self.node[own]], elements.shape[1])
-        return own, element, 2 * local[:, None] + np.arange(2)
+        d = self.scene.mesh.dimension
+        return own, element, d * local[:, None] + np.arange(d)
 
     def driven_sums(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of each tool that a force drives."""
@@ -184,7 +185,7 @@ class Candidates:
     def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
         """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
         operators = self._operators(meeting.frames)
-        motion = meeting.motion - np.column_stack([G @ x for G in operators])
+        motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
         return self._rows(gap, operators, motion)
 
     def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
@@ -196,7 +197,7 @@ class Candidates:
         return ContactRows(
             normal_rows,
             motion[:, 0].copy(),
-            rows_of(tangent_rows, rubs),
+            rows_of(tangent_rows, np.repeat(rubs, motion.shape[1] - 1)),
             motion[rubs, 1:],
             np.flatnonzero(rubs),
             np.where(acts, mu, np.where(tied, np.inf, 0.0)),
@@ -226,15 +227,24 @@ class Candidates:
 
     def _operators(self, frames: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate in ``frames`` (c, d, d)."""
-        return self._operator(frames[:, 0]), self._operator(frames[:, 1])
+        count, d, _ = frames.shape
+        return self._operator(frames[:, 0], np.arange(count)), self._operator(
+            frames[:, 1:].reshape(-1, d), np.repeat(np.arange(count), d - 1)
+        )
 
-    def _operator(self, direction: Floats) -> sp.csr_matrix:
-        """Rows ``direction . (dU_point - dU_tool)``, held nodes and tools along their paths apart."""
-        W = self.weights
-        count, owner = len(self.node), np.repeat(np.arange(len(self.node)), np.diff(W.indptr))
-        row = np.concatenate([np.repeat(owner, 2), np.arange(count)])
-        column = np.concatenate([self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel(), self._translation])
-        by_tool = -np.vecdot(direction, directions(self.scene)[self.tool])
+    def _operator(self, direction: Floats, number: Ints) -> sp.csr_matrix:
+        """Rows ``direction . (dU_point - dU_tool)`` of the candidates of that ``number``, along directions (m, d).
+
+        Held nodes and tools along their paths are apart.
+        """
+        W, (count, d) = self.weights, direction.shape
+        if count > len(self.node):
+            W = W[number]
+        owner = np.repeat(np.arange(count), np.diff(W.indptr))
+        row = np.concatenate([np.repeat(owner, d), np.arange(count)])
+        moved = self.space.position[d * W.indices[:, None] + np.arange(d)].ravel()
+        column = np.concatenate([moved, self._translation[number]])
+        by_tool = -np.vecdot(direction, directions(self.scene)[self.tool[number]])
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
         along = self.space.axes.at(np.asarray(W.indices, np.intp), direction[owner])
         entries = np.concatenate([(W.data[:, None] * along).ravel(), by_tool])
@@ -263,7 +273,7 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
-    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(ways, chosen, strict=True))])
+    slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
     still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,

@@ -12,6 +12,8 @@ from bipot.fem.reduction import Geometry
 from bipot.holding import Holding
 from bipot.laws.material import Material
 from bipot.mesh import Mesh
+from bipot.paths import require_components
+from bipot.poses import pose_size
 from bipot.surfaces import Distance, Surface
 from bipot.symmetry import PLANAR
 from bipot.tensors import norm
@@ -48,12 +50,16 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
     _require_surface(body.mesh, tool, label)
+    d = body.mesh.dimension
+    require_components(tool.travel, d, f"{label}.travel")
+    if d == 3:
+        _require_known_in_space(tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
     holding = body.holding
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(3))
+    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(pose_size(d)))
     allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
     require(deep is None, f"{label}.surface", tool.face, allowed)
     if body.ring and not tool.flat:
@@ -65,13 +71,21 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     _require_coefficients(body, tool, label)
 
 
+def _require_known_in_space(tool: Tool, label: str) -> None:
+    """A plane that does not turn, contact at nodes, friction without a cap: others are of a plane alone so far."""
+    require(tool.flat, f"{label}.surface", tool.face, "a plane that does not turn, on a body in space")
+    require(tool.sampling is Sampling.NODES, f"{label}.sampling", tool.sampling, "Sampling.NODES on a body in space")
+    require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
+
+
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
     """Edges of one element each, none twice."""
     names, edges = tool.candidates, mesh.edges(*tool.candidates)
+    what = "edge" if mesh.dimension == 2 else "face"
     inner = mesh.inner_edges(*names)[:1].tolist()
-    require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
+    require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
     twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
-    require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
+    require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
 
 
 def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
@@ -92,7 +106,7 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
     assert force is not None
     along = not body.ring or force.vector[0] == 0
     require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
-    depth = -float(tool.distance(x, np.zeros(3)).min())
+    depth = -float(tool.distance(x, np.zeros(pose_size(x.shape[1]))).min())
     off = f"off the body, not inside it by {depth:.3g}: a force drives it"
     require(depth <= INSIDE * body.mesh.size, f"{label}.point", tool.face, off)
 

@@ -62,15 +62,16 @@ class Holding:
         member = np.zeros((len(mesh.nodes), len(supports)), dtype=bool)
         for k, support in enumerate(supports):
             member[mesh.boundary_nodes(support.boundary), k] = True
-        ways, held = np.zeros((*member.shape, 2)), np.zeros(mesh.nodes.shape, dtype=bool)
-        rows = np.tile(np.eye(2), (len(mesh.nodes), 1, 1))
+        d = mesh.dimension
+        ways, held = np.zeros((*member.shape, d)), np.zeros(mesh.nodes.shape, dtype=bool)
+        rows = np.tile(np.eye(d), (len(mesh.nodes), 1, 1))
         # Few sets of supports hold all of the nodes.
         kinds, kind = np.unique(member, axis=0, return_inverse=True)
         for k in np.flatnonzero(kinds.any(axis=1)).tolist():
             alike, own = np.flatnonzero(kind.ravel() == k), np.flatnonzero(kinds[k])
-            joint = _joint(supports, own, int(alike[0]))
+            joint = (_joint if d == 2 else _on_axes)(supports, own, int(alike[0]))
             ways[np.ix_(alike, own)], rows[alike], held[alike] = joint.ways, joint.axes, joint.held
-        turned = np.flatnonzero((rows != np.eye(2)).any(axis=(1, 2)))
+        turned = np.flatnonzero((rows != np.eye(d)).any(axis=(1, 2)))
         moving = [(k, support) for k, support in enumerate(supports) if isinstance(support, Prescribed)]
         driven = [Driven(support, np.flatnonzero(member[:, k]), ways[member[:, k], k]) for k, support in moving]
         return Holding(Axes(turned, rows[turned]), read_only(held, np.bool_), tuple(driven))
@@ -136,6 +137,18 @@ def _joint(supports: Sequence[Support], own: Ints, node: int) -> _Joint:
     return joint
 
 
+def _on_axes(supports: Sequence[Support], own: Ints, node: int) -> _Joint:
+    """The same in space, where supports hold along axes alone."""
+    given = [supports[k] for k in own.tolist()]
+    vectors = np.array([support.along(3) for support in given])
+    # The first along an axis takes the node there; others have to agree.
+    axis = np.argmax(vectors, axis=1)
+    first = np.argmax(axis[:, None] == axis, axis=1) == np.arange(len(given))
+    joint = _Joint(np.where(first[:, None], vectors, 0.0), np.eye(3), np.asarray(vectors.any(axis=0)))
+    _require_agreeing(supports, given, joint.ways, node)
+    return joint
+
+
 def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], ways: Floats, node: int) -> None:
     """Refuse those ``given`` at a node that do not all find the displacement along them where the ``ways`` take it."""
     moving = [support for support in given if isinstance(support, Prescribed)]
@@ -143,6 +156,7 @@ def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], way
         values = np.array([s.at(tau) if isinstance(s, Prescribed) else 0.0 for s in given])
         moved = values @ ways
         for support, value in zip(given, values.tolist(), strict=True):
-            once = f"such that node {node} has one displacement along {named(support.vector)}"
-            off = abs(float(np.dot(support.vector, moved)) - value)
+            vector = support.along(ways.shape[1])
+            once = f"such that node {node} has one displacement along {named(vector)}"
+            off = abs(float(np.dot(vector, moved)) - value)
             require(off <= AGREES * float(np.abs(values).max()), "scene.supports", supports, once)

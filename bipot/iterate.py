@@ -16,6 +16,7 @@ from bipot import supported
 from bipot.advance import Advance
 from bipot.closeness import LEAST_MOTION
 from bipot.fem.strain import Scratch
+from bipot.laws.projections import unit
 from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
@@ -60,7 +61,7 @@ class Increment:
 
     @cached_property
     def dragged(self) -> Floats:
-        """Known slips (c,) of candidates that supports hold or drive along the tangent, zero where that is free.
+        """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero where that is free.
 
         No unknown knows of the friction there, which goes from tool to support.
         """
@@ -207,7 +208,7 @@ class Iterate:
         if not self.increment.system.candidates.curved:
             return self.rows.motion(self.x)
         motion = self.meeting.motion
-        return np.column_stack([motion[:, 0], np.where(self.rows.rubs, motion[:, 1], 0.0)])
+        return np.column_stack([motion[:, 0], np.where(self.rows.rubs[:, None], motion[:, 1:], 0.0)])
 
     @cached_property
     def balanced(self) -> Floats:
@@ -249,10 +250,10 @@ class Iterate:
         return K
 
     def rubbed(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) with the friction -s sign(slip) where the slip is known: of tool and support."""
+        """Contact forces r (c, d) with the friction -s slip/|slip| where the slip is known: of tool and support."""
         s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
         out = r.copy()
-        out[:, 1] -= s * np.sign(self.increment.dragged)
+        out[:, 1:] -= s[:, None] * unit(self.increment.dragged)
         return out
 
     def tool_forces(self, r: Floats) -> Floats:

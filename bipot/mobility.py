@@ -16,7 +16,7 @@ from bipot.typing import Bools, Floats, Ints
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
     owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
-    out = np.zeros((len(own.node), 2), dtype=bool)
+    out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
     np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
     return out
 
@@ -26,19 +26,19 @@ def mirrored(scene: Scene, number: int, own: Points) -> Bools:
 
     There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
     """
-    left = _at_rest(scene, number, own.node)[:, 1]
+    left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     if scene.ring:
-        left[scene.on_axis[own.node], 0] = 0.0
+        left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
         if isinstance(support, Symmetry):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
-            there &= ~creased(scene.mesh, own, support.vector)
-            left[there] = across(left[there], support.vector)
-    return np.asarray((np.abs(left) <= ACROSS).all(axis=1))
+            there &= ~creased(scene.mesh, own, support.along(d))
+            left[there] = across(left[there], support.along(d))
+    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
 
 
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
-    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2).
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
     what is held.
@@ -50,12 +50,13 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
         goes = holding.axes.at(nodes, np.tile(tool.travel, (len(nodes), 1))) != 0
         free = ~holding.held[nodes]
         turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
-        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False))
+        first = np.arange(scene.mesh.dimension) == 0
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first)
     return moves
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+    """Normal and tangents (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
 
     In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
     """

@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.typing import Floats, Pair
+from bipot.typing import Floats, Vector
 
 
-def reflected(point: Pair, normal: Pair, position: float) -> Pair:
+def reflected(point: Vector, normal: Vector, position: float) -> Vector:
     """The mirror image of a point in the plane normal . x = position, of a unit normal.
 
     >>> reflected((3.0, 1.0), (1.0, 0.0), 0.5)
     (-2.0, 1.0)
     """
-    out = imaged(np.array(point), normal, position)
-    return float(out[0]), float(out[1])
+    return tuple(imaged(np.array(point), normal, position).tolist())
 
 
-def imaged(points: Floats, normal: Pair, position: float) -> Floats:
+def imaged(points: Floats, normal: Vector, position: float) -> Floats:
     """Those of points (…, d)."""
     return points + 2 * np.asarray(position - points @ np.array(normal))[..., None] * normal
 
 
-def across(vectors: Floats, normal: Floats | Pair) -> Floats:
+def across(vectors: Floats, normal: Floats | Vector) -> Floats:
     """The part of vectors (…, d) at a right angle to the unit normal (d,)."""
     return vectors - np.asarray(vectors @ np.asarray(normal))[..., None] * normal

@@ -38,6 +38,7 @@ from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
+from bipot.poses import pose_size
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored, share
 from bipot.tools import AnyTool, FlatTool, Sampling, Tool
@@ -96,8 +97,9 @@ class Scene:
         volumes = VOLUMES[self.mesh.element]
         allowed = f"one of {self.mesh.element.name}, of {[volume.name for volume in volumes]}"
         require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
-        plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
-        require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
+        same = self.geometry.reduction.dimension == self.mesh.dimension
+        kind = "of a plane" if self.mesh.dimension == 2 else "SOLID"
+        require(same, "scene.geometry", self.geometry, f"{kind}, as the nodes of the mesh have it")
         for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
@@ -176,17 +178,22 @@ class Scene:
 
     def travel(self, tau: float, tau_end: float) -> Floats:
         """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
-        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
+        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, self.mesh.dimension)
+
+    @property
+    def at_rest(self) -> Floats:
+        """Pose (k, p) of each tool at rest: zeros."""
+        return np.zeros((len(self.tools), pose_size(self.mesh.dimension)))
 
     def placed(self, tau: float, translation: Floats) -> Floats:
         """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by ``translation`` (m,) where forces drive it."""
-        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, 3)
-        poses[:, :2] += self.led(translation)
+        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, pose_size(self.mesh.dimension))
+        poses[:, : self.mesh.dimension] += self.led(translation)
         return poses
 
     def led(self, translation: Floats) -> Floats:
         """Displacement (k, d) of each tool by ``translation`` (m,) along the forces that drive some."""
-        out = np.zeros((len(self.tools), 2))
+        out = np.zeros((len(self.tools), self.mesh.dimension))
         for k, force, gone in zip(np.flatnonzero(self.by_force), self.pushed, translation.tolist(), strict=True):
             out[k] = gone * force.direction
         return out

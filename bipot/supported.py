@@ -50,7 +50,7 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c,) along the tangent where supports hold or drive all of it; zero elsewhere, or next to normal.
+    """Slips (c, d - 1) along the tangents where supports hold or drive all of it; zero elsewhere, or next to normal.
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
@@ -58,8 +58,8 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
     moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.
     lengths = norm(travel)[candidates.tool] + norm(drawn)
-    small = np.abs(moved[:, 1]) <= ALIGNED * lengths
-    return np.where(candidates.tangent_held & ~small, -moved[:, 1], 0.0)
+    small = norm(moved[:, 1:]) <= ALIGNED * lengths
+    return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 
 
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
@@ -69,7 +69,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     """
     size = candidates.scene.mesh.size
     along = candidates.welded & touches(start.gap, size)
-    slipping = candidates.node[along & (dragged(candidates, travel, driven) != 0)]
+    slipping = candidates.node[along & dragged(candidates, travel, driven).any(axis=1)]
     if slipping.size:
         return int(slipping[0])
     for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):

@@ -13,36 +13,54 @@ import numpy as np
 from bipot import surfaces
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
 from bipot.paths import RAMP, Amplitude
-from bipot.typing import Pair
+from bipot.typing import Vector
 
 
 @dataclass(frozen=True)
 class Support:
     """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; across it nodes are free.
 
-    A direction is the number of an axis, 0 or 1, or a unit vector, (cos a, sin a).
+    A direction is the number of an axis, 0, 1 or, in space, 2; in a plane also a unit vector, (cos a, sin a).
     """
 
     boundary: str
-    direction: int | Pair
+    direction: int | Vector
 
     def __post_init__(self) -> None:
         require_type(self.boundary, str, "support.boundary")
         if isinstance(self.direction, tuple | list | np.ndarray):
             object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
+            plane = len(self.direction) == 2  # type: ignore[arg-type]
+            known = "two finite numbers: in space it is the number of an axis"
+            require(plane, "support.direction", self.direction, known)
         else:
             require_count(self.direction, "support.direction", 0)
-            require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1, or a unit vector")
+            known = "0, 1 or, in space, 2, or a unit vector"
+            require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
+
+    def along(self, dimension: int) -> Vector:
+        """The direction as a unit vector of so many dimensions.
+
+        Raises:
+            SceneError: there is no such axis, or a vector of a plane in space.
+        """
+        if isinstance(self.direction, tuple):
+            axis = "the number of an axis in space"
+            require(dimension == 2, "support.direction", self.direction, axis)
+            return self.vector
+        axes = list(range(dimension))
+        require(self.direction < dimension, "support.direction", self.direction, f"one of {axes}, as the mesh has")
+        return tuple(float(self.direction == k) for k in axes)
 
     @property
-    def vector(self) -> Pair:
-        """The direction as a unit vector, on an axis where it is off it by round-off.
+    def vector(self) -> Vector:
+        """The direction in a plane as a unit vector, on an axis where it is off it by round-off.
 
         >>> Support("top", 1).vector, Support("top", (-0.6, 0.8)).vector, Support("top", (6e-17, -1.0)).vector
         ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
         """
         if not isinstance(self.direction, tuple):
-            return (1.0, 0.0) if self.direction == 0 else (0.0, 1.0)
+            return self.along(2)
         x, y = (0.0 if abs(part) <= surfaces.ACROSS else part for part in self.direction)
         return (float(np.sign(x)), float(np.sign(y))) if x == 0 or y == 0 else (x, y)
 
@@ -92,7 +110,7 @@ class Symmetry(Support):
     """
 
 
-def named(vector: Pair) -> str:
+def named(vector: Vector) -> str:
     """A direction in words: the number of the axis that it is, else the vector.
 
     >>> named((0.0, 1.0)), named((0.6, -0.8))

@@ -16,16 +16,17 @@ those are: the measure is path-consistent. Dual to s is the shear force, along t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
-from bipot.paths import pair
+from bipot.paths import pair, require_components, vector
 from bipot.reflection import reflected
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Pair
+from bipot.typing import Bools, Floats, Pair, Vector
 
 ACROSS = 1e-12
 """A component below this fraction of a vector is round-off of its direction."""
@@ -96,11 +97,11 @@ class Surface(Protocol):
         """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
         ...
 
-    def mirrored(self, normal: Pair, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
         ...
 
-    def image(self, normal: Pair, position: float) -> Surface:
+    def image(self, normal: Vector, position: float) -> Surface:
         """Its mirror image in the plane normal . x = position, of a unit normal."""
         ...
 
@@ -121,18 +122,20 @@ class Plane:
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none.
+        SceneError: a vector that is not two finite numbers, or three in space, a normal that is none.
 
     >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
     np.float64(0.75)
     """
 
-    point: tuple[float, float]
-    normal: tuple[float, float]
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", place(self.point, "plane.point"))
+        object.__setattr__(self, "point", vector(self.point, "plane.point"))
+        require_magnitude(max(map(abs, self.point)), "plane.point", LARGEST_LENGTH)
         object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+        require_components(self.point, len(self.normal), "plane.point")
 
     def offset(self, moved: Floats) -> float:
         """n . x of its points."""
@@ -140,7 +143,7 @@ class Plane:
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
-        gap = self.gap(x, np.zeros(2))
+        gap = self.gap(x, np.zeros(len(self.point)))
         return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
@@ -161,17 +164,17 @@ class Plane:
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
-        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+        return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
 
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, normal: Pair, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
         return abs(float(np.dot(self.normal, normal))) <= ACROSS
 
-    def image(self, normal: Pair, position: float) -> Plane:
+    def image(self, normal: Vector, position: float) -> Plane:
         """As :meth:`Surface.image`."""
         return Plane(reflected(self.point, normal, position), reflected(self.normal, normal, 0.0))
 
@@ -180,7 +183,7 @@ class Plane:
         return (
             isinstance(other, Plane)
             and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
-            and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
+            and abs(float(self.gap(np.array(other.point), np.zeros(len(self.point))))) <= roundoff
         )
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
@@ -265,13 +268,14 @@ class Circle:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, normal: Pair, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
         return abs(float(np.dot(self.centre, normal)) - position) <= roundoff
 
-    def image(self, normal: Pair, position: float) -> Circle:
+    def image(self, normal: Vector, position: float) -> Circle:
         """As :meth:`Surface.image`."""
-        return Circle(reflected(self.centre, normal, position), self.radius, self.concave)
+        x, y = reflected(self.centre, normal, position)
+        return Circle((x, y), self.radius, self.concave)
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
@@ -291,11 +295,21 @@ class Circle:
 
 
 def frames(normal: Floats) -> Floats:
-    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+    """Frames (…, d, d) of normals (…, d): rows are the normal and, in a plane, the tangent (n_y, -n_x).
+
+    In space the first tangent is the axis least along the normal, across it, the second their product: a plane of
+    symmetry that cuts a flat tool has its own normal among them.
 
     >>> frames(np.array([0.6, 0.8])).tolist()
     [[0.6, 0.8], [0.8, -0.6]]
+    >>> frames(np.array([0.6, 0.0, 0.8])).tolist()
+    [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]
     """
+    if normal.shape[-1] == 3:
+        first = np.eye(3)[np.argmin(np.abs(normal), axis=-1)]
+        first = first - np.vecdot(first, normal)[..., None] * normal
+        first /= norm(first)[..., None]
+        return np.stack([normal, first, np.asarray(np.cross(normal, first), dtype=np.float64)], axis=-2)
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
 
 
@@ -306,8 +320,8 @@ def place(value: object, field: str) -> Pair:
     return point
 
 
-def direction(value: object, field: str) -> Pair:
+def direction(value: object, field: str) -> Vector:
     """``value`` as a unit vector; raises SceneError where it is none."""
-    normal = pair(value, field, "two finite numbers")
-    require(abs(np.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    normal = vector(value, field)
+    require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal

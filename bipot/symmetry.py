@@ -16,6 +16,7 @@ mirror image do not feel it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,11 +26,12 @@ from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
+from bipot.poses import pose_size
 from bipot.reflection import across, imaged
 from bipot.supports import Support, Symmetry, named
 from bipot.surfaces import ACROSS, frames
 from bipot.tools import Tool
-from bipot.typing import Bools, Floats, Pair
+from bipot.typing import Bools, Floats, Vector
 
 PLANAR = 1e-9
 """Over the body's size: what round-off may take nodes off their plane, however far from the origin a mesh may be."""
@@ -39,7 +41,7 @@ PLANAR = 1e-9
 class Plane:
     """The plane m . x = ``position`` of unit ``normal`` m that cut the body; nodes within ``roundoff`` are on it."""
 
-    normal: Pair
+    normal: Vector
     position: float
     roundoff: float
 
@@ -55,9 +57,9 @@ class Plane:
         """The mirror images of points (..., d)."""
         return imaged(points, self.normal, self.position)
 
-    def contains(self, vector: Pair) -> bool:
+    def contains(self, vector: Vector) -> bool:
         """Whether a vector has no component along the normal, but for round-off of its direction."""
-        return abs(float(np.dot(vector, self.normal))) <= ACROSS * float(np.hypot(*vector))
+        return abs(float(np.dot(vector, self.normal))) <= ACROSS * math.hypot(*vector)
 
     def cuts(self, tool: Tool) -> bool:
         """Whether the tool is its own mirror image."""
@@ -92,7 +94,7 @@ def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
     """Two planes that are not at a right angle are one."""
     field = f"symmetry.boundary along {named(plane.normal)}"
     right = f"in the plane of the other, {other.words}, or across it at a right angle: images of images would overlap"
-    parallel = abs(float(np.dot(plane.normal, frames(np.array(other.normal))[1]))) <= ACROSS
+    parallel = float(np.abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)).max()) <= ACROSS
     require(parallel, field, support.boundary, right)
     once = f"in the plane of the other, {other.words}: two make a periodic array"
     way = float(np.sign(np.dot(plane.normal, other.normal)))
@@ -101,7 +103,7 @@ def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
 
 def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
     """The plane of one boundary."""
-    normal, field, roundoff = support.vector, "symmetry.boundary", PLANAR * mesh.size
+    normal, field, roundoff = support.along(mesh.dimension), "symmetry.boundary", PLANAR * mesh.size
     whole = "1 in an axisymmetric scene: a ring is whole around its axis, which takes a Support"
     along = geometry is not Geometry.AXISYMMETRIC or normal[0] == 0
     require(along, "symmetry.direction", support.direction, whole)
@@ -134,7 +136,7 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
             rests = not cut or tool.turn is None
             require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
-            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(3))
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
             apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
             require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
         for k, load in enumerate(loads):

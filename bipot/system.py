@@ -128,7 +128,7 @@ class System:
     def rest(self) -> State:
         """The state at rest."""
         scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))))
+        return rest(scene, self.candidates.distance(scene.mesh.nodes, scene.at_rest))
 
 
 def system_of(scene: Scene) -> System:

@@ -14,6 +14,7 @@ Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
 Pair = tuple[float, float]
+Vector = tuple[float, ...]
 
 Scalar = TypeVar("Scalar", bound=np.generic)
 

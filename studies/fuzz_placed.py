@@ -5,6 +5,8 @@ A tool that a force drives goes its path across the force, and along it as far a
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from bipot.paths import Amplitude
@@ -54,7 +56,7 @@ def directions(scene: Scene) -> Floats:
     out = np.zeros((len(scene.tools), 2))
     for k, tool in enumerate(scene.tools):
         if tool.driven_by is not None:
-            out[k] = np.array(tool.driven_by.vector) / np.hypot(*tool.driven_by.vector)
+            out[k] = np.array(tool.driven_by.vector) / math.hypot(*tool.driven_by.vector)
     return out
 
 
@@ -66,7 +68,7 @@ def driven_tools(scene: Scene) -> Ints:
 def forces_on_tools(scene: Scene, tau: float) -> Floats:
     """Sizes (m,) of the forces that drive whole tools."""
     forces = [tool.driven_by for tool in scene.tools if tool.driven_by is not None]
-    return np.array([np.hypot(*force.vector) * _at(force.amplitude, tau) for force in forces])
+    return np.array([math.hypot(*force.vector) * _at(force.amplitude, tau) for force in forces])
 
 
 def halves(scene: Scene) -> Floats:

@@ -150,7 +150,7 @@ def _moved(surface: Surface, normal: Floats, foot: Floats) -> Surface:
     """A surface that looks down from the origin, looking along ``normal`` from ``foot``."""
     turn = np.column_stack([(-normal[1], normal[0]), -normal])
 
-    def at(point: tuple[float, float]) -> tuple[float, float]:
+    def at(point: tuple[float, ...]) -> tuple[float, float]:
         return pair(turn @ point + foot)
 
     if isinstance(surface, Circle):

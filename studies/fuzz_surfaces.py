@@ -44,11 +44,11 @@ class Seen:
         """What angles are multiplied by."""
         return float(np.prod(self.sign))
 
-    def point(self, x: tuple[float, float]) -> tuple[float, float]:
+    def point(self, x: tuple[float, ...]) -> tuple[float, float]:
         """A place."""
         return pair((np.array(x) * self.sign + self.shift) * self.length)
 
-    def way(self, v: tuple[float, float], length: float = 1.0) -> tuple[float, float]:
+    def way(self, v: tuple[float, ...], length: float = 1.0) -> tuple[float, float]:
         """A direction, or a vector with components in units of a ``length``."""
         return pair(np.array(v) * self.sign * length)
 

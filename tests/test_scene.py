@@ -63,7 +63,7 @@ def reversed_mesh():
         (lambda: tool(normal=(0.0, -2.0)), "tool.normal"),
         (lambda: tool(travel=(0.0, float("nan"))), "tool.travel"),
         (lambda: tool(candidates=()), "tool.candidates"),
-        (lambda: Support("base", 2), "support.direction = 2: must be 0 or 1"),
+        (lambda: Support("base", 3), "support.direction = 3: must be 0, 1 or, in space, 2"),
         (lambda: scene(tools=(tool(candidates=("lid",)),)), r"boundary = 'lid': must be one of \['axis', 'base'"),
         (lambda: scene(supports=(Support("floor", 1),)), "boundary = 'floor'"),
         (lambda: scene(mesh=reversed_mesh()), "Jacobian determinant .* is not positive: number nodes anticlockwise"),

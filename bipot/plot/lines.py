@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.mesh import Facets
+from bipot.elements import Element
+from bipot.facets import Facets
 from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -25,10 +26,11 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of elements (e, k), curved as they are; ``style`` is matplotlib's."""
+    """The edges of plane elements (e, k), curved as they are; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
-    lines = LineCollection(list(curved(nodes, Facets.of(elements).nodes)), **{"color": "0.6", "lw": 0.5, **style})
+    edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
+    lines = LineCollection(list(curved(nodes, edges)), **{"color": "0.6", "lw": 0.5, **style})
     axes = axes_of(ax)
     axes.add_collection(lines)
     axes.autoscale_view()

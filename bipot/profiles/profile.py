@@ -18,7 +18,7 @@ from bipot.profiles.pieces import Pieces
 from bipot.reflection import reflected
 from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Surface, Tips, place
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Pair
+from bipot.typing import Bools, Floats, Vector
 
 PAST = 2 * np.pi / 3
 """Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
@@ -119,13 +119,13 @@ class Profile:
         convex = rounds.turn > 0
         return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.thickness)
 
-    def mirrored(self, normal: Pair, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
         return self.same(self.image(normal, position), roundoff)
 
-    def image(self, normal: Pair, position: float) -> Profile:
+    def image(self, normal: Vector, position: float) -> Profile:
         """As :meth:`bipot.surfaces.Surface.image`: followed the other way, so that the tool stays on the right."""
-        points = tuple(reflected(point, normal, position) for point in self.points[::-1])
+        points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
         radii = self._radii[::-1]
         # The round before a side of a closed line becomes the one behind it.
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)

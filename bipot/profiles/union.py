@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import require, require_tuple
 from bipot.surfaces import Distance, Surface, Tips
-from bipot.typing import Bools, Floats, Ints, Pair, Scalar
+from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ class Union:
             min(tips.thickness for tips in found),
         )
 
-    def mirrored(self, normal: Pair, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`: one of them may be another's image."""
         return self.same(self.image(normal, position), roundoff)
 
-    def image(self, normal: Pair, position: float) -> Union:
+    def image(self, normal: Vector, position: float) -> Union:
         """As :meth:`bipot.surfaces.Surface.image`."""
         return Union(tuple(surface.image(normal, position) for surface in self.surfaces))
 

@@ -163,11 +163,11 @@ def padded(vectors: Floats) -> Floats:
 
 
 def symmetric(mandel: Floats) -> Floats:
-    """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, 4) in the plane.
+    """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, s), of a plane or of space.
 
     >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
     array([[1., 2., 3., 1., 0., 0.]])
     """
-    out = np.zeros((len(mandel), 6))
-    out[:, :4] = mandel / SHEAR
+    out = np.pad(mandel, ((0, 0), (0, 6 - mandel.shape[1])))
+    out[:, 3:] /= np.sqrt(2.0)
     return out

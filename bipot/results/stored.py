@@ -25,6 +25,7 @@ from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place
 from bipot.results.vtkhdf import FORMAT
 from bipot.typing import Floats
+from bipot.tensors import components
 
 TRIES, PAUSE = 50, 0.02
 """How often a file is read anew that is written meanwhile, and the seconds between."""
@@ -144,13 +145,19 @@ class Run:
         group = self.root.group("bipot/mesh")
         names = self.about()["boundaries"]
         edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(names)}
-        nodes, elements = group.array("nodes", "f", (None, 2)), group.array("elements", "i", (None, None))
+        nodes = group.array("nodes", "f", (None, self._dimension))
+        elements = group.array("elements", "i", (None, None))
         return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges))
+
+    @property
+    def _dimension(self) -> int:
+        """3 where nodes have so many coordinates, else 2, which others are then refused for."""
+        return 3 if self.root.group("bipot/mesh").shape("nodes")[1:] == (3,) else 2
 
     def nodes(self, step: int) -> Floats:
         """Where the nodes (a, d) are in a step."""
         points = self.root.group("bipot/mesh").length("nodes")
-        return self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, :2]
+        return self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, : self._dimension]
 
     def field(self, place: Place, name: str, step: int) -> NDArray[Any]:
         """A field of the nodes or of the elements in a step."""
@@ -179,12 +186,12 @@ class Run:
         """Where the march was after a step."""
         own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
         points, cells = mesh.length("nodes"), mesh.length("elements")
-        contacts = self.root.group("bipot/candidates").length("node")
+        contacts, d = self.root.group("bipot/candidates").length("node"), self._dimension
 
         def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
             return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
-        stress = one("stress", (cells, None, 4))
+        stress = one("stress", (cells, None, components(d)))
         at_points = stress.shape[:2]
         translation = one("translation", (None,))
         flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
@@ -196,9 +203,9 @@ class Run:
                 stress=stress,
                 plastic_strain=one("plastic_strain", stress.shape),
                 peeq=one("peeq", at_points),
-                forces=one("contact_force", (contacts, 2)),
+                forces=one("contact_force", (contacts, d)),
                 gap=one("gap", (contacts,)),
-                du=one("du", (points, 2)),
+                du=one("du", (points, d)),
                 translation=translation,
                 translated=one("translated", translation.shape),
                 length=float(one("length")),
@@ -206,7 +213,7 @@ class Run:
             ),
         )
         tau, middle = one("before_times", (2,), finite=False)
-        velocity = one("before_velocity", (2 * points + len(translation),))
+        velocity = one("before_velocity", (d * points + len(translation),))
         return self._made(
             f"step {step}",
             lambda: Course(
