@@ -68,7 +68,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         if any((case.name, mesh, one.quantity) not in table for one in asked_on(case, mesh, others=not asked.fast))
     ]
     for rows in measures(left, others=not asked.fast):
-        table.add(*rows)
+        table.add(*(row for row in rows if (row.case, row.mesh, row.quantity) not in table))
     say(text([row for row in table.rows if row.case in asked.only], SHOWN))
     if asked.page is not None:
         with replacing(asked.page) as part:
