@@ -22,6 +22,7 @@ from bipot.laws.flow import Flow
 from bipot.marching import march, system_of
 from bipot.response import State
 from bipot.results import Recorder
+from studies.command import command, say
 from studies.upsetting import UNITS, history_columns
 from studies.upsetting_case import Case, cases, parser
 
@@ -81,16 +82,17 @@ def case(form: str, side: int, increments: int = INCREMENTS) -> Case:
     return found
 
 
+@command
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
-    print("form      elements   writing   columns  kB/increment  over numbers")
+    say("form      elements   writing   columns  kB/increment  over numbers")
     for form in FORMS:
         for side in SIDES:
             with TemporaryDirectory() as folder:
                 found = cost(case(form, side), Path(folder) / "run")
             shares = f"{100 * found.share:8.1f}%  {100 * found.columns / found.seconds:8.1f}%"
             told = f"{shares}  {found.bytes / 1e3:12.1f}  {found.bytes / found.state:12.2f}"
-            print(f"{form:8s}  {side:3d}x{side:<4d}  {told}")
+            say(f"{form:8s}  {side:3d}x{side:<4d}  {told}")
     return 0
 
 

@@ -152,7 +152,7 @@ def legend(drawn: Sequence[tuple[Axes, History, Line]]) -> list[Line2D]:
         Line2D([], [], color=BLUE, marker="o", label=f"pressure $p$, {at[0]}", **nodal),
         Line2D([], [], color=VERMILLION, marker="+", label=rf"shear $\tau$, {at[1]}", **nodal),
         *([Line2D([], [], label=r"envelope $\mu p$", **ENVELOPE)] if any(map(bounded, mus)) else []),
-        Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner; farther out: nodes of the side that landed"),
+        Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner; beyond: landed"),
         *(Line2D([], [], ls="", **mark) for status, mark in MARKS.items() if status in statuses),
     ]
 

@@ -32,7 +32,7 @@ def test_every_study_with_a_table_has_both_options():
     scripts = [path for path in (ROOT / "studies").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8")]
     lacking = [path.stem for path in scripts if "add_options(" not in path.read_text(encoding="utf-8")]
     assert len(scripts) > 12
-    assert set(lacking) <= {"alone", "comparison_page", "provenance", "upsetting"}
+    assert set(lacking) <= {"alone", "comparison_page", "picture", "provenance", "upsetting"}
 
 
 def test_every_command_goes_through_the_one_that_ends_it():
