@@ -64,20 +64,6 @@ class Support:
         x, y = (0.0 if abs(part) <= surfaces.ACROSS else part for part in self.direction)
         return (float(np.sign(x)), float(np.sign(y))) if x == 0 or y == 0 else (x, y)
 
-    @property
-    def axis(self) -> int:
-        """The number of the axis that the direction is, 0 or 1, whichever way along it.
-
-        Raises:
-            SceneError: it is between the axes.
-
-        >>> Support("top", 1).axis, Support("top", (0.0, -1.0)).axis
-        (1, 1)
-        """
-        x, y = self.vector
-        require(x == 0 or y == 0, "support.direction", self.direction, "along an axis: it is asked by its number")
-        return int(x == 0)
-
 
 @dataclass(frozen=True)
 class Prescribed(Support):

@@ -101,7 +101,7 @@ def _tool(rng: Rng, scene: Scene, tool: AnyTool, symmetric: bool) -> ShapedTool:
     surface = _moved(local, normal, foot + down * normal)
     travel = (0.0, tool.travel[1]) if centred else tool.travel
     rests = ring or centred or rng.random() >= TURNING
-    turn = None if rests else _turn(rng, surface, foot, normal, (extent, float(np.hypot(*travel))))
+    turn = None if rests else _turn(rng, surface, foot, normal, (extent, float(np.linalg.norm(travel))))
     return ShapedTool(
         surface, travel, tool.candidates, tool.mu, tool.path, tool.mu_at, sampling=Sampling.NODES, turn=turn
     )

@@ -124,6 +124,6 @@ def _loads(load: Load, d: int, image: Ints) -> tuple[Load, ...]:
     raise TypeError(f"no mirror image known for {load!r}")
 
 
-def _reversed(vector: tuple[float, float], along: int) -> tuple[float, float]:
+def _reversed(vector: tuple[float, ...], along: int) -> tuple[float, float]:
     """A vector with one of its components reversed."""
     return pair(np.where(np.arange(2) == along, -1.0, 1.0) * vector)
