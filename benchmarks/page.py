@@ -1,4 +1,4 @@
-"""The table of limits in docs/robustness.md: ``python -m benchmarks.page [--results docs/results] [--write PAGE]``."""
+"""The table of limits in docs/benchmarks.md: ``python -m benchmarks.page [--results docs/results] [--write PAGE]``."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ results by name and its certificate. Public names by subject; everything else is
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
-* meshes: Mesh, Element, Layout, block, cylinder, ring
+* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -77,6 +77,7 @@ from bipot.response import State
 from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
+from bipot.solids import brick, cylinder_3d
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.surfaces import Circle, Plane
 from bipot.tools import FlatTool, Sampling, ShapedTool
@@ -165,8 +166,10 @@ __all__ = [
     "VolumeChange",
     "VonMises",
     "block",
+    "brick",
     "conic_program",
     "cylinder",
+    "cylinder_3d",
     "flat_punch",
     "limit_load",
     "march",

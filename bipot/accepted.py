@@ -82,7 +82,7 @@ class Accepted:
             SceneError: a number that is no tool's.
         """
         self._require_tool(tool)
-        return self._scene.placed(self.state.tau, self.state.translation)[tool]
+        return self.scene.placed(self.state.tau, self.state.translation)[tool]
 
     def tool_moment(self, tool: int) -> float:
         """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not."""
@@ -96,7 +96,7 @@ class Accepted:
         Raises:
             SceneError: a number that is no tool's.
         """
-        scene = self._scene
+        scene = self.scene
         self._require_tool(tool)
         return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
 
@@ -114,17 +114,17 @@ class Accepted:
 
         The displacement of this increment alone, to its own round-off, is ``state.du``.
         """
-        return self.state.nodes - self._scene.mesh.nodes
+        return self.state.nodes - self.scene.mesh.nodes
 
     @property
     def stress(self) -> Components:
         """Cauchy stress, ``stress["rz"]`` (e, q)."""
-        return Components(self.state.stress, self._scene.geometry)
+        return Components(self.state.stress, self.scene.geometry)
 
     @property
     def plastic_strain(self) -> Components:
         """Plastic strain, turned with the body, ``plastic_strain["zz"]`` (e, q)."""
-        return Components(self.state.plastic_strain, self._scene.geometry)
+        return Components(self.state.plastic_strain, self.scene.geometry)
 
     @property
     def peeq(self) -> Floats:
@@ -148,9 +148,10 @@ class Accepted:
 
     def _require_tool(self, tool: int) -> None:
         require_count(tool, "tool", 0)
-        count = len(self._scene.tools)
+        count = len(self.scene.tools)
         require(tool < count, "tool", tool, f"in [0, {count}), the scene's tools")
 
     @property
-    def _scene(self) -> Scene:
+    def scene(self) -> Scene:
+        """The scene that is marched."""
         return self.solved.iterate.increment.system.body.scene

@@ -10,6 +10,7 @@ import numpy as np
 from bipot.closeness import touches
 from bipot.contact import Candidates
 from bipot.meeting import Going, Meeting
+from bipot.poses import pose_size
 from bipot.response import State
 from bipot.typing import Floats
 
@@ -35,8 +36,8 @@ class Advance:
 
     @cached_property
     def path(self) -> Floats:
-        """What poses (k, 3) change by along paths and by prescribed turns."""
-        return np.column_stack([self.travel, self.turned])
+        """What poses (k, p) change by along paths and by prescribed turns."""
+        return self.by(self.travel)
 
     @cached_property
     def driven(self) -> Floats:
@@ -54,13 +55,19 @@ class Advance:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
         return self.candidates.frames_at(self.start.nodes, self.placed)
 
+    def by(self, travel: Floats) -> Floats:
+        """What poses (k, p) change by where the tools ``travel`` (k, d), and turn as is prescribed."""
+        angles = np.zeros((len(travel), pose_size(travel.shape[1]) - travel.shape[1]))
+        angles[:, 0] = self.turned
+        return np.hstack([travel, angles])
+
     def swept(self, advance: Floats) -> Floats:
         """How far (c, d) their turns take the points of tools, whose poses ``advance`` (k, 3), at the candidates."""
         return self.candidates.faces.swept(self.candidates.mean(self.start.nodes), self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
-        before = self._in_air(advance[:, :2]) if self._forced else self._in_air_along_path
+        before = self._in_air(advance[:, : du.shape[1]]) if self._forced else self._in_air_along_path
         return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
 
     def _going(self, du: Floats, advance: Floats) -> Going:
@@ -84,5 +91,4 @@ class Advance:
         comes to it in that, its turn counts as theirs does.
         """
         apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
-        advance = np.column_stack([travel, self.turned])
-        return self.candidates.faces.in_air(apart, self._going(self.driven, advance))
+        return self.candidates.faces.in_air(apart, self._going(self.driven, self.by(travel)))

@@ -73,7 +73,9 @@ class Surroundings:
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Plane]) -> Surroundings:
-        """Of the modelled part what is not in a plane."""
+        """Of the modelled part what is not in a plane; in space none, for no tool there has tips."""
+        if mesh.dimension == 3:
+            return Surroundings(np.empty((0, 2), dtype=np.intp), planes)
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
         edges = edges[~np.any(cut, axis=0)] if cut else edges
@@ -83,9 +85,7 @@ class Surroundings:
         """Ends (f', 2, d) of the whole body's segments where the modelled part's nodes are at ``nodes`` (a, d)."""
         out = nodes[self.lines]
         for plane in self.planes:
-            image = out[:, ::-1].copy()
-            image[..., plane.direction] = 2 * plane.position - image[..., plane.direction]
-            out = np.concatenate([out, image])
+            out = np.concatenate([out, plane.images(out[:, ::-1])])
         return out
 
     def nodes(self, found: Bools) -> tuple[int, int] | None:
@@ -145,17 +145,27 @@ def _passed(start: Floats, end: Floats, tips: Tips, surface: Surface) -> Bools:
     out = np.zeros(len(start), dtype=bool)
     times = np.linspace(0.0, 1.0, STEPS + 1)
     above = np.array([_above((1 - s) * start + s * end, tips) for s in times])
-    for k, f, m in np.argwhere((above[:-1] >= 0) & (above[1:] < 0)).tolist():
-        tip = Tips(tips.centre[m : m + 1], tips.radius[m : m + 1], tips.thickness)
-        early, late = times[k : k + 2].tolist()
-        for _ in range(HALVINGS):
-            when = (early + late) / 2
-            ends = (1 - when) * start[f : f + 1] + when * end[f : f + 1]
-            early, late = (when, late) if _above(ends, tip).item() >= 0 else (early, when)
-        ends = (1 - late) * start[f] + late * end[f]
-        on = -ON <= _Place.of(ends[None], tip).foot.item() <= 1 + ON
-        out[f] |= on and _holds(surface, ends, tip)
+    step, f, m = np.nonzero((above[:-1] >= 0) & (above[1:] < 0))
+    early, late = times[step], times[step + 1]
+    one, other = start[f], end[f]
+    # a tip of its own for each: they broadcast as tips of all segments do
+    tip = Tips(tips.centre[m, None], tips.radius[m, None], tips.thickness)
+    for _ in range(HALVINGS if len(f) else 0):
+        when = (early + late) / 2
+        still = _above(_between(one, other, when), tip)[:, 0] >= 0
+        early, late = np.where(still, when, early), np.where(still, late, when)
+    ends = _between(one, other, late)
+    foot = _Place.of(ends, tip).foot[:, 0]
+    on = (foot >= -ON) & (foot <= 1 + ON)
+    passed = f[on][_holds(surface, ends[on], tips.centre[m[on]], tips.radius[m[on]])]
+    out[passed] = True
     return out
+
+
+def _between(start: Floats, end: Floats, when: Floats) -> Floats:
+    """Segments (n, 2, d) on their way from ``start`` to ``end`` at the times (n,)."""
+    s = when[:, None, None]
+    return (1 - s) * start + s * end
 
 
 def _above(ends: Floats, tips: Tips) -> Floats:
@@ -164,9 +174,9 @@ def _above(ends: Floats, tips: Tips) -> Floats:
     return place.height - tips.radius + place.allowed
 
 
-def _holds(surface: Surface, ends: Floats, tip: Tips) -> bool:
-    """Whether the deepest point of the tip's circle behind a segment (2, d) is one of the tool: it may be no arc's."""
-    along = ends[1] - ends[0]
-    length = float(norm(along))
-    deepest = tip.centre[0] - tip.radius[0] * np.array([along[1], -along[0]]) / length
-    return float(surface.distance(deepest).gap) <= ON * length
+def _holds(surface: Surface, ends: Floats, centre: Floats, radius: Floats) -> Bools:
+    """Whether the deepest point of each circle (n, d), (n,) behind its segment (n, 2, d) is one of the tool."""
+    along = ends[:, 1] - ends[:, 0]
+    length = norm(along)
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=-1) / length[:, None]
+    return surface.distance(centre - radius[:, None] * outward).gap <= ON * length

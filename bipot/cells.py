@@ -9,7 +9,7 @@ import numpy as np
 
 from bipot.elements import Element
 from bipot.errors import require, require_positive
-from bipot.facets import Facets
+from bipot.facets import Facets, edges_of
 from bipot.machine import require_memory
 from bipot.typing import Floats, Ints
 
@@ -21,22 +21,30 @@ SMALLEST = 1e-8
 
 
 class Parts(NamedTuple):
-    """Nodes (a, 2), elements (e, k) and edges (f, n) by the boundary's name: what a mesh is made of."""
+    """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: what a mesh is made of."""
 
     nodes: Floats
     elements: Ints
     boundaries: Mapping[str, Ints]
 
+    @property
+    def element(self) -> Element:
+        """What its elements are."""
+        return Element.of(self.elements.shape[1], self.nodes.shape[1])
 
-def require_room(quadrilaterals: int, element: Element, field: str, value: int) -> None:
-    """Refuse a ``value`` of ``field`` that makes more ``quadrilaterals``, or halves of them, than memory has room for.
+
+def require_room(boxes: int, element: Element, field: str, value: int) -> None:
+    """Refuse a ``value`` of ``field`` that makes more ``boxes``, or parts of them, than memory has room for.
+
+    Boxes are quadrilaterals and hexahedra.
 
     Raises:
         SceneError: naming the field.
     """
-    # In a large mesh each has one corner, two mid-sides and a centre of its own, and halves have four nodes together.
-    own = 1 if not element.quadratic else 3 if element.corners == 4 and not element.centred else 4
-    require_memory(own * quadrilaterals, field, value)
+    # In a large mesh each has one corner of its own, and these mid-sides and centres, together with its parts.
+    d = element.dimension
+    own = 1 if not element.quadratic else 1 + d if element.shape.cube and not element.centred else 2**d
+    require_memory(own * boxes, field, value)
 
 
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:
@@ -56,25 +64,21 @@ def converted(parts: Parts, element: Element) -> Parts:
     """The same shape in other elements: mid-sides (of straight edges) and centres are added where asked, or dropped.
 
     Raises:
-        SceneError: triangles are asked for quadrilaterals, or quadrilaterals for triangles.
+        SceneError: elements of another shape are asked for.
     """
-    source = Element.of(parts.elements.shape[1])
+    source = parts.element
     allowed = f"with the {source.corners} corners of {source.name}"
-    require(element.corners == source.corners, "element", element.name, allowed)
+    require(element.shape is source.shape, "element", element.name, allowed)
     nodes, cells = parts.nodes, parts.elements[:, : element.nodes]
     if element.quadratic and not source.quadratic:
-        facets = Facets.of(cells)
-        nodes, cells = (
-            np.vstack([nodes, nodes[facets.ends].mean(axis=1)]),
-            np.hstack([cells, len(nodes) + facets.number]),
-        )
+        ends, number = edges_of(cells, source)
+        nodes, cells = np.vstack([nodes, nodes[ends].mean(axis=1)]), np.hstack([cells, len(nodes) + number])
     if element.centred and not source.centred:
         centre = len(nodes) + np.arange(len(cells))
         nodes, cells = np.vstack([nodes, CENTRE @ nodes[cells]]), np.column_stack([cells, centre])
-    facets = Facets.of(cells)
-    ends = {name: edges[:, [0, -1]] for name, edges in parts.boundaries.items()}
-    edges = {name: np.insert(some, 1, facets.nodes[facets.find(some), 1:-1].T, axis=1) for name, some in ends.items()}
-    return used(Parts(nodes, cells, edges))
+    facets = Facets.of(cells, element)
+    ends = {name: some[:, source.ends] for name, some in parts.boundaries.items()}
+    return used(Parts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
 
 
 def used(parts: Parts) -> Parts:
@@ -82,5 +86,5 @@ def used(parts: Parts) -> Parts:
     kept, elements = np.unique(parts.elements, return_inverse=True)
     number = np.full(len(parts.nodes), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
-    boundaries = {name: number[edges] for name, edges in parts.boundaries.items()}
+    boundaries = {name: number[facets] for name, facets in parts.boundaries.items()}
     return Parts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)

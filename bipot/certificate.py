@@ -6,13 +6,14 @@ stress sigma, plastic strain increment e_p from the state the increment started 
 * equilibrium: largest nodal residual over the largest nodal sum of |element forces| and |loads|;
 * tool equilibrium: that of a tool that a force drives, over this force; of one that a moment turns, over this or the
   sum of |r| times the arm, the larger;
-* yield: max (sigma_eq - sigma_Y)+ / sigma_Y;      * penetration: max (-(g + du_n))+ / body size;
+* yield: max (sigma_eq - sigma_Y)+ / sigma_Y;
+* penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
 * law: max |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the increment, rho the elastic
   stiffness of the contact's node at rest (over mu where that is above one): where slips are tiny a wrong force costs no
   energy;
 * gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
-       + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
+  + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
   sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, the bifunctional (19),
   in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment,
   and the material's part also to its own, the plastic dissipation and the stored energy.

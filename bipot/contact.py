@@ -35,6 +35,8 @@ from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
 REACH = 10.0
 """A tool farther from the body than this many sizes of it does not matter to it."""
 
@@ -84,7 +86,7 @@ class Candidates:
     @cached_property
     def frames(self) -> Floats:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        return self.faces.slopes(self.mean(self.scene.mesh.nodes), np.zeros((len(self.scene.tools), 3)))
+        return self.faces.slopes(self.mean(self.scene.mesh.nodes), self.scene.at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
         """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
@@ -129,11 +131,11 @@ class Candidates:
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
         """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction.
 
-        Of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3).
+        Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
         """
         arms = self.faces.arms(self.mean(nodes), placed)
-        normal, tangent = self._operators(self.frames_at(nodes, placed), arms)
-        return normal.T @ r[:, 0] + tangent.T @ r[:, 1]
+        normal, tangents = self._operators(self.frames_at(nodes, placed), arms)
+        return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
     def add_bending(self, K: Floats, bending: Floats) -> None:
         """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
@@ -151,7 +153,8 @@ class Candidates:
         own, elements = np.flatnonzero(shaped[self.tool]), self.scene.mesh.elements
         _, first = np.unique(elements, return_index=True)
         element, local = np.divmod(first[self.node[own]], elements.shape[1])
-        return own, element, 2 * local[:, None] + np.arange(2)
+        d = self.scene.mesh.dimension
+        return own, element, d * local[:, None] + np.arange(d)
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
@@ -175,12 +178,17 @@ class Candidates:
         Supports hold them, and neither force nor moment moves the tool along that.
         """
         nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
-        moving = [movable(self.scene, self.space, k, own)[:, 0] for k, own in enumerate(nodes)]
+        moving = [movable(self.scene, k, own)[:, 0] for k, own in enumerate(nodes)]
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates."""
-        return np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates.
+
+        Where one of its components is round-off of zero it is zero: no tool slides before it presses.
+        """
+        moved = np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        lengths = norm(travel)[self.tool] + norm(driven)
+        return np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0)
 
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
         """Operators of an increment that starts with the gaps (c,).
@@ -194,7 +202,7 @@ class Candidates:
     def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
         """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
         operators = self._operators(meeting.frames, meeting.arm)
-        motion = meeting.motion - np.column_stack([G @ x for G in operators])
+        motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
         return self._rows(gap, operators, motion)
 
     def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
@@ -206,7 +214,7 @@ class Candidates:
         return ContactRows(
             normal_rows,
             motion[:, 0].copy(),
-            rows_of(tangent_rows, rubs),
+            rows_of(tangent_rows, np.repeat(rubs, motion.shape[1] - 1)),
             motion[rubs, 1:],
             np.flatnonzero(rubs),
             np.where(acts, mu, np.where(tied, np.inf, 0.0)),
@@ -232,37 +240,42 @@ class Candidates:
     @cached_property
     def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate at rest."""
-        return self._operators(self.frames, np.zeros((len(self.node), 2)))
+        return self._operators(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
 
     def _operators(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d)."""
-        return self._operator(frames[:, 0], arm), self._operator(frames[:, 1], arm)
+        count, d, _ = frames.shape
+        across = np.repeat(np.arange(count), d - 1)
+        return self._operator(frames[:, 0], np.arange(count), arm), self._operator(
+            frames[:, 1:].reshape(-1, d), across, arm[across]
+        )
 
-    def _operator(self, direction: Floats, arm: Floats) -> sp.csr_matrix:
-        """Rows ``direction . (dU_point - dU_tool)``, held nodes and what paths prescribe of tools apart."""
-        W, (number, led) = self.weights, self._led
-        count, owner = len(self.node), np.repeat(np.arange(len(self.node)), np.diff(W.indptr))
-        row = np.concatenate([np.repeat(owner, 2), led])
-        nodal = self.space.position[2 * W.indices[:, None] + np.arange(2)].ravel()
-        column = np.concatenate([nodal, len(self.space.free) + number])
-        by_tool = -np.vecdot(direction[led], self.scene.drives.motion(number, arm[led]))
+    def _operator(self, direction: Floats, number: Ints, arm: Floats) -> sp.csr_matrix:
+        """Rows ``direction . (dU_point - dU_tool)`` of the candidates of that ``number``, along directions (m, d).
+
+        Seen at ``arm`` (m, d). Held nodes and what paths prescribe of tools are apart.
+        """
+        W, (count, d) = self.weights, direction.shape
+        if count > len(self.node):
+            W = W[number]
+        owner = np.repeat(np.arange(count), np.diff(W.indptr))
+        coordinate, led = np.nonzero(self._owned[self.scene.drives.tool][:, number])
+        row = np.concatenate([np.repeat(owner, d), led])
+        moved = self.space.position[d * W.indices[:, None] + np.arange(d)].ravel()
+        column = np.concatenate([moved, len(self.space.free) + coordinate])
+        by_tool = -np.vecdot(direction[led], self.scene.drives.motion(coordinate, arm[led]))
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        entries = np.concatenate([(W.data[:, None] * direction[owner]).ravel(), by_tool])
+        along = self.space.axes.at(np.asarray(W.indices, np.intp), direction[owner])
+        entries = np.concatenate([(W.data[:, None] * along).ravel(), by_tool])
         # A normal that turns keeps its zeros: rows have the same entries at all iterates.
         kept = (column >= 0) & ((entries != 0) | self.curved)
         return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
-
-    @cached_property
-    def _led(self) -> tuple[Ints, Ints]:
-        """Numbers (p,) of driven coordinates and candidates (p,), each of whose tool it is."""
-        number, led = np.nonzero(self._owned[self.scene.drives.tool])
-        return number, led
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:
     """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
     found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
-    ways = [moving(scene, space, k, own) for k, own in enumerate(found)]
+    ways = [moving(scene, k, own) for k, own in enumerate(found)]
     chosen = [moves[:, 0] for moves in ways]
     rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
     none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]
@@ -272,7 +285,7 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
-    slides = np.concatenate([none, *(moves[:, 1][own] for moves, own in zip(ways, chosen, strict=True))])
+    slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
     still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,

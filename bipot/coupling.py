@@ -70,8 +70,11 @@ class Coupled:
         turned = -np.einsum("cij,caj->cai", bending, w) + spin * across(f)[:, None]
         own = -np.einsum("cbi,cai->cab", turned, w)
         own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
-        out[at, 2:, :2] = turned
-        out[at, :2, 2:] = turned.transpose(0, 2, 1)
+        # The unknowns of a node are components along its own axes.
+        axes, nodes = self.scene.holding.axes, self.node[at]
+        nodal = np.stack([axes.at(nodes, turned[:, a]) for a in range(MOST)], axis=1)
+        out[at, 2:, :2] = nodal
+        out[at, :2, 2:] = nodal.transpose(0, 2, 1)
         out[at, 2:, 2:] = own
         return out
 

@@ -110,7 +110,10 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
         # Tools that forces drive bind the contacts of all nodes together, and so do nodes that contacts have in common.
         return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
     contacts = np.bincount(node[active.closed], minlength=count)
-    unknowns = contacts + rows.tangents * np.bincount(node[active.still], minlength=count)
+    # Along a tangent that nothing can move along there is no force.
+    along = np.zeros(rows.count)
+    along[rows.frictional] = (np.diff(rows.G_t.indptr).reshape(-1, rows.tangents) > 0).sum(axis=1)
+    unknowns = contacts + np.bincount(node[active.still], along[active.still], minlength=count)
     free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
     # A single contact on a node that is free to move has independent directions, whatever else moves.
     suspect = (contacts > 1) | (unknowns > free)
@@ -214,7 +217,7 @@ def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
         alone = np.arange(rows.count) == c
         normal = rows_of(rows.G_n, alone).toarray()
         tangents = rows_of(rows.G_t, _slips(rows, alone)).toarray()
-        own = [normal, tangents] if active.still[c] else [normal]
+        own = [normal, tangents[tangents.any(axis=1)]] if active.still[c] else [normal]
         forbidden += own
         by_motion += [c] * sum(map(len, own))
         if not active.still[c]:

@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.driving import Force, Moment
-from bipot.poses import Turn, across
+from bipot.mesh import Mesh
+from bipot.poses import Turn, across, pose_size
 from bipot.surfaces import Surface
 from bipot.symmetry import Plane, share
 from bipot.tools import Tool
@@ -28,7 +29,7 @@ from bipot.typing import Floats, Ints
 class Drives:
     """What drives m coordinates, ``by`` forces or moments, of the tools numbered ``tool`` (m,).
 
-    ``ways`` (m, 3) is what the tool's pose changes by as a coordinate grows by one, ``dual`` (m,) the force dual to
+    ``ways`` (m, p) is what the tool's pose changes by as a coordinate grows by one, ``dual`` (m,) the force dual to
     that, of what acts on the modelled part, over the force or the moment on the whole tool.
     """
 
@@ -38,22 +39,24 @@ class Drives:
     dual: Floats
 
     @staticmethod
-    def of(tools: Sequence[Tool], planes: Sequence[Plane], size: float) -> Drives:
-        """Those of the tools, tool by tool, of a body of that ``size`` which ``planes`` of symmetry cut."""
+    def of(tools: Sequence[Tool], planes: Sequence[Plane], mesh: Mesh) -> Drives:
+        """Those of the tools, tool by tool, of the body of that ``mesh`` which ``planes`` of symmetry cut."""
+        d = mesh.dimension
+        angles = np.zeros(pose_size(d) - d)
         by, owner, ways, dual = list[Force | Moment](), list[int](), list[Floats](), list[float]()
         for k, tool in enumerate(tools):
             if tool.driven_by is not None:
                 by.append(tool.driven_by)
                 owner.append(k)
-                ways.append(np.append(tool.driven_by.direction, 0.0))
+                ways.append(np.append(tool.driven_by.direction, angles))
                 dual.append(share(planes, tool))
             if tool.turn is not None and tool.turn.driven_by is not None:
-                spin = 1.0 / lever(tool.face, tool.turn, size)
+                spin = 1.0 / lever(tool.face, tool.turn, mesh.size)
                 by.append(tool.turn.driven_by)
                 owner.append(k)
                 ways.append(np.array([0.0, 0.0, spin]))
                 dual.append(spin)
-        return Drives(tuple(by), np.array(owner, np.intp), np.array(ways).reshape(-1, 3), np.array(dual))
+        return Drives(tuple(by), np.array(owner, np.intp), np.array(ways).reshape(-1, pose_size(d)), np.array(dual))
 
     def __len__(self) -> int:
         return len(self.by)
@@ -63,20 +66,21 @@ class Drives:
         return self.dual * np.array([drive.at(tau) for drive in self.by])
 
     def poses(self, coordinates: Floats, count: int) -> Floats:
-        """What the poses (k, 3) of ``count`` tools change by where these are the ``coordinates`` (m,)."""
-        out = np.zeros((count, 3))
+        """What the poses (k, p) of ``count`` tools change by where these are the ``coordinates`` (m,)."""
+        out = np.zeros((count, self.ways.shape[1]))
         np.add.at(out, self.tool, coordinates[:, None] * self.ways)
         return out
 
     def motion(self, number: Ints, arm: Floats) -> Floats:
         """w (…, d) of points seen from their tool's centre at ``arm`` (…, d), of the coordinates ``number`` (…)."""
-        ways = self.ways[number]
-        return ways[..., :2] + ways[..., 2:] * across(arm)
+        along, spins = self.ways[number, : arm.shape[-1]], self.spins[number, None]
+        # Only in a plane is there a moment, and what is across.
+        return along + spins * across(arm) if spins.any() else along
 
     @property
     def spins(self) -> Floats:
         """1/L (m,) of those that are turns, 0 of others."""
-        return self.ways[:, 2]
+        return self.ways[:, -1]
 
 
 def lever(surface: Surface, turn: Turn, size: float) -> float:

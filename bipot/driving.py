@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude, pair
+from bipot.paths import RAMP, Amplitude, vector
 from bipot.typing import Floats
 
 
@@ -19,11 +20,11 @@ class Force:
     the tool's place open: it is refused.
     """
 
-    vector: tuple[float, float]
+    vector: tuple[float, ...]
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vector", pair(self.vector, "force.vector", "two finite numbers"))
+        object.__setattr__(self, "vector", vector(self.vector, "force.vector"))
         require_type(self.amplitude, Amplitude, "force.amplitude")
         require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
         for size in (self.size, self.size * self.amplitude.largest):
@@ -35,7 +36,7 @@ class Force:
     @property
     def size(self) -> float:
         """|vector|."""
-        return float(np.hypot(*self.vector))
+        return math.hypot(*self.vector)
 
     @property
     def direction(self) -> Floats:

@@ -1,29 +1,67 @@
-"""The plane elements a mesh may consist of: one table of what tells them apart.
+"""The elements a mesh may consist of, in a plane and in space: one table of what tells them apart.
 
-Nodes are numbered as VTK, Gmsh and Abaqus have them: the corners anticlockwise, then the mid-sides (mid-side ``k`` lies
-between corners ``k`` and ``k + 1``), then the centre. The number of nodes tells the element.
+Nodes are numbered as VTK, meshio and Abaqus have them: the corners, then the mid-sides, edge by edge, then the centre.
+The corners of a plane element run anticlockwise, mid-side ``k`` lies between corners ``k`` and ``k + 1``; those of a
+brick run around its base, then around its top above it, and so do the mid-sides, those of the upright edges last. The
+number of nodes and the dimension tell the element.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
 from bipot.typing import Floats, Ints
 
+Numbers = tuple[tuple[int, ...], ...]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """Corners of a reference shape in [0, 1]^d, ``edges`` by their two, ``faces`` by theirs in space.
+
+    Faces run anticlockwise for who looks from outside. A ``cube`` is one of quadrilaterals, else of triangles.
+    """
+
+    corners: Numbers
+    edges: Numbers
+    faces: Numbers
+    cube: bool
+
+
+TRIANGLE = Shape(((0, 0), (1, 0), (0, 1)), ((0, 1), (1, 2), (2, 0)), (), False)
+SQUARE = Shape(((0, 0), (1, 0), (1, 1), (0, 1)), ((0, 1), (1, 2), (2, 3), (3, 0)), (), True)
+TETRAHEDRON = Shape(
+    ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
+    ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
+    False,
+)
+CUBE = Shape(
+    ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
+    ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
+    ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    True,
+)
+
 
 class Element(Enum):
-    """Triangles (T) and quadrilaterals (Q) by their number of nodes."""
+    """Triangles and tetrahedra (T), quadrilaterals (Q) and hexahedra (H) by their number of nodes."""
 
-    T3 = "t3", 3, 3, "ElementTriP1", "triangle", 5
-    T6 = "t6", 3, 6, "ElementTriP2", "triangle6", 22
-    Q4 = "q4", 4, 4, "ElementQuad1", "quad", 9
-    Q8 = "q8", 4, 8, "ElementQuadS2", "quad8", 23
-    Q9 = "q9", 4, 9, "ElementQuad2", "quad9", 28
+    T3 = "t3", TRIANGLE, 3, "ElementTriP1", "triangle", 5
+    T6 = "t6", TRIANGLE, 6, "ElementTriP2", "triangle6", 22
+    Q4 = "q4", SQUARE, 4, "ElementQuad1", "quad", 9
+    Q8 = "q8", SQUARE, 8, "ElementQuadS2", "quad8", 23
+    Q9 = "q9", SQUARE, 9, "ElementQuad2", "quad9", 28
+    T4 = "t4", TETRAHEDRON, 4, "ElementTetP1", "tetra", 10
+    T10 = "t10", TETRAHEDRON, 10, "ElementTetP2", "tetra10", 24
+    H8 = "h8", CUBE, 8, "ElementHex1", "hexahedron", 12
+    H20 = "h20", CUBE, 20, "ElementHexS2", "hexahedron20", 25
 
-    corners: int
+    shape: Shape
     nodes: int
     shapes: str
     """The element's name in scikit-fem."""
@@ -32,21 +70,31 @@ class Element(Enum):
     vtk: int
     """Its number in VTK."""
 
-    def __new__(cls, value: str, corners: int, nodes: int, shapes: str, cell: str, vtk: int) -> Element:
+    def __new__(cls, value: str, shape: Shape, nodes: int, shapes: str, cell: str, vtk: int) -> Element:
         """A member by its short name, with the columns of the table."""
         member = object.__new__(cls)
         member._value_ = value
-        member.corners, member.nodes, member.shapes, member.cell, member.vtk = corners, nodes, shapes, cell, vtk
+        member.shape, member.nodes, member.shapes, member.cell, member.vtk = shape, nodes, shapes, cell, vtk
         return member
 
     @staticmethod
-    def of(nodes: int) -> Element:
-        """The element with so many nodes.
+    def of(nodes: int, dimension: int = 2) -> Element:
+        """The element with so many nodes in a plane or in space.
 
-        >>> Element.of(6).name
-        'T6'
+        >>> Element.of(6).name, Element.of(8, 3).name
+        ('T6', 'H8')
         """
-        return next(element for element in Element if element.nodes == nodes)
+        return next(element for element in elements_of(dimension) if element.nodes == nodes)
+
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates of a node."""
+        return len(self.shape.corners[0])
+
+    @property
+    def corners(self) -> int:
+        """Number of corners."""
+        return len(self.shape.corners)
 
     @property
     def quadratic(self) -> bool:
@@ -56,37 +104,92 @@ class Element(Enum):
     @property
     def centred(self) -> bool:
         """Whether there is a node inside."""
-        return self.nodes > 2 * self.corners
-
-    @property
-    def line(self) -> str:
-        """The name of an edge in meshio."""
-        return "line3" if self.quadratic else "line"
+        return self.nodes > self.corners + len(self.shape.edges)
 
     @cached_property
     def edges(self) -> Ints:
-        """Nodes of the edges (corners, 2) or (corners, 3), end (middle) end, run anticlockwise.
+        """Nodes of the edges (n, 2) or (n, 3), end (middle) end; in a plane run anticlockwise.
 
         >>> Element.T6.edges.tolist()
         [[0, 3, 1], [1, 4, 2], [2, 5, 0]]
         """
-        start = np.arange(self.corners)
-        middle = [start + self.corners] if self.quadratic else []
-        return np.column_stack([start, *middle, np.roll(start, -1)])
+        ends = np.array(self.shape.edges)
+        middle = self.corners + np.arange(len(ends))
+        return np.insert(ends, 1, middle, axis=1) if self.quadratic else ends
+
+    @cached_property
+    def facets(self) -> Ints:
+        """Nodes of what bounds the element (n, m): its edges in a plane, in space its faces, as plane elements.
+
+        >>> Element.H20.facets[1].tolist()
+        [4, 5, 6, 7, 12, 13, 14, 15]
+        """
+        if self.dimension == 2:
+            return self.edges
+        faces = np.array(self.shape.faces)
+        if not self.quadratic:
+            return faces
+        number = {frozenset(ends): self.corners + k for k, ends in enumerate(self.shape.edges)}
+        middle = [[number[frozenset(side)] for side in zip(f, np.roll(f, -1), strict=True)] for f in faces.tolist()]
+        return np.hstack([faces, middle])
+
+    @cached_property
+    def ends(self) -> Ints:
+        """Which columns of :attr:`facets` are corners: the ends of an edge, or the corners of a face."""
+        return np.flatnonzero((self.facets < self.corners).all(axis=0))
+
+    @property
+    def facet(self) -> str:
+        """The name of what bounds the element in meshio."""
+        if self.dimension == 2:
+            return "line3" if self.quadratic else "line"
+        return Element.of(self.facets.shape[1]).cell
 
     @cached_property
     def places(self) -> Floats:
-        """The corners (corners, 2) on the reference shape, [0, 1]^2 or its half below the diagonal."""
-        square = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
-        return square if self.corners == 4 else square[[0, 1, 3]]
+        """The corners (corners, d) on the reference shape, [0, 1]^d or its part below the diagonal."""
+        return np.array(self.shape.corners, dtype=np.float64)
+
+    @cached_property
+    def every_place(self) -> Floats:
+        """All nodes (nodes, d) on the reference shape."""
+        middle = self.places[np.array(self.shape.edges)].mean(axis=1)
+        return np.vstack([self.places, middle, self.places.mean(axis=0)])[: self.nodes]
 
     @cached_property
     def mirrored(self) -> Ints:
-        """The nodes in the order that goes around the other way, from the same first corner.
+        """The nodes in the order of the mirror image, from the same first corner: in a plane the other way around.
 
         >>> Element.Q9.mirrored.tolist()
         [0, 3, 2, 1, 7, 6, 5, 4, 8]
         """
-        numbers = np.arange(self.nodes)
-        corner, middle = numbers[: self.corners], numbers[self.corners : 2 * self.corners]
-        return np.concatenate([corner[:1], corner[:0:-1], middle[::-1], numbers[2 * self.corners :]])
+        other = self.every_place.copy()
+        other[:, :2] = other[:, 1::-1]
+        return same_places(other, self.every_place)
+
+    @cached_property
+    def around(self) -> Ints:
+        """The d neighbours (corners, d) of every corner along edges, such that they span a positive volume with it."""
+        ends = np.array(self.shape.edges)
+        out = np.empty((self.corners, self.dimension), dtype=np.intp)
+        for corner in range(self.corners):
+            near = ends[(ends == corner).any(axis=1)]
+            out[corner] = near[near != corner]
+            if np.linalg.det(self.places[out[corner]] - self.places[corner]) < 0:
+                out[corner, :2] = out[corner, 1::-1]
+        return out
+
+
+@cache
+def elements_of(dimension: int) -> tuple[Element, ...]:
+    """The elements of a plane, or of space."""
+    return tuple(element for element in Element if element.dimension == dimension)
+
+
+def same_places(of: Floats, among: Floats) -> Ints:
+    """Which of the places ``among`` (b, d) those ``of`` (a, d) are.
+
+    >>> same_places(np.array([[0.5, 1.0]]), Element.Q8.every_place).tolist()
+    [6]
+    """
+    return np.argmin(np.abs(of[:, None] - among).sum(axis=2), axis=1)

@@ -80,7 +80,7 @@ class Energies:
             work=_tools(solved, r, theta) + loads,
             elastic=float(np.vdot(S, elastic)),
             plastic=float(np.vdot(S, end.plastic_strain - flowed)),
-            friction=-float(np.vdot(r[:, 1:], motion[:, 1:]) + r[:, 1] @ increment.dragged),
+            friction=-float(np.vdot(r[:, 1:], motion[:, 1:]) + np.vdot(r[:, 1:], increment.dragged)),
         )
 
     def _plus(self, images: int, **parts: float) -> Energies:
@@ -101,7 +101,7 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
     gone = travel[contacts.tool] + increment.tools.swept(solved.iterate.advance)
-    taken = np.vecdot(pushed, contacts.mean(solved.response.du)) - r[:, 1] * motion[:, 1]
+    taken = np.vecdot(pushed, contacts.mean(solved.response.du)) - np.vecdot(r[:, 1:], motion[:, 1:])
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())
 

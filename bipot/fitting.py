@@ -9,26 +9,28 @@ import numpy as np
 from bipot.between import Surroundings, inside
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
+from bipot.holding import Holding
 from bipot.laws.material import Material
 from bipot.mesh import Mesh
-from bipot.supports import free_along
+from bipot.paths import require_components
+from bipot.poses import pose_size
 from bipot.surfaces import Distance, Plane, Surface
 from bipot.symmetry import PLANAR
 from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats
 
 INSIDE = 1e-9
 """Of the body's size: how deep a tool that is driven may be in the body at rest, by round-off."""
 
 
 class Fitted(NamedTuple):
-    """What tools have to fit: a body at rest, which displacements (h,) of it are held, and its whole surface."""
+    """What tools have to fit: a body at rest, what supports hold of it, and its whole surface."""
 
     mesh: Mesh
     geometry: Geometry
     material: Material
-    held: Ints
+    holding: Holding
     surroundings: Surroundings
 
     @property
@@ -48,12 +50,16 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
     _require_surface(body.mesh, tool, label)
-    free = ~np.isin(2 * nodes[:, None] + np.arange(2), body.held)
+    d = body.mesh.dimension
+    require_components(tool.travel, d, f"{label}.travel")
+    if d == 3:
+        _require_known_in_space(tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
-    movable = bool(free_along(free, normal).any() if tool.flat else free.any())
+    holding = body.holding
+    movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(3))
+    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(pose_size(d)))
     allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
     require(deep is None, f"{label}.surface", tool.face, allowed)
     if body.ring and not tool.flat:
@@ -64,19 +70,27 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     _require_coefficients(body, tool, label)
 
 
+def _require_known_in_space(tool: Tool, label: str) -> None:
+    """A plane that does not turn, contact at nodes, friction without a cap: others are of a plane alone so far."""
+    require(tool.flat, f"{label}.surface", tool.face, "a plane that does not turn, on a body in space")
+    require(tool.sampling is Sampling.NODES, f"{label}.sampling", tool.sampling, "Sampling.NODES on a body in space")
+    require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
+
+
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
     """Edges of one element each, none twice."""
     names, edges = tool.candidates, mesh.edges(*tool.candidates)
+    what = "edge" if mesh.dimension == 2 else "face"
     inner = mesh.inner_edges(*names)[:1].tolist()
-    require(not inner, f"{label}.candidates", names, f"edges of one element each; {inner} lies between two")
+    require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
     twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
-    require(not twice, f"{label}.candidates", names, "boundaries without a common edge")
+    require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
 
 
 def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
     """What goes around the axis stays on it, or beside it."""
     roundoff = PLANAR * body.mesh.size
-    on_axis = tool.face.mirrored(0, 0.0, roundoff)
+    on_axis = tool.face.mirrored((1.0, 0.0), 0.0, roundoff)
     require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
     tips = tool.face.tips()
     for tau, _ in tool.path:
@@ -92,8 +106,9 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
         along = not body.ring or force.vector[0] == 0
         require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
     if force is not None or (tool.turn is not None and tool.turn.driven_by is not None):
-        gap = tool.distance(x, np.zeros(3))
-        depth = -float(gap[~tool.face.beyond(tool.own(x, np.zeros(3)))].min(initial=0.0))
+        at_rest = np.zeros(pose_size(x.shape[1]))
+        gap = tool.distance(x, at_rest)
+        depth = -float(gap[~tool.face.beyond(tool.own(x, at_rest))].min(initial=0.0))
         off = f"off the body, not inside it by {depth:.3g}: a {'force' if force is not None else 'moment'} drives it"
         field = "point" if isinstance(tool.face, Plane) else "surface"
         require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", tool.face, off)

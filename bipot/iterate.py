@@ -16,6 +16,7 @@ from bipot import supported
 from bipot.advance import Advance
 from bipot.closeness import LEAST_MOTION
 from bipot.fem.strain import Scratch
+from bipot.laws.projections import unit
 from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
@@ -60,7 +61,7 @@ class Increment:
 
     @cached_property
     def dragged(self) -> Floats:
-        """Known slips (c,) of candidates that supports hold or drive along the tangent, zero where that is free.
+        """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero where that is free.
 
         No unknown knows of the friction there, which goes from tool to support.
         """
@@ -164,7 +165,7 @@ class Iterate:
     @property
     def tool_travel(self) -> Floats:
         """Displacement (tools, d) of each tool, of its centre where it turns."""
-        return self.advance[:, :2]
+        return self.advance[:, : self.response.du.shape[1]]
 
     @cached_property
     def placed(self) -> Floats:
@@ -212,7 +213,7 @@ class Iterate:
         if not self.increment.system.candidates.curved:
             return self.rows.motion(self.x)
         motion = self.meeting.motion
-        return np.column_stack([motion[:, 0], np.where(self.rows.rubs, motion[:, 1], 0.0)])
+        return np.column_stack([motion[:, 0], np.where(self.rows.rubs[:, None], motion[:, 1:], 0.0)])
 
     @cached_property
     def balanced(self) -> Floats:
@@ -257,10 +258,10 @@ class Iterate:
         return K
 
     def rubbed(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) with the friction -s sign(slip) where the slip is known: of tool and support."""
+        """Contact forces r (c, d) with the friction -s slip/|slip| where the slip is known: of tool and support."""
         s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
         out = r.copy()
-        out[:, 1] -= s * np.sign(self.increment.dragged)
+        out[:, 1:] -= s[:, None] * unit(self.increment.dragged)
         return out
 
     def tool_forces(self, r: Floats) -> Floats:
@@ -286,7 +287,7 @@ class Iterate:
         """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
-        if self.advance[:, 2].any():
+        if self.increment.system.body.scene.turning.any():
             contacts = increment.system.candidates
             tools += np.vdot(contacts.vectors(r, self.frames), increment.tools.swept(self.advance))
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0

@@ -98,7 +98,7 @@ def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> Parts:
     """Cells of straight edges between the lines ``x`` (n + 1,) and ``y`` (m + 1,)."""
     number = np.arange(len(x) * len(y)).reshape(len(x), len(y))
     sides = number[0], number[-1], number[:, 0], number[:, -1]
-    return Parts(_lines(x, y), _cells(number, element), _edges(names, sides))
+    return Parts(_lines(x, y), cells_between(number, element), edges_along(names, sides))
 
 
 def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> Parts:
@@ -113,9 +113,9 @@ def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> Parts:
     right = np.append(top[-1] + 1 + np.arange(m), top[-1])
     nodes = np.vstack([_lines(u[:-1], v[:-1]), _lines(x, y[-1:]), _lines(x[-1:], y[:-1])])
     blocks = (inner, 0), (np.column_stack([inner[:, -1], top]), n), (np.vstack([inner[-1], right]), m)
-    cells = np.vstack([_cells(number, element, parity) for number, parity in blocks])
+    cells = np.vstack([cells_between(number, element, parity) for number, parity in blocks])
     sides = np.append(inner[0], top[0]), right, np.append(inner[:, 0], right[0]), top
-    return Parts(nodes, cells, _edges(names, sides))
+    return Parts(nodes, cells, edges_along(names, sides))
 
 
 def _lines(x: Floats, y: Floats) -> Floats:
@@ -123,7 +123,7 @@ def _lines(x: Floats, y: Floats) -> Floats:
     return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
-def _cells(number: Ints, element: Element, parity: int = 0) -> Ints:
+def cells_between(number: Ints, element: Element, parity: int = 0) -> Ints:
     """Quadrilaterals (e, 4) or triangles (2 e, 3) between nodes whose ``number`` (n + 1, m + 1) runs along x and y.
 
     Triangles are cut from lower left to upper right where the sum of a cell's indices and ``parity`` is even.
@@ -137,6 +137,6 @@ def _cells(number: Ints, element: Element, parity: int = 0) -> Ints:
     return cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
 
 
-def _edges(names: Names, sides: Sequence[Ints]) -> dict[str, Ints]:
+def edges_along(names: Sequence[str], sides: Sequence[Ints]) -> dict[str, Ints]:
     """Edges (f, 2) by name, from the nodes of each side one after the other."""
     return {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, sides, strict=True)}

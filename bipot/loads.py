@@ -17,9 +17,9 @@ import numpy as np
 from bipot.errors import LARGEST_STRESS, require, require_count, require_magnitude, require_number, require_type
 from bipot.fem.assembly import Space
 from bipot.fem.kinematics import gradients
-from bipot.fem.surface import edge_mass, outward_area, outward_area_by_nodes
+from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.mesh import Mesh
-from bipot.paths import RAMP, Amplitude, pair
+from bipot.paths import RAMP, Amplitude, require_components, vector
 from bipot.typing import Floats, Ints
 
 
@@ -50,14 +50,15 @@ class Dead(Load, Protocol):
 class BodyForce:
     """A force ``vector`` (d,) a unit of volume at rest, on the whole body: weight is density times gravity."""
 
-    vector: tuple[float, float]
+    vector: tuple[float, ...]
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
         _take_vector(self, "body force")
 
     def check(self, mesh: Mesh) -> None:
-        """It acts everywhere."""
+        """It acts everywhere, along as many axes as there are."""
+        require_components(self.vector, mesh.dimension, "body force.vector")
 
     def forces(self, space: Space) -> Floats:
         """int N_a b dV."""
@@ -72,7 +73,7 @@ class Traction:
     """A force ``vector`` (d,) a unit of area at rest, on the mesh boundary ``boundary``; it keeps its direction."""
 
     boundary: str
-    vector: tuple[float, float]
+    vector: tuple[float, ...]
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
@@ -81,13 +82,14 @@ class Traction:
 
     def check(self, mesh: Mesh) -> None:
         """The boundary is one of the mesh's surface."""
+        require_components(self.vector, mesh.dimension, "traction.vector")
         _surface(self.boundary, mesh, "traction.boundary")
 
     def forces(self, space: Space) -> Floats:
         """int N_a t dA."""
-        edges, out = space.mesh.boundary(self.boundary), np.zeros(space.mesh.nodes.shape)
-        share = edge_mass(space.mesh.nodes, edges, space.geometry).sum(axis=2)
-        np.add.at(out, edges, share[..., None] * np.array(self.vector))
+        facets, out = space.mesh.boundary(self.boundary), np.zeros(space.mesh.nodes.shape)
+        share = facet_mass(space.mesh.nodes, facets, space.geometry).sum(axis=2)
+        np.add.at(out, facets, share[..., None] * np.array(self.vector))
         return out
 
 
@@ -96,7 +98,7 @@ class PointForce:
     """A force ``vector`` (d,) on a ``node``; on a meridian that of the full ring."""
 
     node: int
-    vector: tuple[float, float]
+    vector: tuple[float, ...]
     amplitude: Amplitude = RAMP
 
     def __post_init__(self) -> None:
@@ -106,6 +108,7 @@ class PointForce:
 
     def check(self, mesh: Mesh) -> None:
         """The node exists."""
+        require_components(self.vector, mesh.dimension, "point force.vector")
         require(self.node < len(mesh.nodes), "point force.node", self.node, f"in [0, {len(mesh.nodes)})")
 
     def forces(self, space: Space) -> Floats:
@@ -146,17 +149,18 @@ class Loading:
         out = np.zeros(nodes.shape)
         for load, dead in self._dead:
             out += load.amplitude.at(tau) * dead
-        for load, edges, _ in self._followers:
-            area = outward_area(nodes, edges, self.space.geometry)
-            np.add.at(out, edges, -load.amplitude.at(tau) * load.pressure * area)
+        for load, facets, _ in self._followers:
+            area = outward_area(nodes, facets, self.space.geometry)
+            np.add.at(out, facets, -load.amplitude.at(tau) * load.pressure * area)
         return out
 
     def add_stiffness(self, K: Floats, nodes: Floats, tau: float) -> None:
         """Add minus the derivative of the forces with respect to ``nodes`` to element matrices K (e, dk, dk)."""
-        for load, edges, owner in self._followers:
-            slopes = outward_area_by_nodes(nodes, edges, self.space.geometry)
-            number = np.argmax(self.space.mesh.elements[owner][:, None, :] == edges[:, :, None], axis=2)
-            dofs = (2 * number[:, :, None] + np.arange(2)).reshape(len(edges), -1)
+        d = nodes.shape[1]
+        for load, facets, owner in self._followers:
+            slopes = outward_area_by_nodes(nodes, facets, self.space.geometry)
+            number = np.argmax(self.space.mesh.elements[owner][:, None, :] == facets[:, :, None], axis=2)
+            dofs = (d * number[:, :, None] + np.arange(d)).reshape(len(facets), -1)
             at = owner[:, None, None], dofs[:, :, None], dofs[:, None, :]
             np.add.at(K, at, load.amplitude.at(tau) * load.pressure * slopes)
 
@@ -166,15 +170,15 @@ class Loading:
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
-        """Pressures with their edges (f, n), run anticlockwise, and whose elements they are (f,)."""
+        """Pressures with their facets (f, n), run anticlockwise, and whose elements they are (f,)."""
         return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
 
 
 def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
-    """The load's vector as two plain numbers."""
-    vector = pair(load.vector, f"{what}.vector", "two finite numbers")
-    object.__setattr__(load, "vector", vector)
-    _require_bounded(max(map(abs, vector)), load.amplitude, f"{what}.vector")
+    """The load's vector as plain numbers."""
+    components = vector(load.vector, f"{what}.vector")
+    object.__setattr__(load, "vector", components)
+    _require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector")
 
 
 def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
@@ -186,4 +190,5 @@ def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
 
 def _surface(boundary: str, mesh: Mesh, label: str) -> None:
     inner = mesh.inner_edges(boundary)[:1].tolist()
-    require(not inner, label, boundary, f"edges of one element each; {inner} lies between two")
+    what = "edges" if mesh.dimension == 2 else "faces"
+    require(not inner, label, boundary, f"{what} of one element each; {inner} lies between two")

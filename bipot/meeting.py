@@ -167,5 +167,5 @@ class Faces:
 
 def _slopes(gap: Floats, normal: Floats, curvature: Floats) -> Floats:
     out = frames(normal)
-    out[:, 1] *= (1 - curvature * gap)[:, None]
+    out[:, 1:] *= (1 - curvature * gap)[:, None, None]
     return out

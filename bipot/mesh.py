@@ -1,7 +1,8 @@
-"""Meshes of one kind of plane element with named boundaries, and those of rectangles.
+"""Meshes of one kind of element with named boundaries, and those of rectangles; those of space are in `bipot.solids`.
 
 A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
-:class:`~bipot.elements.Element`, and a boundary is an array of edges (f, n): end, middle, end, or end, end.
+:class:`~bipot.elements.Element`, and a boundary is an array of its facets (f, n): in a plane edges as end, middle, end,
+or end, end; in space faces with their nodes in the order of plane elements.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from bipot.cells import Parts, converted
-from bipot.elements import Element
+from bipot.elements import Element, elements_of
 from bipot.errors import (
     LARGEST_LENGTH,
     require,
@@ -34,9 +35,7 @@ Grading = tuple[float, float]
 
 UNIFORM = (1.0, 1.0)
 
-PLANE = "numbers of shape (nodes, 2): contact and orientation are known in a plane"
-KINDS = {element.nodes: element.name for element in Element}
-"""Elements by how many nodes they have."""
+PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
 FARTHEST = 1e6
 """From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
@@ -44,16 +43,17 @@ FARTHEST = 1e6
 
 @dataclass(frozen=True)
 class Mesh:
-    """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of edges (f, n).
+    """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of facets (f, n).
 
-    All are read-only copies. How many nodes an element has tells its kind. Three nodes of an edge may be given in the
-    order of mesh files too (end, end, middle): which is the middle the elements say.
+    All are read-only copies. How many nodes an element has tells its kind. Nodes of a facet may be given in another
+    order, that of mesh files (end, end, middle) too: which is which the elements say. Edges keep the way they run,
+    faces are as seen from outside of their element.
 
     Raises:
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
             index that is no whole number or outside the node list; an element twice, or with a node twice; a node of
-            no element; a mid-side node on two different edges; an edge of more than two elements, or of two on the
-            same side; parts that share no edge; a boundary that is empty, holds an edge twice, or one that is no edge
+            no element; a mid-side node on two different edges; a facet of more than two elements, or of two on the
+            same side; parts that share no facet; a boundary that is empty, holds a facet twice, or one that is no facet
             of an element.
     """
 
@@ -63,23 +63,27 @@ class Mesh:
 
     def __post_init__(self) -> None:
         nodes = as_array(self.nodes, "mesh.nodes")
-        numeric = nodes.ndim == 2 and nodes.shape[1] == 2 and nodes.dtype.kind in "fiu"
-        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", PLANE)
+        numeric = nodes.ndim == 2 and nodes.shape[1] in (2, 3) and nodes.dtype.kind in "fiu"
+        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", PLACES)
         require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
         _require_near(nodes)
         require_type(self.boundaries, Mapping, "mesh.boundaries")
-        elements = _connectivity(self.elements, KINDS, "mesh.elements", "element", len(nodes))
+        kinds = {element.nodes: element.name for element in elements_of(nodes.shape[1])}
+        elements = _connectivity(self.elements, kinds, "mesh.elements", "element", len(nodes))
         _require_elements(elements, len(nodes))
         object.__setattr__(self, "nodes", read_only(nodes, np.float64))
         object.__setattr__(self, "elements", read_only(elements, np.intp))
-        require_facets(self._facets)
+        require_facets(self._facets, self.elements)
         require_one_part(self._facets)
-        boundaries = {name: self._ordered(name, edges) for name, edges in self.boundaries.items()}
+        boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
         object.__setattr__(self, "boundaries", FrozenMap(boundaries))
 
     @classmethod
     def from_skfem(cls, mesh: Any) -> Mesh:
-        """A MeshTri, MeshTri2, MeshQuad or MeshQuad2 of scikit-fem (T3, T6, Q4, Q9) with its named boundaries.
+        """A mesh of scikit-fem, of triangles, quadrilaterals, tetrahedra or hexahedra, with its named boundaries.
+
+        Kinds are those of :class:`~bipot.elements.Element`: MeshTri, MeshTri2, MeshQuad, MeshQuad2, MeshTet, MeshTet2
+        and MeshHex.
 
         Raises:
             SceneError: another kind of mesh; a mid-side node that is not between its corners.
@@ -94,23 +98,24 @@ class Mesh:
     def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
         """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
 
-        Cells are triangles or quadrilaterals of one kind, and stay what they are (:meth:`to` makes others). Boundaries
-        are named sets of line cells; numbers of line cells in the cell data ``tag`` (by default physical groups of
-        Gmsh), called as in ``names``, the file, or by the number; and node sets that are nodes of outer edges,
-        none left over. Other sets are left out.
+        Cells are of one kind and stay what they are (:meth:`to` makes others): tetrahedra or hexahedra where there are
+        any, else triangles or quadrilaterals. Boundaries are of the lines or faces that bound them: named sets of
+        these cells; numbers of them in the cell data ``tag`` (by default physical groups of Gmsh), called as in
+        ``names``, the file, or by the number; and node sets that are nodes of outer ones, none left over. Other sets
+        are left out.
 
         Raises:
-            SceneError: a file that is missing or not readable, meshio that is not installed; no cells of the plane,
-                cells of several kinds or of three dimensions; z coordinates that differ; nodes in another order; a
-                boundary that is no edge of a cell; an unknown ``tag``, or a number that no line has.
+            SceneError: a file that is missing or not readable, meshio that is not installed; no such cells, or of
+                several kinds; z coordinates of a plane that differ; nodes in another order; a boundary that bounds no
+                cell; an unknown ``tag``, or a number that no line or face has.
         """
         return cls(*of_meshio(source, tag, names))
 
     def to_meshio(self) -> Any:
         """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
 
-        Boundaries are line cells, numbered from 1 in the order of their names here (``names`` of VTK files, which keep
-        numbers alone), and sets of nodes.
+        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (``names`` of VTK
+        files, which keep numbers alone), and sets of nodes.
 
         Raises:
             SceneError: meshio is not installed.
@@ -123,7 +128,7 @@ class Mesh:
         Without mid-sides edges are straight.
 
         Raises:
-            SceneError: triangles are asked for quadrilaterals, or quadrilaterals for triangles.
+            SceneError: elements of another shape are asked for.
 
         >>> block(1.0, 1.0, 2, 2).to(Element.Q4).nodes.shape
         (9, 2)
@@ -134,7 +139,12 @@ class Mesh:
     @property
     def element(self) -> Element:
         """What its elements are."""
-        return Element.of(self.elements.shape[1])
+        return self._parts.element
+
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates: 2 in a plane, 3 in space."""
+        return self.nodes.shape[1]
 
     @property
     def _parts(self) -> Parts:
@@ -142,44 +152,43 @@ class Mesh:
 
     @cached_property
     def _facets(self) -> Facets:
-        return Facets.of(self.elements)
+        return Facets.of(self.elements, self.element)
 
-    def _ordered(self, name: str, edges: Ints) -> Ints:
-        """The edges of a boundary as end, middle, end, or end, end."""
+    def _ordered(self, name: str, facets: Ints) -> Ints:
+        """The facets of a boundary with their nodes in order."""
         require_type(name, str, "mesh.boundaries, a name")
         label = f"mesh boundary {name!r}"
+        what, one = ("edge", "an edge") if self.dimension == 2 else ("face", "a face")
         width = self._facets.nodes.shape[1]
-        edges = _connectivity(edges, {width: f"an edge of {self.element.name}"}, label, "edge", len(self.nodes))
-        found = self._facets.find(edges)
+        facets = _connectivity(facets, {width: f"{one} of {self.element.name}"}, label, what, len(self.nodes))
+        found = self._facets.find(facets)
         lost = np.flatnonzero(found < 0)
-        require(not lost.size, label, edges[lost[:1]].tolist(), "the nodes of one edge of an element")
-        require(len(np.unique(found)) == len(found), label, "an edge twice", "edges that differ")
-        middle = self._facets.nodes[found, 1:-1]
-        ends = edges[(edges[:, :, None] != middle[:, None]).all(axis=2)].reshape(-1, 2)
-        return read_only(np.insert(ends, 1, middle.T, axis=1), np.intp)
+        require(not lost.size, label, facets[lost[:1]].tolist(), f"the nodes of one {what} of an element")
+        require(len(np.unique(found)) == len(found), label, f"{one} twice", f"{what}s that differ")
+        return read_only(self._facets.run(found, facets), np.intp)
 
     def inner_edges(self, *names: str) -> Ints:
-        """Edges (f, n) of the named boundaries that lie between two elements: nothing outside can touch them."""
+        """Facets (f, n) of the named boundaries that lie between two elements: nothing outside can touch them."""
         edges = self.edges(*names)
         return edges[self._facets.shared[self._facets.find(edges)]]
 
     @cached_property
     def outline(self) -> Ints:
-        """Edges (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
+        """Facets (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
         return self._facets.nodes[~self._facets.shared]
 
     def surface(self, name: str) -> tuple[Ints, Ints]:
-        """Edges (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
+        """Facets (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
         found = self._facets.find(self.boundary(name))
         return self._facets.nodes[found], self._facets.owner[found]
 
     def boundary(self, name: str) -> Ints:
-        """Edges (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
+        """Facets (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
         require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:
-        """Edges (f, n) of the named boundaries, one after the other."""
+        """Facets (f, n) of the named boundaries, one after the other."""
         return np.concatenate([self.boundary(name) for name in names])
 
     def owners(self, *names: str) -> Ints:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.fem.assembly import Space
+from bipot.reflection import across
 from bipot.sampling import Points, creased
 from bipot.scene import Scene
-from bipot.supports import free_along
+from bipot.supports import Symmetry
 from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 
-def moving(scene: Scene, space: Space, number: int, own: Points) -> Bools:
+def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
     owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
-    out = np.zeros((len(own.node), 2), dtype=bool)
-    np.logical_or.at(out, owner, movable(scene, space, number, np.asarray(own.weights.indices, np.intp)))
+    out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
+    np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
     return out
 
 
@@ -26,40 +26,46 @@ def mirrored(scene: Scene, number: int, own: Points) -> Bools:
 
     There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
     """
-    tangent = _at_rest(scene, number, own.node)[:, 1]
-    rests = scene.mirrored[own.node]
-    for plane in scene.planes:
-        rests[:, plane.direction] &= ~creased(scene.mesh, own, plane.direction)
-    return ~free_along(~rests, tangent)
+    left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
+    if scene.ring:
+        left[scene.on_axis[own.node], :, 0] = 0.0
+    for support in scene.supports:
+        if isinstance(support, Symmetry):
+            there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
+            there &= ~creased(scene.mesh, own, support.along(d))
+            left[there] = across(left[there], support.along(d))
+    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
 
 
-def movable(scene: Scene, space: Space, number: int, nodes: Ints) -> Bools:
-    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangent (a, 2).
+def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
     what is held. A curved tool that is driven moves against nodes that are held wholly as it would at rest.
     """
-    tool, free = scene.tools[number], np.asarray(space.position[2 * nodes[:, None] + np.arange(2)] >= 0)
-    along = _at_rest(scene, number, nodes)
-    led = _led(scene, number, nodes)
+    tool, holding = scene.tools[number], scene.holding
+    along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
     driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
-    moves = np.stack([free_along(free, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
+    moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
-        goes = (np.array(tool.travel) != 0) | (tool.turn is not None) | (led != 0).any(axis=0)
-        turns = ~free & (scene.shifted[nodes] | goes)
-        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | (True, False)) | driven
+        ways = np.tile(tool.travel, (len(nodes), 1)), *led
+        goes = np.any([holding.axes.at(nodes, way) != 0 for way in ways], axis=0)
+        free = ~holding.held[nodes]
+        turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
+        first = np.arange(scene.mesh.dimension) == 0
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first) | driven
     return moves
 
 
 def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
     """What points at nodes (a,) of the tool of that ``number`` go by (m, a, d) as what drives it does, at rest."""
     drives, x = scene.drives, scene.mesh.nodes[nodes]
-    own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, np.zeros(3))
+    own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
     return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
-    """Normal and tangent (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+    """Normal and tangents (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
 
     In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
     """
@@ -67,5 +73,6 @@ def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
     normal = np.array(tool.face.distance(x).normal)
     for plane in scene.planes:
         if not tool.flat and plane.cuts(tool):
-            normal[plane.holds(x), plane.direction] = 0.0
+            cut = plane.holds(x)
+            normal[cut] = across(normal[cut], plane.normal)
     return frames(normal / norm(normal)[:, None])

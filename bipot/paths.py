@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
@@ -12,7 +13,7 @@ import numpy as np
 from bipot.errors import require, require_magnitude
 from bipot.typing import Floats
 
-Multiple = float | tuple[float, float]
+Multiple = float | tuple[float, ...]
 """Of the whole, or of each of its components."""
 
 Path = tuple[tuple[float, Multiple], ...]
@@ -36,14 +37,15 @@ def checked(path: object, field: str, allowed: str) -> Path:
     taus = np.array([tau for tau, _ in points])
     rising = len(taus) > 1 and taus[0] == 0 and taus[-1] == 1 and bool((np.diff(taus) > 0).all())
     require(rising, field, path, allowed)
-    for multiple in multiples(points)[1].ravel().tolist():
+    for multiple in np.concatenate([np.ravel(multiple) for _, multiple in points]).tolist():
         require_magnitude(multiple, f"{field}, a multiple", LARGEST_MULTIPLE)
     return points
 
 
-def multiples(path: Path) -> tuple[Floats, Floats]:
-    """Pseudo-times (k,) and multiples (k, d) of a path."""
-    return np.array([tau for tau, _ in path]), np.array([np.broadcast_to(multiple, 2) for _, multiple in path])
+def multiples(path: Path, dimension: int) -> tuple[Floats, Floats]:
+    """Pseudo-times (k,) and multiples (k, d) of a path, one for each component."""
+    every = [np.broadcast_to(multiple, dimension) for _, multiple in path]
+    return np.array([tau for tau, _ in path]), np.array(every)
 
 
 def corners(path: Path) -> tuple[float, ...]:
@@ -52,7 +54,7 @@ def corners(path: Path) -> tuple[float, ...]:
     >>> corners(((0.0, 0.0), (0.2, 0.2), (0.5, 0.5), (1.0, 0.0)))
     (0.5,)
     """
-    taus, values = multiples(path)
+    taus, values = multiples(path, max(np.size(multiple) for _, multiple in path))
     part = ((taus[1:-1] - taus[:-2]) / (taus[2:] - taus[:-2]))[:, None]
     off = np.abs(values[1:-1] - (values[:-2] + part * (values[2:] - values[:-2]))).max(axis=1)
     return tuple(taus[1:-1][off > STRAIGHT * np.abs(values).max()].tolist())
@@ -60,9 +62,30 @@ def corners(path: Path) -> tuple[float, ...]:
 
 def pair(value: object, field: str, allowed: str) -> tuple[float, float]:
     """``value`` as two finite numbers."""
+    first, second = _numbers(value, (2,), field, allowed)
+    return first, second
+
+
+def vector(value: object, field: str) -> tuple[float, ...]:
+    """``value`` as the components of a vector, two finite numbers in a plane or three in space."""
+    return _numbers(value, (2, 3), field, "two finite numbers, or three in space")
+
+
+def require_components(value: Sequence[float], dimension: int, field: str) -> None:
+    """Refuse a vector of so many components on a body of another ``dimension``.
+
+    Raises:
+        SceneError: naming the field.
+    """
+    allowed = f"of {dimension} numbers, as the other vectors and the nodes of the mesh"
+    require(len(value) == dimension, field, value, allowed)
+
+
+def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -> tuple[float, ...]:
+    """``value`` as so many finite numbers."""
     given: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
-    require(len(given) == 2 and all(map(_finite, given)), field, value, allowed)
-    return float(given[0]), float(given[1])
+    require(len(given) in counts and all(map(_finite, given)), field, value, allowed)
+    return tuple(map(float, given))
 
 
 def _finite(x: object) -> bool:
@@ -76,7 +99,7 @@ def _finite(x: object) -> bool:
 def _point(point: object, field: str, allowed: str) -> tuple[float, Multiple]:
     """One point of a path."""
     if isinstance(point, tuple | list) and len(point) == 2 and isinstance(point[1], tuple | list | np.ndarray):
-        return pair((point[0], 0.0), field, allowed)[0], pair(point[1], field, allowed)
+        return pair((point[0], 0.0), field, allowed)[0], _numbers(point[1], (2, 3), field, allowed)
     return pair(point, field, allowed)
 
 
@@ -107,7 +130,7 @@ class Amplitude:
 
     @cached_property
     def _table(self) -> tuple[Floats, Floats]:
-        return multiples(self.points)
+        return multiples(self.points, 1)
 
 
 RAMP = Amplitude()

@@ -85,6 +85,15 @@ def across(vectors: Floats) -> Floats:
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
 
 
+def pose_size(dimension: int) -> int:
+    """How many numbers a pose has: a displacement and the angles about the axes there are.
+
+    >>> pose_size(2), pose_size(3)
+    (3, 6)
+    """
+    return dimension * (dimension + 1) // 2
+
+
 def rotation(angle: float) -> Floats:
     """Q(theta) (d, d): vectors v as rows are v @ Q' turned, and v @ Q turned back.
 

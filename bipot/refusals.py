@@ -59,7 +59,7 @@ def _refuse_runaway(iterate: Iterate) -> None:
 
 def _refuse_spun(iterate: Iterate) -> None:
     """Refuse a tool that its moment turns too far."""
-    angles = iterate.advance[:, 2]
+    angles = iterate.advance[:, -1]
     if np.abs(angles).max(initial=0.0) > MOST_TURNED:
         tool = int(np.argmax(np.abs(angles)))
         said = f"tools[{tool}] spins: its moment turns it by {angles[tool]:.3g} in one increment"
@@ -108,6 +108,5 @@ def _refuse_image(iterate: Iterate) -> None:
         for k, tool in enumerate(scene.tools):
             depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
             if depth > TOUCHES * scene.mesh.size:
-                beyond = f"beyond x_{plane.direction} = {plane.position:g}"
-                said = f"the mirror image of tools[{k}] {beyond} comes {depth:.2g} deep into the body"
+                said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
                 raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")

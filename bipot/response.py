@@ -104,7 +104,8 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 def body_space(scene: Scene) -> Space:
     """The scene's unknowns: displacements, and coordinates of tools that forces or moments drive."""
-    return space(scene.mesh, scene.geometry, scene.rule, scene.held, len(scene.drives), coupled(scene).unknowns)
+    holding, pairs = scene.holding, coupled(scene).unknowns
+    return space(scene.mesh, scene.geometry, scene.rule, holding.numbers, len(scene.drives), pairs, holding.axes)
 
 
 @dataclass(frozen=True)

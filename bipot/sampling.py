@@ -27,11 +27,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.reduction import Geometry
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.mesh import Mesh
 from bipot.tensors import norm
 from bipot.tools import Sampling, Tool
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, Vector
 
 CREASE = 0.5
 """Cosine of the largest angle, 60 degrees, by which an edge may turn from its neighbour and share a point with it."""
@@ -68,7 +68,7 @@ def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
         weights = sp.csr_matrix((one, node, np.arange(count + 1)), shape=(count, len(mesh.nodes)))
         return Points(node, weights, edges.reshape(lines.shape), lines)
     edges, node = _ends(mesh.nodes, lines)
-    shares = HATS @ edge_mass(mesh.nodes, lines, geometry)
+    shares = HATS @ facet_mass(mesh.nodes, lines, geometry)
     row, column = np.broadcast_arrays(edges[:, :, None], lines[:, None, :])
     shape = len(node), len(mesh.nodes)
     weights = sp.csr_matrix((shares.ravel(), (row.ravel(), column.ravel())), shape=shape)
@@ -84,7 +84,7 @@ def hat_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
     >>> hat_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).tolist()
     [[0.5, 0.5]]
     """
-    return edge_mass(nodes, lines, geometry).sum(axis=2) @ HATS.T
+    return facet_mass(nodes, lines, geometry).sum(axis=2) @ HATS.T
 
 
 def _ends(nodes: Floats, lines: Ints) -> tuple[Ints, Ints]:
@@ -116,14 +116,14 @@ def _away(nodes: Floats, lines: Ints) -> Floats:
     return away / norm(away)[..., None]
 
 
-def creased(mesh: Mesh, own: Points, direction: int) -> Bools:
-    """Whether at points (p,) on a plane of symmetry across ``direction`` the mean stops: their mirror images begin.
+def creased(mesh: Mesh, own: Points, normal: Vector) -> Bools:
+    """Whether at points (p,) on a plane of symmetry with the unit ``normal`` the mean stops: mirror images begin.
 
     The mean of a node by itself is that of its mirror image too.
     """
     out = np.zeros(len(own.node), dtype=bool)
     if own.weighted:
-        # Of an edge and its mirror image w . w' = 1 - 2 w_d^2.
-        turns = 2 * _away(mesh.nodes, own.lines)[..., direction] ** 2 - 1 < CREASE
+        # Of an edge and its mirror image w . w' = 1 - 2 (n . w)^2.
+        turns = 2 * (_away(mesh.nodes, own.lines) @ np.array(normal)) ** 2 - 1 < CREASE
         np.logical_or.at(out, own.edges, turns)
     return out

@@ -6,7 +6,7 @@ consistent set (N, mm, MPa or N, m, Pa).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -30,6 +30,7 @@ from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fitting import Fitted, require_fitting
+from bipot.holding import Holding
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -37,10 +38,11 @@ from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
 from bipot.mesh import Mesh, cylinder
 from bipot.paths import corners
-from bipot.supports import Prescribed, Support, Symmetry, require_agreeing
+from bipot.poses import pose_size
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored
 from bipot.tools import AnyTool, FlatTool, Sampling, Tool
-from bipot.typing import Bools, Floats, Ints, read_only
+from bipot.typing import Bools, Floats
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,6 @@ class Scene:
     configuration: Configuration = Configuration.MIDPOINT
     loads: tuple[Load, ...] = ()
     volume: VolumeChange | None = None
-    held: Ints = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -73,17 +74,13 @@ class Scene:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
             raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
-        held = [2 * self.mesh.boundary_nodes(s.boundary) + s.direction for s in self.supports]
-        object.__setattr__(self, "held", read_only(np.unique(np.concatenate([np.empty(0, np.intp), *held])), np.intp))
-        require(
-            len(self.held) < self.mesh.nodes.size, "scene.supports", self.supports, "such that they leave a node free"
-        )
-        require_agreeing(self.supports, self.mesh)
+        free = bool((~self.holding.held).any())
+        require(free, "scene.supports", self.supports, "such that they leave a node free")
         self._check_axis()
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
-        fitted = Fitted(self.mesh, self.geometry, self.material, self.held, self.surroundings)
+        fitted = Fitted(self.mesh, self.geometry, self.material, self.holding, self.surroundings)
         for k, tool in enumerate(self.tools):
             require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)
@@ -100,8 +97,9 @@ class Scene:
         volumes = VOLUMES[self.mesh.element]
         allowed = f"one of {self.mesh.element.name}, of {[volume.name for volume in volumes]}"
         require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
-        plane = self.geometry.reduction.dimension == self.mesh.nodes.shape[1]
-        require(plane, "scene.geometry", self.geometry, "one of a plane: contact is known there (Mesh)")
+        same = self.geometry.reduction.dimension == self.mesh.dimension
+        kind = "of a plane" if self.mesh.dimension == 2 else "SOLID"
+        require(same, "scene.geometry", self.geometry, f"{kind}, as the nodes of the mesh have it")
         for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
             object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
 
@@ -115,6 +113,16 @@ class Scene:
         """The representation of the volume change asked for, or the element's own."""
         return self.volume or VOLUMES[self.mesh.element][0]
 
+    @property
+    def ring(self) -> bool:
+        """Whether the body goes around an axis, of which it is a meridian."""
+        return self.geometry is Geometry.AXISYMMETRIC
+
+    @cached_property
+    def holding(self) -> Holding:
+        """What the supports together hold of the nodes, and where they drive them."""
+        return Holding.of(self.supports, self.mesh)
+
     @cached_property
     def planes(self) -> tuple[Plane, ...]:
         """The planes of symmetry that cut the whole body."""
@@ -123,25 +131,13 @@ class Scene:
     @cached_property
     def surroundings(self) -> Surroundings:
         """The whole body's surface: beyond planes of symmetry, and beyond the axis of a meridian, by mirror image."""
-        axis = Plane(0, 0.0, PLANAR * self.mesh.size)
-        ring = self.geometry is Geometry.AXISYMMETRIC
-        return Surroundings.of(self.mesh, (*self.planes, axis) if ring else self.planes)
+        axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
+        return Surroundings.of(self.mesh, (*self.planes, axis) if self.ring else self.planes)
 
     @property
     def images(self) -> int:
         """How many times the modelled part makes the whole body, 2 for each plane of symmetry."""
         return 2 ** len(self.planes)
-
-    @cached_property
-    def mirrored(self) -> Bools:
-        """Which displacements (a, d) are held because the body beyond the node moves the other way."""
-        out = np.zeros(self.mesh.nodes.shape, dtype=bool)
-        for support in self.supports:
-            if isinstance(support, Symmetry):
-                out[self.mesh.boundary_nodes(support.boundary), support.direction] = True
-        if self.geometry is Geometry.AXISYMMETRIC:
-            out[:, 0] = self._on_axis
-        return out
 
     @cached_property
     def kinks(self) -> tuple[float, ...]:
@@ -168,52 +164,41 @@ class Scene:
     @cached_property
     def drives(self) -> Drives:
         """Forces and moments that drive tools, and the coordinates (m,) that these are unknown of."""
-        return Drives.of(self.tools, self.planes, self.mesh.size)
+        return Drives.of(self.tools, self.planes, self.mesh)
 
     def travel(self, tau: float, tau_end: float) -> Floats:
         """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
-        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, 2)
+        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, self.mesh.dimension)
+
+    @property
+    def at_rest(self) -> Floats:
+        """Pose (k, p) of each tool at rest: zeros."""
+        return np.zeros((len(self.tools), pose_size(self.mesh.dimension)))
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Pose (k, 3) of each tool at ``tau`` (:mod:`bipot.poses`), by the coordinates (m,) of its :attr:`drives`."""
-        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(-1, 3)
+        """Pose (k, p) of each tool at ``tau`` (:mod:`bipot.poses`), by the coordinates (m,) of its :attr:`drives`."""
+        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(self.at_rest.shape)
         return poses + self.drives.poses(translation, len(poses))
 
     def driven(self, tau: float) -> Floats:
         """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
-        out = np.zeros(self.mesh.nodes.shape)
-        for support, nodes in self._driven:
-            out[nodes, support.direction] = support.at(tau)
-        return out
-
-    @cached_property
-    def shifted(self) -> Bools:
-        """Which displacements (a, d) are prescribed other than zero."""
-        out = np.zeros(self.mesh.nodes.shape, dtype=bool)
-        for support, nodes in self._driven:
-            out[nodes, support.direction] |= support.displacement != 0
-        return out
-
-    @cached_property
-    def _driven(self) -> list[tuple[Prescribed, Ints]]:
-        """Supports that move, and their nodes."""
-        moving = [support for support in self.supports if isinstance(support, Prescribed)]
-        return [(support, self.mesh.boundary_nodes(support.boundary)) for support in moving]
+        return self.holding.at(tau)
 
     @property
-    def _on_axis(self) -> Bools:
+    def on_axis(self) -> Bools:
         """Which nodes (a,) of a meridian are on the axis."""
         r = self.mesh.nodes[:, 0]
         return r <= AXIS * r.max()
 
     def _check_axis(self) -> None:
         """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
-        if self.geometry is Geometry.AXISYMMETRIC:
-            loose = np.setdiff1d(2 * np.flatnonzero(self._on_axis), self.held)[:1] // 2
+        if self.ring:
+            nodes = np.flatnonzero(self.on_axis)
+            loose = nodes[self.holding.free_along(nodes, np.tile((1.0, 0.0), (len(nodes), 1)))][:1]
             what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
             require(not loose.size, "scene.supports", self.supports, what)
-            moving = [s for s in self.supports if isinstance(s, Prescribed) and s.displacement and s.direction == 0]
-            driven = [s.boundary for s in moving if self._on_axis[self.mesh.boundary_nodes(s.boundary)].any()]
+            moving = [driven for driven in self.holding.driven if driven.support.displacement]
+            driven = [d.support.boundary for d in moving if d.ways[self.on_axis[d.nodes], 0].any()]
             require(not driven, "scene.supports", driven, "none that moves the axis along 0")
 
 

@@ -27,7 +27,7 @@ import numpy as np
 
 from bipot.contact import Candidates
 from bipot.fem.reduction import Geometry
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.sampling import hat_areas
 from bipot.tensors import norm
 from bipot.typing import Floats, Ints
@@ -74,7 +74,7 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
     >>> (6 * nodal_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)).round(12)
     array([[1., 4., 1.]])
     """
-    own = edge_mass(nodes, lines, geometry).sum(axis=2)
+    own = facet_mass(nodes, lines, geometry).sum(axis=2)
     part = np.maximum(own, 0.0)
     return part * (own.sum(axis=1) / part.sum(axis=1))[:, None]
 

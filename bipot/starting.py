@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from bipot.contact import ROUND_OFF
 from bipot.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
 from bipot.fem.assembly import element_force
@@ -14,7 +15,6 @@ from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
 from bipot.response import State
-from bipot.supported import ROUND_OFF
 from bipot.system import System
 from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
@@ -84,7 +84,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     _require_yielded(start, system)
     _require_pressure(start, system)
     placed = scene.mesh.nodes + scene.driven(start.tau)
-    moved = float(np.abs((start.nodes - placed).ravel()[scene.held]).max(initial=0.0))
+    holding = scene.holding
+    moved = float(np.abs(holding.axes.components(start.nodes - placed)[holding.held]).max(initial=0.0))
     allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
     require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
     contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))

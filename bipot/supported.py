@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.closeness import TOUCHES, touches
-from bipot.contact import Candidates
+from bipot.contact import ROUND_OFF, Candidates
+from bipot.reflection import across
 from bipot.tensors import norm
 from bipot.tools import Tool
 from bipot.typing import Floats
-
-ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 ALIGNED = 1e-9
 """A motion along the tangent below this fraction of what tool and support move by is round-off."""
@@ -51,7 +50,7 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c,) along the tangent where supports hold or drive all of it; zero elsewhere, or next to normal.
+    """Slips (c, d - 1) along the tangents where supports hold or drive all of it; zero elsewhere, or next to normal.
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
@@ -59,8 +58,8 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
     moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.
     lengths = norm(travel)[candidates.tool] + norm(drawn)
-    small = np.abs(moved[:, 1]) <= ALIGNED * lengths
-    return np.where(candidates.tangent_held & ~small, -moved[:, 1], 0.0)
+    small = norm(moved[:, 1:]) <= ALIGNED * lengths
+    return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 
 
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
@@ -70,7 +69,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     """
     size = candidates.scene.mesh.size
     along = candidates.welded & touches(start.gap, size)
-    slipping = candidates.node[along & (dragged(candidates, travel, driven) != 0)]
+    slipping = candidates.node[along & dragged(candidates, travel, driven).any(axis=1)]
     if slipping.size:
         return int(slipping[0])
     for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
@@ -87,5 +86,4 @@ def _across(tool: Tool, motion: Floats) -> Floats:
         return np.zeros_like(motion)
     if tool.driven_by is None:
         return motion
-    direction = tool.driven_by.direction
-    return motion - (motion @ direction)[..., None] * direction
+    return across(motion, tool.driven_by.direction)

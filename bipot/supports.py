@@ -1,32 +1,68 @@
 """What holds a body: supports that rest, supports that are driven, and planes of symmetry that cut the body.
 
-What planes of symmetry ask of the rest of a scene, and what they make of a tool's force, is in :mod:`bipot.symmetry`.
+Each holds the displacement along one direction, an axis or between the axes. What several make of one node is in
+:mod:`bipot.holding`, what planes of symmetry ask of the rest of a scene in :mod:`bipot.symmetry`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from bipot import surfaces
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
-from bipot.mesh import Mesh
 from bipot.paths import RAMP, Amplitude
-from bipot.typing import Bools, Floats
+from bipot.typing import Vector
 
 
 @dataclass(frozen=True)
 class Support:
-    """The displacement along ``direction`` (0 or 1) is zero on the mesh boundary ``boundary``."""
+    """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; across it nodes are free.
+
+    A direction is the number of an axis, 0, 1 or, in space, 2; in a plane also a unit vector, (cos a, sin a).
+    """
 
     boundary: str
-    direction: int
+    direction: int | Vector
 
     def __post_init__(self) -> None:
         require_type(self.boundary, str, "support.boundary")
-        require_count(self.direction, "support.direction", 0)
-        require(self.direction in (0, 1), "support.direction", self.direction, "0 or 1")
+        if isinstance(self.direction, tuple | list | np.ndarray):
+            object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
+            plane = len(self.direction) == 2  # type: ignore[arg-type]
+            known = "two finite numbers: in space it is the number of an axis"
+            require(plane, "support.direction", self.direction, known)
+        else:
+            require_count(self.direction, "support.direction", 0)
+            known = "0, 1 or, in space, 2, or a unit vector"
+            require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
+
+    def along(self, dimension: int) -> Vector:
+        """The direction as a unit vector of so many dimensions.
+
+        Raises:
+            SceneError: there is no such axis, or a vector of a plane in space.
+        """
+        if isinstance(self.direction, tuple):
+            axis = "the number of an axis in space"
+            require(dimension == 2, "support.direction", self.direction, axis)
+            return self.vector
+        axes = list(range(dimension))
+        require(self.direction < dimension, "support.direction", self.direction, f"one of {axes}, as the mesh has")
+        return tuple(float(self.direction == k) for k in axes)
+
+    @property
+    def vector(self) -> Vector:
+        """The direction in a plane as a unit vector, on an axis where it is off it by round-off.
+
+        >>> Support("top", 1).vector, Support("top", (-0.6, 0.8)).vector, Support("top", (6e-17, -1.0)).vector
+        ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
+        """
+        if not isinstance(self.direction, tuple):
+            return self.along(2)
+        x, y = (0.0 if abs(part) <= surfaces.ACROSS else part for part in self.direction)
+        return (float(np.sign(x)), float(np.sign(y))) if x == 0 or y == 0 else (x, y)
 
 
 @dataclass(frozen=True)
@@ -53,29 +89,19 @@ class Prescribed(Support):
 
 @dataclass(frozen=True)
 class Symmetry(Support):
-    """The mesh boundary ``boundary`` lies in a plane x_direction = const beyond which the mirror image was cut away.
+    """The mesh boundary ``boundary`` lies in a plane across ``direction`` beyond which the mirror image was cut away.
 
     The displacement along ``direction`` is zero there, as at a support. Supports, tools and loads of a scene are those
     on the modelled part, and their mirror images act on its mirror image.
     """
 
 
-def free_along(free: Bools, direction: Floats) -> Bools:
-    """Which nodes with free components (c, d) can move along ``direction`` (d,) or (c, d)."""
-    return np.asarray((free & (np.abs(direction) > 1e-12)).any(axis=1))
+def named(vector: Vector) -> str:
+    """A direction in words: the number of the axis that it is, else the vector.
 
-
-def require_agreeing(supports: Sequence[Support], mesh: Mesh) -> None:
-    """Refuse supports that prescribe two displacements of one node along one axis.
-
-    Raises:
-        SceneError: names the node and the axis.
+    >>> named((0.0, 1.0)), named((0.6, -0.8))
+    ('1', '(0.6, -0.8)')
     """
-    said = dict[int, tuple[float, Amplitude]]()
-    for support in supports:
-        own = (0.0, RAMP)
-        if isinstance(support, Prescribed) and support.displacement != 0:
-            own = support.displacement, support.amplitude
-        for dof in (2 * mesh.boundary_nodes(support.boundary) + support.direction).tolist():
-            once = f"such that node {dof // 2} has one displacement along {dof % 2}"
-            require(said.setdefault(dof, own) == own, "scene.supports", supports, once)
+    if 1.0 in vector:
+        return str(vector.index(1.0))
+    return f"({vector[0]:g}, {vector[1]:g})"

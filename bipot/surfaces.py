@@ -16,15 +16,17 @@ those are: the measure is path-consistent. Dual to s is the shear force, along t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_positive, require_type
-from bipot.paths import pair
+from bipot.paths import pair, require_components, vector
+from bipot.reflection import reflected
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Pair, Vector
 
 ACROSS = 1e-12
 """A component below this fraction of a vector is round-off of its direction."""
@@ -38,6 +40,10 @@ OPEN = 1e-6
 
 GRAZED = 0.02
 """Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
+
+
+ROUND = 120
+"""Straights by which a whole circle is drawn."""
 
 
 class Distance(NamedTuple):
@@ -91,16 +97,23 @@ class Surface(Protocol):
         """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
         ...
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
-        """Whether it is its own mirror image in the plane x_direction = position, to ``roundoff`` of places."""
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
         ...
 
-    def image(self, direction: int, position: float) -> Surface:
-        """Its mirror image in the plane x_direction = position."""
+    def image(self, normal: Vector, position: float) -> Surface:
+        """Its mirror image in the plane normal . x = position, of a unit normal."""
         ...
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """Whether the ``other`` is the same, to ``roundoff`` of places."""
+        ...
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """Lines (p, d) on it, to draw it, with the tool on the right of who follows one.
+
+        Of what has no end they hold what is about within ``reach`` of the point ``middle`` (d,).
+        """
         ...
 
 
@@ -109,18 +122,20 @@ class Plane:
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
 
     Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none.
+        SceneError: a vector that is not two finite numbers, or three in space, a normal that is none.
 
     >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
     np.float64(0.75)
     """
 
-    point: tuple[float, float]
-    normal: tuple[float, float]
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", place(self.point, "plane.point"))
+        object.__setattr__(self, "point", vector(self.point, "plane.point"))
+        require_magnitude(max(map(abs, self.point)), "plane.point", LARGEST_LENGTH)
         object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+        require_components(self.point, len(self.normal), "plane.point")
 
     def offset(self, moved: Floats) -> float:
         """n . x of its points."""
@@ -128,7 +143,7 @@ class Plane:
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
-        gap = self.gap(x, np.zeros(2))
+        gap = self.gap(x, np.zeros(len(self.point)))
         return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
@@ -149,29 +164,33 @@ class Plane:
 
     def tips(self) -> Tips:
         """As :meth:`Surface.tips`: none."""
-        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+        return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
 
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
-        return abs(self.normal[direction]) <= ACROSS
+        return abs(float(np.dot(self.normal, normal))) <= ACROSS
 
-    def image(self, direction: int, position: float) -> Plane:
+    def image(self, normal: Vector, position: float) -> Plane:
         """As :meth:`Surface.image`."""
-        normal = np.array(self.normal)
-        normal[direction] *= -1
-        return Plane(reflected(self.point, direction, position), (float(normal[0]), float(normal[1])))
+        return Plane(reflected(self.point, normal, position), reflected(self.normal, normal, 0.0))
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
         return (
             isinstance(other, Plane)
             and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
-            and abs(float(self.gap(np.array(other.point), np.zeros(2)))) <= roundoff
+            and abs(float(self.gap(np.array(other.point), np.zeros(len(self.point))))) <= roundoff
         )
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: one straight, around the foot of the ``middle``."""
+        normal, tangent = frames(np.array(self.normal))
+        foot = middle - self.gap(middle, np.zeros(2)) * normal
+        return [foot + np.outer((-reach, reach), tangent)]
 
 
 @dataclass(frozen=True)
@@ -249,13 +268,14 @@ class Circle:
         """As :meth:`Surface.beyond`: it has no end."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`Surface.mirrored`."""
-        return abs(self.centre[direction] - position) <= roundoff
+        return abs(float(np.dot(self.centre, normal)) - position) <= roundoff
 
-    def image(self, direction: int, position: float) -> Circle:
+    def image(self, normal: Vector, position: float) -> Circle:
         """As :meth:`Surface.image`."""
-        return Circle(reflected(self.centre, direction, position), self.radius, self.concave)
+        x, y = reflected(self.centre, normal, position)
+        return Circle((x, y), self.radius, self.concave)
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`Surface.same`."""
@@ -264,36 +284,44 @@ class Circle:
         apart = np.subtract((*self.centre, self.radius), (*other.centre, other.radius))
         return bool(np.abs(apart).max() <= roundoff)
 
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: the whole circle."""
+        angle = -self._sign * np.linspace(0.0, 2 * np.pi, ROUND + 1)
+        return [self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
+
     @property
     def _sign(self) -> float:
         return -1.0 if self.concave else 1.0
 
 
 def frames(normal: Floats) -> Floats:
-    """Frames (…, 2, 2) of normals (…, 2), as rows the normal and the tangent (n_y, -n_x).
+    """Frames (…, d, d) of normals (…, d): rows are the normal and, in a plane, the tangent (n_y, -n_x).
+
+    In space the first tangent is the axis least along the normal, across it, the second their product: a plane of
+    symmetry that cuts a flat tool has its own normal among them.
 
     >>> frames(np.array([0.6, 0.8])).tolist()
     [[0.6, 0.8], [0.8, -0.6]]
+    >>> frames(np.array([0.6, 0.0, 0.8])).tolist()
+    [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]
     """
+    if normal.shape[-1] == 3:
+        first = np.eye(3)[np.argmin(np.abs(normal), axis=-1)]
+        first = first - np.vecdot(first, normal)[..., None] * normal
+        first /= norm(first)[..., None]
+        return np.stack([normal, first, np.asarray(np.cross(normal, first), dtype=np.float64)], axis=-2)
     return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
 
 
-def reflected(point: tuple[float, float], direction: int, position: float) -> tuple[float, float]:
-    """The mirror image of a point in the plane x_direction = position."""
-    out = np.array(point)
-    out[direction] = 2 * position - out[direction]
-    return float(out[0]), float(out[1])
-
-
-def place(value: object, field: str) -> tuple[float, float]:
+def place(value: object, field: str) -> Pair:
     """``value`` as a point; raises SceneError where it is none."""
     point = pair(value, field, "two finite numbers")
     require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
     return point
 
 
-def direction(value: object, field: str) -> tuple[float, float]:
+def direction(value: object, field: str) -> Vector:
     """``value`` as a unit vector; raises SceneError where it is none."""
-    normal = pair(value, field, "two finite numbers")
-    require(abs(np.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    normal = vector(value, field)
+    require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal

@@ -51,8 +51,9 @@ class System:
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
         """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (c, d)."""
         out = self.body.space.nodal(element_forces) - load - self.candidates.nodal(contacts)
+        out = self.body.space.axes.components(out)
         out.ravel()[self.body.space.free] = 0.0
-        return out
+        return self.body.space.axes.field(out)
 
     @cached_property
     def rigid(self) -> Floats:
@@ -66,7 +67,7 @@ class System:
     def _rigid_motions(self, nodes: Floats) -> Floats:
         """Those with the tools at rest."""
         space = self.body.space
-        found = rigid_motions(nodes, space.free, self.body.scene.geometry)
+        found = rigid_motions(nodes, space.free, self.body.scene.geometry, space.axes)
         return np.vstack([found, np.zeros((space.translations, found.shape[1]))]) if space.translations else found
 
     @cached_property
@@ -127,7 +128,7 @@ class System:
     def rest(self) -> State:
         """The state at rest."""
         scene = self.body.scene
-        return rest(scene, self.candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))))
+        return rest(scene, self.candidates.distance(scene.mesh.nodes, scene.at_rest))
 
 
 def system_of(scene: Scene) -> System:

@@ -15,6 +15,15 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 
+def components(dimension: int) -> int:
+    """Number s of components of a Mandel vector in so many dimensions.
+
+    >>> components(2), components(3)
+    (4, 6)
+    """
+    return 4 if dimension == 2 else 6
+
+
 @cache
 def identity(size: int) -> FloatArray:
     """Unit tensor as a Mandel vector, shape (s,), read-only.

@@ -21,9 +21,9 @@ from bipot.errors import (
     require_type,
 )
 from bipot.frozen import FrozenMap
-from bipot.paths import POINTS, Path, checked, multiples, pair
-from bipot.poses import Turn, rotation
-from bipot.surfaces import ACROSS, Plane, Surface, direction, place
+from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
+from bipot.poses import Turn, pose_size, rotation
+from bipot.surfaces import ACROSS, Plane, Surface, direction
 from bipot.typing import Floats
 
 LARGEST_MU = 1e12
@@ -49,9 +49,9 @@ class Tool:
 
     The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default goes once, (0, 0), (0.5, 1),
     (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0), (0.5, (0, 1)),
-    (1, (1, 1)) presses first and then slides. The nodes of the mesh boundaries ``candidates`` may touch it, with
-    Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf`` welds: what touches at the start of
-    an increment stays tied.
+    (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the mesh boundaries
+    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
+    welds: what touches at the start of an increment stays tied.
 
     ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
     |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.shear`); ``shear_at`` is that of a node, inf
@@ -63,7 +63,7 @@ class Tool:
     ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
     """
 
-    travel: tuple[float, float]
+    travel: tuple[float, ...]
     candidates: tuple[str, ...]
     mu: float
     path: Path
@@ -86,12 +86,11 @@ class Tool:
 
     def _check(self) -> None:
         """Refuse what no tool has, and keep the rest as plain numbers."""
-        object.__setattr__(self, "travel", pair(self.travel, "tool.travel", "two finite numbers"))
+        object.__setattr__(self, "travel", vector(self.travel, "tool.travel"))
         self._check_friction()
         require_type(self.sampling, Sampling, "tool.sampling")
         self._check_path()
         require_type(self.driven_by, Force, "tool.driven_by", optional=True)
-        self._check_across()
         object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
         require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
         different = len(set(self.candidates)) == len(self.candidates)
@@ -128,12 +127,15 @@ class Tool:
         allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
         object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
         require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
+        fits = all(np.size(multiple) in (1, len(self.travel)) for _, multiple in self.path)
+        require(fits, "tool.path", self.path, f"of multiples with as many numbers as the travel {self.travel}")
         for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
-    def _check_across(self) -> None:
-        """The path does not go along the force."""
+    def _check_force(self) -> None:
+        """A force is of as many numbers as the travel, and the path does not go along it."""
         if self.driven_by is not None:
+            require_components(self.driven_by.vector, len(self.travel), "tool.driven_by")
             path = self._multiples[1] * self.travel
             along = bool((np.abs(path @ self.driven_by.direction) <= ACROSS * np.abs(path).max()).all())
             allowed = f"across the force {self.driven_by.vector}, which moves it along"
@@ -151,19 +153,22 @@ class Tool:
 
     def distance(self, x: Floats, pose: Floats) -> Floats:
         """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
-        return self.face.gap(x, pose[:2]) if self.turn is None else self.face.gap(self.own(x, pose), np.zeros(2))
+        if self.turn is None:
+            return self.face.gap(x, pose[: x.shape[-1]])
+        return self.face.gap(self.own(x, pose), np.zeros(2))
 
     def places(self, x: Floats, pose: Floats) -> Floats:
         """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
-        return self.face.size(x, pose[:2]) if self.turn is None else self.face.size(self.own(x, pose), pose[:2])
+        own = x if self.turn is None else self.own(x, pose)
+        return self.face.size(own, pose[: x.shape[-1]])
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""
-        return x - pose[:2] if self.turn is None else self.turn.own(x, pose)
+        return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
         """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, which goes on by ``advance`` (3,)."""
-        return by - advance[:2] if self.turn is None else self.turn.going(x, by, pose, advance)
+        return by - advance[: x.shape[-1]] if self.turn is None else self.turn.going(x, by, pose, advance)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) seen from the point about which the tool in the ``pose`` (3,) turns; zero if it does not."""
@@ -175,7 +180,11 @@ class Tool:
 
     def pose(self, tau: float) -> Floats:
         """How far (3,) the tool has gone along its path since rest, and by what angle turned."""
-        return np.array([*self.moved(0.0, tau), 0.0 if self.turn is None else self.turn.at(tau)])
+        out = np.zeros(pose_size(len(self.travel)))
+        out[: len(self.travel)] = self.moved(0.0, tau)
+        if self.turn is not None:
+            out[-1] = self.turn.at(tau)
+        return out
 
     def moved(self, tau: float, tau_end: float) -> Floats:
         """Displacement (d,) along the path from pseudo-time ``tau`` to ``tau_end``.
@@ -190,24 +199,24 @@ class Tool:
     @cached_property
     def _multiples(self) -> tuple[Floats, Floats]:
         """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
-        return multiples(self.path)
+        return multiples(self.path, len(self.travel))
 
 
 @dataclass(frozen=True)
 class FlatTool(Tool):
     """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
 
-    All else is as in :class:`Tool`.
+    Vectors are of two numbers in a plane, of three in space. All else is as in :class:`Tool`.
 
     Raises:
-        SceneError: a vector that is not two finite numbers, a normal that is none, a path that is not pairs from
-            (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool off
-            the body, a path that goes along the force.
+        SceneError: a vector that is not two or three finite numbers, a normal that is none, a path that is not pairs
+            from (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool
+            off the body, a path that goes along the force.
     """
 
-    point: tuple[float, float]
-    normal: tuple[float, float]
-    travel: tuple[float, float]
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    travel: tuple[float, ...]
     candidates: tuple[str, ...]
     mu: float
     path: Path = STRAIGHT_ON
@@ -218,9 +227,13 @@ class FlatTool(Tool):
     shear_at: Mapping[int, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "point", place(self.point, "tool.point"))
+        object.__setattr__(self, "point", vector(self.point, "tool.point"))
         object.__setattr__(self, "normal", direction(self.normal, "tool.normal"))
+        require_magnitude(max(map(abs, self.point)), "tool.point", LARGEST_LENGTH)
         self._check()
+        for name in ("point", "travel"):
+            require_components(getattr(self, name), len(self.normal), f"tool.{name}")
+        self._check_force()
         if self.driven_by is not None:
             presses = float(self.driven_by.direction @ self.normal)
             allowed = "not against the normal: it pulls off"
@@ -248,7 +261,7 @@ class ShapedTool(Tool):
     """
 
     surface: Surface
-    travel: tuple[float, float]
+    travel: tuple[float, ...]
     candidates: tuple[str, ...]
     mu: float
     path: Path = STRAIGHT_ON
@@ -263,6 +276,7 @@ class ShapedTool(Tool):
         require_type(self.surface, Surface, "tool.surface")
         require_type(self.turn, Turn, "tool.turn", optional=True)
         self._check()
+        self._check_force()
         nodal = self.sampling is Sampling.NODES
         require(nodal, "tool.sampling", self.sampling, "Sampling.NODES: only a FlatTool is met in the mean")
 

@@ -6,7 +6,7 @@ and cone in between; it comes down to zero at the first open point. :func:`tract
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
 of a tool is made of the current edges of its candidate boundaries of which at least two nodes are closed, with
-dA = 2 pi r ds (axisymmetric) or ds (plane strain), and
+dA = 2 pi r ds (axisymmetric) or ds (plane strain), in space of the faces of which three are, and
 
     A_ei = int_e N_i dA,    A_i = sum_e A_ei,    A_e = sum_i A_ei.
 
@@ -40,11 +40,13 @@ from scipy.sparse.linalg import splu
 from bipot.closeness import carries
 from bipot.contact import Candidates
 from bipot.fem.reduction import Geometry
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, status
+from bipot.laws.projections import project_disc
 from bipot.programs.data import ContactRows
 from bipot.sampling import hat_areas
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 SLIP_TOLERANCE = 1e-6
@@ -57,6 +59,8 @@ LEAST_SHARE = 0.05
 @dataclass(frozen=True)
 class Traction:
     """What each candidate carries and does: pressure (c,) and shear (c,) along t, status (c,), thresholds.
+
+    In space, where there are two tangents, the shear is the length of its vector.
 
     The tractions (force per area) are nodal, obey p >= 0 and |tau| <= mu p, and are NaN off the contact
     line. ``status`` holds :class:`bipot.laws.coulomb.Status` values, decided with ``force_tol`` (force) and
@@ -82,7 +86,7 @@ def traction(iterate: Iterate, r: Floats) -> Traction:
 def tractions(
     candidates: Candidates, nodes: Floats, r: Floats, closed: Bools, rows: ContactRows | None = None
 ) -> tuple[Floats, Floats]:
-    """Pressure and shear (c,) of forces r (c, 2) on the line through ``closed`` candidates, NaN elsewhere.
+    """Pressure and shear (c,) of forces r (c, d) on the line through ``closed`` candidates, NaN elsewhere.
 
     Within sign and cone, or what a cap of ``rows`` leaves of it, to the last digit, whatever the forces are: they are
     projected. Where Coulomb's law holds that takes away what they miss by round-off of an accepted increment. A weld
@@ -103,19 +107,20 @@ def tractions(
         pressure[line] = np.maximum(found[line, 0], 0.0)
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
         limit[~candidates.tangent_free] = 0.0
-        shear[line] = np.clip(found[line, 1], -limit[line], limit[line])
+        along = project_disc(found[line, 1:], limit[line])
+        shear[line] = along[:, 0] if along.shape[1] == 1 else norm(along)
     return pressure, shear
 
 
 def _quotients(mu: Floats, r: Floats, rows: ContactRows) -> Floats:
-    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or what forces r (c, 2) have where a cap acts."""
+    """The largest quotient (c,) of shear and pressure: ``mu`` (c,), or what forces r (c, d) have where a cap acts."""
     acts = np.isfinite(rows.cap) & (r[:, 0] > 0)
     return np.divide(rows.limit(r), r[:, 0], out=mu.copy(), where=acts)
 
 
 def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floats) -> Floats:
     """t_i = r_i/A_i (a, k) of ``forces`` (a, k); the mean of its edges at a node without area, 0 off the edges."""
-    own = edge_mass(nodes, edges, geometry).sum(axis=2)
+    own = facet_mass(nodes, edges, geometry).sum(axis=2)
     area = own.sum(axis=1)
     pooled = edge_tractions(nodes, edges, geometry, forces) * area[:, None]
     share, around = np.zeros(len(nodes)), np.zeros(len(nodes))
@@ -135,7 +140,7 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
     >>> edge_tractions(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN, np.array([[1.0], [4.0], [1.0]])).round(12)
     array([[6.]])
     """
-    own = edge_mass(nodes, edges, geometry).sum(axis=2)
+    own = facet_mass(nodes, edges, geometry).sum(axis=2)
     # A strongly distorted ring edge at the axis may have a small negative one.
     part, total, count = np.maximum(own, 0.0), np.zeros(len(nodes)), np.zeros(len(nodes))
     np.add.at(total, edges, part)
@@ -159,7 +164,7 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
         if candidates.points[number].weighted:
             pressure[line], shear[line] = multipliers(candidates, number, nodes, r)[line].T
             continue
-        mass = edge_mass(nodes, candidates.node[edges], candidates.scene.geometry)
+        mass = facet_mass(nodes, candidates.node[edges], candidates.scene.geometry)
         M = _assemble(mass, local.reshape(edges.shape), len(line))
         free = candidates.tangent_free[line]
         pressure[line] = splu(M).solve(r[line, 0])
@@ -177,13 +182,14 @@ def contact_edges(candidates: Candidates, number: int, closed: Bools) -> Ints:
 def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
     """Which edges (f,) of the boundaries of the tool of that ``number`` are on its contact line.
 
-    Of nodes at least two are closed, of weighted points one: its traction goes on to the next. An edge of which one is
-    no candidate is left out: a support carries part of its force.
+    Of nodes at least two are closed, three of a face, of weighted points one: its traction goes on to the next. An edge
+    of which one is no candidate is left out: a support carries part of its force.
     """
     points = candidates.points[number]
     edges = candidates.number[number][points.edges]
     many = np.where(edges >= 0, closed[edges], False).sum(axis=1) if len(closed) else np.zeros(len(edges))
-    return (edges >= 0).all(axis=1) & (many >= (1 if points.weighted else 2))
+    least = 1 if points.weighted else candidates.scene.mesh.dimension
+    return (edges >= 0).all(axis=1) & (many >= least)
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:

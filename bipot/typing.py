@@ -13,6 +13,9 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
 Bools = NDArray[np.bool_]
 
+Pair = tuple[float, float]
+Vector = tuple[float, ...]
+
 Scalar = TypeVar("Scalar", bound=np.generic)
 
 

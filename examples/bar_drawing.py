@@ -1,11 +1,15 @@
-"""A bar drawn through a cone that shears it by m times its shear yield stress, between two bounds of the stress.
+"""
+Drawing a bar through a cone
+============================
 
-Below is homogeneous work, ln(1/(1 - r)); above Avitzur's upper bound for a spherical velocity field.
+A die that shears the bar by m times its shear yield stress, between two bounds of the drawing stress: below is
+homogeneous work, ln(1/(1 - r)), above Avitzur's upper bound for a spherical velocity field.
 """
 
 # %%
 from math import inf, log, pi, radians, sqrt, tan
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import (
@@ -59,6 +63,17 @@ def main(increments: int = 60, elements: int = 8, shear: tuple[float, ...] = tup
     return found
 
 
+def draw(found: dict[float, float]) -> None:
+    """The drawing stress over the shear factor, between its bounds."""
+    plt.plot(list(found), list(found.values()), "o-", label="march")
+    plt.plot(list(BOUND), list(BOUND.values()), "--", color="0.4", label="Avitzur's upper bound")
+    plt.axhline(log(1 / (1 - REDUCTION)), color="0.6", ls=":", label="homogeneous work")
+    plt.xlabel("shear factor m")
+    plt.ylabel("drawing stress / yield stress")
+    plt.legend()
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,7 +1,17 @@
-"""Coining: a blank is pressed into a closed die with a fillet, and the force rises as the die fills."""
+"""
+Coining: a die that fills
+=========================
+
+A blank is pressed into a closed die with a fillet, and the force rises as the die fills.
+"""
 
 # %%
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+
 from bipot import (
+    Accepted,
     Elasticity,
     Geometry,
     Linear,
@@ -34,16 +44,32 @@ def blank(elements: int) -> Scene:
     )
 
 
-def main(increments: int = 60, elements: int = 10) -> list[tuple[float, float, float]]:
-    """Stroke (mm), force (kN), and the largest gap between blank and die (mm)."""
-    rows = []
+def main(increments: int = 60, elements: int = 10) -> tuple[list[tuple[float, float, float]], Accepted]:
+    """Stroke (mm), force (kN), the largest gap between blank and die (mm), and the last increment."""
+    rows, steps = [], []
     for accepted in march(blank(elements), Schedule(increments, first=0.002)):
+        steps.append(accepted)
         force, gap = -float(accepted.tool_force(0)[1]) / 1000, float(accepted.state.gap.max())
         rows.append((STROKE * accepted.state.tau, force, gap))
         print("stroke {:.3f} mm: {:6.2f} kN, the blank is up to {:.3f} mm from the die".format(*rows[-1]))
-    return rows
+    return rows, steps[-1]
+
+
+def draw(found: tuple[list[tuple[float, float, float]], Accepted]) -> None:
+    """The force over the stroke, and the blank in the die at the end, coloured by its equivalent plastic strain."""
+    rows, last = found
+    _, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    stroke, force, _gap = np.transpose(rows)
+    left.plot(stroke, force)
+    left.set(xlabel="stroke [mm]", ylabel="force [kN]")
+    body = list(last.state.nodes[last.scene.mesh.elements])
+    patches = right.add_collection(PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", lw=0.4))
+    right.plot(*np.add(DIE.points, (0.0, -STROKE)).T, color="black")
+    right.set(xlabel="r [mm]", ylabel="z [mm]", aspect="equal", xlim=(0, 5.5), ylim=(0, 4))
+    plt.colorbar(patches, ax=right, label="plastic strain")
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,12 +1,18 @@
-"""Extrusion in plane strain through a smooth wedge die: container and die are one profile, the punch is flat.
+"""
+Extrusion through a wedge die
+=============================
 
-At this reduction the pressure is known by Hill's slip-line field: p/2k = 2 sin a (1 + a)/(1 + 2 sin a).
+Container and die are one profile, the punch is flat. At this reduction the pressure is known by Hill's slip-line
+field: p/2k = 2 sin a (1 + a)/(1 + 2 sin a).
 """
 
 # %%
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PolyCollection
 
 from bipot import (
+    Accepted,
     Elasticity,
     FlatTool,
     Geometry,
@@ -41,8 +47,8 @@ def billet(elements: int) -> Mesh:
     return Mesh(np.column_stack([x * np.where(y > CONE, EXIT, width), y]), even.elements, even.boundaries)
 
 
-def main(increments: int = 60, elements: int = 10, travel: float = 0.4) -> np.ndarray:
-    """p/2k by the punch and by the dies (k, 2) at every increment."""
+def main(increments: int = 60, elements: int = 10, travel: float = 0.4) -> tuple[np.ndarray, Accepted]:
+    """p/2k by the punch and by the dies (k, 2) at every increment, and the last one."""
     scene = Scene(
         mesh=billet(elements),
         geometry=Geometry.PLANE_STRAIN,
@@ -54,15 +60,32 @@ def main(increments: int = 60, elements: int = 10, travel: float = 0.4) -> np.nd
         ),
     )
     unit = 2 * YIELD / np.sqrt(3)
-    rows = []
+    rows, steps = [], []
     for accepted in march(scene, Schedule(increments)):
+        steps.append(accepted)
         punch, die = (float(accepted.tool_force(k)[1]) for k in range(2))
         rows.append((punch / 2 / unit, -die / unit))  # the punch presses on both halves, the die on one
         print(f"punch at {accepted.state.tau * travel:.3f} mm: p/2k = {rows[-1][0]:.4f}, by the dies {rows[-1][1]:.4f}")
     print(f"mean of the second half {np.mean(rows[len(rows) // 2 :]):.4f}, known {KNOWN:.4f}")
-    return np.array(rows)
+    return np.array(rows), steps[-1]
+
+
+def draw(found: tuple[np.ndarray, Accepted]) -> None:
+    """The pressure over the increments, and the half of the billet, coloured by its equivalent plastic strain."""
+    rows, last = found
+    _, (left, right) = plt.subplots(1, 2, figsize=(9, 5), layout="constrained")
+    left.plot(rows, label=["punch", "dies"])
+    left.axhline(KNOWN, color="0.4", ls="--", label="Hill")
+    left.set(xlabel="increment", ylabel="p/2k", ylim=(0, 1))
+    left.legend()
+    body = list(last.state.nodes[last.scene.mesh.elements])
+    patches = right.add_collection(PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", lw=0.2))
+    right.plot(*np.transpose(DIE.points[1:]), color="black")
+    right.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", xlim=(0, 1.3), ylim=(-BACK, 2.3))
+    plt.colorbar(patches, ax=right, label="plastic strain")
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,9 +1,15 @@
-"""Hardening from a CSV file: without friction the upset cylinder gives its own flow curve back."""
+"""
+Hardening from a CSV file
+=========================
+
+Without friction the upset cylinder gives its own flow curve back.
+"""
 
 # %%
 import math
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import Schedule, Tabulated, march, upsetting
@@ -25,6 +31,19 @@ def main(increments: int = 20, table: Path = TABLE, reduction: float = 0.2) -> l
     return rows
 
 
+def draw(rows: list[tuple[float, float, float]], table: Path = TABLE) -> None:
+    """The stress found, on the table's own points."""
+    strain, stress, _ = np.transpose(rows)
+    points = Tabulated.from_csv(table)
+    plt.plot(points.peeq, points.stress, "s-", color="0.6", label="table")
+    plt.plot(strain, stress, "o", label="force over area")
+    plt.xlim(0, 0.25)
+    plt.xlabel("equivalent plastic strain")
+    plt.ylabel("true stress [MPa]")
+    plt.legend()
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

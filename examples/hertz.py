@@ -1,6 +1,12 @@
-"""Hertz: a rigid sphere on an elastic half-space, its force and the radius of contact beside the closed forms."""
+"""
+Hertz: a sphere on an elastic block
+===================================
+
+The force of a rigid sphere on an elastic half-space, and the radius of the contact, beside the closed forms.
+"""
 
 # %%
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import (
@@ -48,6 +54,22 @@ def main(increments: int = 5, elements: int = 40) -> list[tuple[float, float, fl
     return rows
 
 
+def draw(rows: list[tuple[float, float, float, float]]) -> None:
+    """Forces and radii over the depth, with Hertz's."""
+    force, expected, radius, known = np.transpose(rows)
+    depth = 1000 * DEPTH * np.arange(1, len(rows) + 1) / len(rows)
+    _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
+    left.plot(depth, force, "o", label="march")
+    left.plot(depth, expected, "--", color="0.4", label="Hertz")
+    left.set(xlabel="depth [µm]", ylabel="force [N]")
+    left.legend()
+    right.plot(depth, radius, "o", label="march, between two nodes")
+    right.plot(depth, known, "--", color="0.4", label="Hertz")
+    right.set(xlabel="depth [µm]", ylabel="radius of the contact [mm]", ylim=(0, None))
+    right.legend()
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,10 +1,14 @@
-"""One increment as a problem of cvxpy, solved by two solvers: its multipliers are the contact forces.
+"""
+An increment as a problem of cvxpy
+==================================
 
-With the friction threshold s of the increment's own normal forces it is convex, plasticity, contact and friction in
-one: minimise energy + dissipation + s |slip| over the displacement, the gap nowhere below zero.
+With the friction threshold s of the increment's own normal forces an increment is convex, plasticity, contact and
+friction in one: minimise energy + dissipation + s times the slip over the displacement, the gap nowhere below zero.
+Two solvers find it, and its multipliers are the contact forces.
 """
 
 # %%
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import (
@@ -56,6 +60,13 @@ def main(increments: int = 10) -> dict[str, tuple[float, float]]:
     return found
 
 
+def draw(found: dict[str, tuple[float, float]]) -> None:
+    """How far each solver's multipliers are from the forces of the march."""
+    plt.bar(list(found), [off for _, off in found.values()], log=True)
+    plt.ylabel("contact forces off by, over the largest")
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

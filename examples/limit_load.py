@@ -1,8 +1,14 @@
-"""A block between rough platens to its limit load: the plateau of a march, a limit analysis, and the slip lines."""
+"""
+Limit load of a block between rough platens
+===========================================
+
+The plateau of a march, a limit analysis, and the slip lines.
+"""
 
 # %%
 from typing import Any
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import (
@@ -11,6 +17,7 @@ from bipot import (
     FlatTool,
     Force,
     Geometry,
+    LimitLoad,
     Perfect,
     Quadrature,
     Scene,
@@ -20,6 +27,7 @@ from bipot import (
     block,
     limit_load,
     march,
+    plot,
 )
 
 WIDTH, HEIGHT, YIELD = 20.0, 10.0, 100.0  # mm, MPa; half of each is modelled
@@ -41,17 +49,30 @@ def quarter(elements: int, **platen: Any) -> Scene:
     )
 
 
-def main(elements: int = 8, increments: int = 20) -> tuple[float, float]:
-    """Mean pressure over the shear yield stress: at the end of a march, and by the limit analysis."""
+def main(elements: int = 8, increments: int = 20) -> tuple[float, LimitLoad, Scene]:
+    """Mean pressure over the shear yield stress at the end of a march; the limit analysis and its scene."""
     *_, last = march(quarter(elements, travel=(0.0, -0.05)), Schedule(increments))
     plateau = -float(last.tool_force(0)[1]) / (WIDTH * SHEAR)
-    found = limit_load(quarter(elements, travel=(0.0, 0.0), driven_by=Force((0.0, -WIDTH * SHEAR))))
+    pressed = quarter(elements, travel=(0.0, 0.0), driven_by=Force((0.0, -WIDTH * SHEAR)))
+    found = limit_load(pressed)
     print(f"p/k = {plateau:.4f} at the end of the march, {found.multiple:.4f} by limit analysis, {SLIP_LINES} exactly")
     bulge = float(found.motion[:, 0].max() / -found.motion[:, 1].min())
     print(f"of its mechanism: the side moves outwards {bulge:.3f} times as fast as the platen comes down")
-    return plateau, found.multiple
+    return plateau, found, pressed
+
+
+def draw(found: tuple[float, LimitLoad, Scene]) -> None:
+    """The mechanism: the nodes' velocities where the platen comes down at one."""
+    _, limit, scene = found
+    mesh = scene.mesh
+    plot.mesh(mesh.nodes, mesh.elements)
+    plot.vectors(mesh.nodes, limit.motion / -limit.motion[:, 1].min(), length=0.6)
+    plt.gca().set(
+        aspect="equal", xlim=(-0.5, 12.5), xlabel="x [mm]", ylabel="y [mm]", title=f"p/k = {limit.multiple:.4f}"
+    )
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

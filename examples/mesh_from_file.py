@@ -1,18 +1,37 @@
-"""A mesh from a file: a barrel of nine quadrilaterals with a curved side (Gmsh, physical groups) under a punch.
+"""
+A mesh from a Gmsh file
+=======================
 
-Reading needs the extra ``mesh``: pip install bipot[mesh].
+A barrel of nine quadrilaterals with a curved side (physical groups) under a punch. Reading needs the extra ``mesh``:
+pip install bipot[mesh].
 """
 
 # %%
 from pathlib import Path
 
-from bipot import Elasticity, FlatTool, Geometry, Mesh, Scene, Schedule, Support, Symmetry, Voce, VonMises, march
+import matplotlib.pyplot as plt
+
+from bipot import (
+    Accepted,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    Mesh,
+    Scene,
+    Schedule,
+    Support,
+    Symmetry,
+    Voce,
+    VonMises,
+    march,
+    plot,
+)
 
 BARREL = Path(__file__).with_name("barrel.msh")
 
 
-def main(increments: int = 10, path: Path = BARREL, mu: float = 0.1) -> dict[str, int]:
-    """How many edges every boundary of the file has; prints the force while the barrel is upset."""
+def main(increments: int = 10, path: Path = BARREL, mu: float = 0.1) -> tuple[dict[str, int], Accepted]:
+    """How many edges every boundary of the file has, and the last increment of the upsetting."""
     mesh = Mesh.from_meshio(path)
     height = float(mesh.nodes[:, 1].max())
     barrel = Scene(
@@ -22,12 +41,26 @@ def main(increments: int = 10, path: Path = BARREL, mu: float = 0.1) -> dict[str
         supports=(Support("axis", 0), Symmetry("base", 1)),
         tools=(FlatTool((0.0, height), (0.0, -1.0), (0.0, -0.1 * height), ("top", "side"), mu),),
     )
+    steps = []
     for accepted in march(barrel, Schedule(increments, first=0.005)):
+        steps.append(accepted)
         gap = accepted.solved.certificate.relative_gap
         print(f"tau = {accepted.state.tau:.3f}: force {-accepted.tool_force(0)[1]:9.1f} N, relative gap {gap:.1e}")
-    return {name: len(edges) for name, edges in mesh.boundaries.items()}
+    return {name: len(edges) for name, edges in mesh.boundaries.items()}, steps[-1]
+
+
+def draw(found: tuple[dict[str, int], Accepted]) -> None:
+    """The barrel at the end, its boundaries by name."""
+    edges, last = found
+    mesh = last.scene.mesh
+    plot.mesh(last.state.nodes, mesh.elements)
+    for color, (name, count) in enumerate(edges.items()):
+        plot.boundary(last.state.nodes, mesh.boundary(name), color=f"C{color}", lw=2, label=f"{name}: {count} edges")
+    plt.gca().set(aspect="equal", xlabel="r [mm]", ylabel="z [mm]")
+    plt.legend()
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,7 +1,15 @@
-"""A block of one's own between rough platens, in plane strain: a quarter of it, what friction adds to the force."""
+"""
+A block between platens
+=======================
+
+A quarter of a block of one's own, in plane strain: what friction adds to the force.
+"""
 
 # %%
-from bipot import Elasticity, FlatTool, Geometry, Linear, Scene, Schedule, Symmetry, VonMises, block, march
+import matplotlib.pyplot as plt
+from matplotlib.collections import PolyCollection
+
+from bipot import Accepted, Elasticity, FlatTool, Geometry, Linear, Scene, Schedule, Symmetry, VonMises, block, march
 
 WIDTH, HEIGHT, REDUCTION = 20.0, 10.0, 0.1  # mm, of the quarter
 
@@ -17,17 +25,35 @@ def quarter(mu: float) -> Scene:
     )
 
 
-def main(increments: int = 20, friction: tuple[float, ...] = (0.0, 0.1, 0.3)) -> dict[float, float]:
-    """Force of a platen on the whole block, a unit of thickness (N/mm), by friction, at the end."""
-    forces = {}
+def force(accepted: Accepted) -> float:
+    """Of a platen on the whole block, per unit of thickness (N/mm)."""
+    return -float(accepted.tool_force(0)[1])
+
+
+def main(increments: int = 20, friction: tuple[float, ...] = (0.0, 0.1, 0.3)) -> dict[float, Accepted]:
+    """The last increment, by friction."""
+    found = {}
     for mu in friction:
-        *_, last = march(quarter(mu), Schedule(increments, first=0.005))
-        forces[mu] = -float(last.tool_force(0)[1])
-        bulge = float(last.displacement[:, 0].max())
-        print(f"mu = {mu:.2f}: {forces[mu]:8.1f} N/mm, side displaced by up to {bulge:.4f} mm")
-    return forces
+        *_, found[mu] = march(quarter(mu), Schedule(increments, first=0.005))
+        bulge = float(found[mu].displacement[:, 0].max())
+        print(f"mu = {mu:.2f}: {force(found[mu]):8.1f} N/mm, side displaced by up to {bulge:.4f} mm")
+    return found
+
+
+def draw(found: dict[float, Accepted]) -> None:
+    """The quarters at the end, each coloured by its equivalent plastic strain."""
+    _, axes = plt.subplots(len(found), figsize=(7, 8), sharex=True, layout="constrained")
+    for ax, (mu, last) in zip(axes, found.items(), strict=True):
+        body = list(last.state.nodes[last.scene.mesh.elements])
+        ax.set(title=f"mu = {mu}: {force(last):.0f} N/mm", ylabel="y [mm]", aspect="equal")
+        patches = ax.add_collection(
+            PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", clim=(0.0, 0.3))
+        )
+        plt.colorbar(patches, ax=ax, label="plastic strain")
+    axes[-1].set(xlabel="x [mm]")
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,6 +1,13 @@
-"""Press, then slide: where all of the surface slips, friction is mu times the normal force, exactly."""
+"""
+Press, then slide
+=================
+
+A path of two components: a tool presses a plate and then slides along it; friction over the normal force is mu.
+"""
 
 # %%
+import matplotlib.pyplot as plt
+
 from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Support, VonMises, block, march
 
 MU = 0.2
@@ -33,6 +40,16 @@ def main(increments: int = 10) -> list[tuple[float, float]]:
     return rows
 
 
+def draw(rows: list[tuple[float, float]]) -> None:
+    """Friction over normal force, over pseudo-time."""
+    plt.plot(*zip(*rows, strict=True), "o-")
+    plt.axhline(MU, color="0.4", ls="--", label=f"mu = {MU}")
+    plt.xlabel("pseudo-time: pressed until 0.5, then slid")
+    plt.ylabel("friction over normal force")
+    plt.legend()
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,6 +1,13 @@
-"""A flat punch pressed into a strip by a force, which is held, partly taken off and put on again."""
+"""
+A punch that a force drives
+===========================
+
+A flat punch pressed into a strip by a force, which is held, partly taken off and put on again.
+"""
 
 # %%
+import matplotlib.pyplot as plt
+
 from bipot import (
     Amplitude,
     Elasticity,
@@ -48,6 +55,15 @@ def main(increments: int = 20, force: float = 2200.0) -> list[tuple[float, float
     return rows
 
 
+def draw(rows: list[tuple[float, float]]) -> None:
+    """The force over how far the punch has sunk in."""
+    force, sunk = zip(*rows, strict=True)
+    plt.plot([0.0, *sunk], [0.0, *force], "o-")
+    plt.xlabel("sunk by [mm]")
+    plt.ylabel("force [N/mm]")
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

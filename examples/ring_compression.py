@@ -1,14 +1,17 @@
-"""The ring compression test at constant shear: the bore opens where friction is low and closes where it is high.
+"""
+The ring compression test
+=========================
 
-A ring 6 : 3 : 2 (outer diameter, inner diameter, height) between flat platens, its upper half modelled; the platens
-shear it by m times its shear yield stress. The change of the inner diameter measures m, without a measured force. Next
-to it stands Avitzur's upper bound for a ring that stays one (parallel velocity field, ideally plastic), whose pressure
-no true one exceeds.
+At constant shear the bore of a ring opens where friction is low and closes where it is high. A ring 6 : 3 : 2 (outer
+diameter, inner diameter, height) between flat platens, its upper half modelled; the platens shear it by m times its
+shear yield stress. The change of the inner diameter measures m, without a measured force. Next to it stands Avitzur's
+upper bound for a ring that stays one (parallel velocity field, ideally plastic), whose pressure no true one exceeds.
 """
 
 # %%
 from math import inf, pi
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import Accepted, Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, march, ring
@@ -65,6 +68,20 @@ def main(increments: int = 50, elements: int = 4, shear: tuple[float, ...] = tup
     return found
 
 
+def draw(found: dict[float, np.ndarray]) -> None:
+    """The decrease of the bore over the reduction, beside the bound's field (dashed)."""
+    for m, rows in found.items():
+        (line,) = plt.plot([0, *REDUCTIONS], [0, *rows[:, 0]], "o-", label=f"m = {m}")
+        if m in BOUND:
+            bound = [bore for bore, _ in BOUND[m]]
+            plt.plot([0, *REDUCTIONS], [0, *bound], "--", color=line.get_color())
+    plt.axhline(0, color="0.8", zorder=0)
+    plt.xlabel("reduction of the height")
+    plt.ylabel("decrease of the inner diameter [%]")
+    plt.legend(title="dashed: Avitzur's field")
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

@@ -1,9 +1,17 @@
-"""A strip is rolled: it comes in slower than the roll and leaves faster, and in between the friction turns around."""
+"""
+Rolling a strip
+===============
+
+The strip comes in slower than the roll and leaves faster, and in between the friction turns around.
+"""
 
 # %%
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.collections import PolyCollection
 
 from bipot import (
+    Accepted,
     Amplitude,
     Circle,
     Elasticity,
@@ -43,20 +51,39 @@ def strip(elements: int) -> Scene:
     )
 
 
-def main(increments: int = 160, elements: int = 4) -> list[tuple[float, float, float, float]]:
-    """Angle, torque on the roll (N), and the speeds of the strip's back and front over the roll's."""
-    scene, rows = strip(elements), []
+def main(increments: int = 160, elements: int = 4) -> tuple[list[tuple[float, float, float, float]], Accepted]:
+    """Angle, torque on the roll (N), speeds of the strip's back and front over the roll's; the last increment."""
+    scene, rows, steps = strip(elements), [], []
     back, front = (scene.mesh.boundary_nodes(name) for name in ("left", "right"))
     for accepted in march(scene, Schedule(increments, first=0.002, landings=(PRESSED,))):
+        steps.append(accepted)
         turned = ROLL.pose(accepted.state.tau)[2] - ROLL.pose(accepted.start.tau)[2]
         if turned == 0.0:
             continue
         speeds = [float(np.mean(accepted.state.du[nodes, 0])) / (RADIUS * turned) for nodes in (back, front)]
         rows.append((float(ROLL.pose(accepted.state.tau)[2]), accepted.tool_moment(0), *speeds))
         print("angle {:.4f}: torque {:7.0f} N, strip over roll {:.3f} before, {:.3f} behind".format(*rows[-1]))
-    return rows
+    return rows, steps[-1]
+
+
+def draw(found: tuple[list[tuple[float, float, float, float]], Accepted]) -> None:
+    """The speeds of the strip over the roll's, and the strip, coloured by its equivalent plastic strain."""
+    rows, last = found
+    angle, _torque, before, behind = np.transpose(rows)
+    _, (above, below) = plt.subplots(2, figsize=(8, 6), layout="constrained")
+    above.plot(angle, before, label="before the roll")
+    above.plot(angle, behind, label="behind it")
+    above.set(xlabel="angle of the roll [rad]", ylabel="speed over the roll's", ylim=(0.7, 1.1))
+    above.legend()
+    body = list(last.state.nodes[last.scene.mesh.elements])
+    patches = below.add_collection(PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", lw=0.4))
+    around = np.linspace(1.35, 1.65, 50) * np.pi
+    below.plot(CENTRE[0] + RADIUS * np.cos(around), CENTRE[1] - DOWN + RADIUS * np.sin(around), color="black")
+    below.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", xlim=(0, 55), ylim=(0, 8))
+    plt.colorbar(patches, ax=below, label="plastic strain", shrink=0.6)
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

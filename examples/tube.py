@@ -1,6 +1,14 @@
-"""A thick tube under inner pressure in plane strain: Lame's displacement while elastic, then more."""
+"""
+A thick tube under pressure
+===========================
+
+Lame's displacement while all is elastic, in plane strain, then more.
+"""
 
 # %%
+import matplotlib.pyplot as plt
+import numpy as np
+
 from bipot import (
     Elasticity,
     Geometry,
@@ -46,6 +54,17 @@ def main(increments: int = 8, pressure: float = 160.0) -> list[tuple[float, floa
     return rows
 
 
+def draw(rows: list[tuple[float, float, float]]) -> None:
+    """The displacement over the pressure."""
+    p, u, lame = np.transpose(rows)
+    plt.plot(u, p, "o-", label="march")
+    plt.plot(lame, p, "--", color="0.4", label="Lame")
+    plt.xlabel("displacement of the outer surface [mm]")
+    plt.ylabel("pressure [MPa]")
+    plt.legend()
+
+
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

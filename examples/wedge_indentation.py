@@ -1,13 +1,20 @@
-"""A smooth wedge pressed into a block: the force grows with the depth, and a lip rises at its sides.
+"""
+Wedge indentation
+=================
 
-Where the body is next to rigid and does not harden, the flow is similar to itself at every depth, and known (Hill, Lee
-and Tupper).
+The force of a smooth wedge grows with the depth, and a lip rises at its sides. Where the body is next to rigid and
+does not harden, the flow is similar to itself at every depth, and known (Hill, Lee and Tupper).
 """
 
 # %%
 from math import sqrt
 
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.collections import PolyCollection
+
 from bipot import (
+    Accepted,
     Elasticity,
     Geometry,
     Perfect,
@@ -39,17 +46,33 @@ def half(elements: int) -> Scene:
     )
 
 
-def main(increments: int = 60, elements: int = 16) -> list[tuple[float, float]]:
-    """Depth (mm) and F/(2 k h) at every increment."""
-    rows = []
+def main(increments: int = 60, elements: int = 16) -> tuple[list[tuple[float, float]], Accepted]:
+    """Depth (mm) and F/(2 k h) at every increment, and the last one."""
+    rows, steps = [], []
     for accepted in march(half(elements), Schedule(increments)):
+        steps.append(accepted)
         depth = accepted.state.tau * DEPTH
         rows.append((depth, -float(accepted.tool_force(0)[1]) / (2 * YIELD / sqrt(3) * depth)))
         lip = float(accepted.state.nodes[:, 1].max()) - HEIGHT
         print(f"{depth:.3f} mm deep: F/(2kh) = {rows[-1][1]:.2f} (known: {FORCE}), lip {lip:.3f} mm high")
-    return rows
+    return rows, steps[-1]
+
+
+def draw(found: tuple[list[tuple[float, float]], Accepted]) -> None:
+    """The force over the depth, and the half under the wedge, coloured by its equivalent plastic strain."""
+    rows, last = found
+    _, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
+    left.plot(*np.transpose(rows), label="march")
+    left.axhline(FORCE, color="0.4", ls="--", label="Hill, Lee and Tupper")
+    left.set(xlabel="depth [mm]", ylabel="F/(2kh)")
+    left.legend()
+    body = list(last.state.nodes[last.scene.mesh.elements])
+    patches = right.add_collection(PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", lw=0.2))
+    right.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", xlim=(0, 8), ylim=(4, 11))
+    plt.colorbar(patches, ax=right, label="plastic strain")
 
 
 # %%
 if __name__ == "__main__":
-    main()
+    draw(main())
+    plt.show()

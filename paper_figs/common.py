@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
+from string import ascii_lowercase
 from typing import Any, TypeVar
 
 import matplotlib as mpl
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bipot.errors import BipotError, ResultsError
@@ -20,6 +23,9 @@ BLUE, VERMILLION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"
 PURPLE, ORANGE, SKY = "#CC79A7", "#E69F00", "#56B4E9"
 
 PUNCH: dict[str, Any] = {"facecolor": "0.9", "edgecolor": "0.35", "hatch": "////", "lw": 0.8}
+
+LANDED: dict[str, Any] = {"ls": "", "marker": "v", "ms": 6, "mew": 0.9, "mfc": "#F0E442", "mec": "black", "zorder": 5}
+"""Where nodes of the side have come onto the punch."""
 
 WIDTH = 7.0
 """Of the figures that fill a page, inches."""
@@ -40,11 +46,22 @@ STYLE: dict[Any, Any] = {
 }
 
 
+def letters() -> Iterator[str]:
+    """Of panels: a, b, .. z, a1, b1, .."""
+    return (f"{letter}{turn or ''}" for turn in count() for letter in ascii_lowercase)
+
+
+def lettered(axes: Iterable[Axes]) -> None:
+    """Put a letter before the title of every panel, in their order."""
+    for letter, ax in zip(letters(), axes, strict=False):
+        ax.set_title(f"({letter}) {ax.get_title()}".rstrip())
+
+
 def legend_below(figure: Figure, handles: Sequence[Any], columns: int) -> None:
     """A legend of labelled handles below the panels, in as many of these columns as stand side by side."""
-    for count in range(columns, 0, -1):
-        legend = figure.legend(handles=handles, loc="outside lower center", ncols=count)
-        if count == 1 or legend.get_window_extent().width <= figure.bbox.width:
+    for side_by_side in range(columns, 0, -1):
+        legend = figure.legend(handles=handles, loc="outside lower center", ncols=side_by_side)
+        if side_by_side == 1 or legend.get_window_extent().width <= figure.bbox.width:
             return
         legend.remove()
 

@@ -48,7 +48,7 @@ def contact_line(run: History, row: int) -> Line:
     corner = float(nodes[mesh.boundary_nodes("top"), 0].max())
     if tool["sampling"] == Sampling.WEIGHTED.value and mesh.element.quadratic:
         return _weighted(run, row, nodes, corner)
-    pressure, shear, status = (run.nodal(name, row) for name in ("recovered_pressure", "recovered_shear", "status"))
+    pressure, shear, status = (run.nodal(name, row) for name in ("contact_pressure", "contact_shear", "status"))
     edges = mesh.edges(*tool["candidates"])
     edges = edges[~np.isnan(pressure[edges]).any(axis=1)]
     line = np.unique(edges)

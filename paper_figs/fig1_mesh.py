@@ -15,7 +15,7 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.elements import Element
 from bipot.results import History
-from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH
+from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH, lettered
 from paper_figs.shown import Group, cylinder_of, friction, make
 
 ARROW = {"arrowstyle": "-|>", "color": "black", "lw": 1.2, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 10}
@@ -44,6 +44,9 @@ def draw(groups: list[Group]) -> Figure:
     left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.05))
     first, *others = groups
     same = all(np.array_equal(first.run.mesh.nodes, other.run.mesh.nodes) for other in others)
+    left.set_title("cylinder and punches")
+    right.set_title("quarter model, at rest")
+    lettered((left, right))
     geometry(left, first.run)
     model(right, first.run, "" if same else f" ({first.words})")
     for ax in (left, right):

@@ -22,8 +22,8 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.fem.orientation import STRAIGHT
 from bipot.results import History
-from paper_figs.common import PUNCH
-from paper_figs.shown import Group, letters, make, paired, titled, width_of
+from paper_figs.common import LANDED, PUNCH, letters
+from paper_figs.shown import Group, carrying, make, paired, side_nodes, titled, width_of
 from studies.quality import quality, stretch_ratios
 
 ARROW = 0.085
@@ -32,7 +32,7 @@ ARROW = 0.085
 BELOW, ABOVE = 0.24, 0.14
 """Room under the plane of symmetry for the scale of arrows, and that of the punch, over the largest radius at rest."""
 
-WORDS, MARGIN = 0.98, 0.5
+WORDS, MARGIN = 1.12, 0.5
 """Height of what is written above and below a panel, width of what is beside it, inches."""
 
 
@@ -71,15 +71,18 @@ def panel(ax: Axes, run: History, letter: str, size: float) -> None:
     speed = abs(float(run.scene["tools"][0]["travel"][1]))
     arrows = plot.vectors(state.nodes, state.velocity / speed, ax, ARROW * size, color="#004B77")
     ax.add_patch(Rectangle((-size, height), 3 * float(state.nodes.max()) + size, size, **PUNCH))
+    side = side_nodes(run)
+    landed = side[carrying(run, len(run) - 1, side)]
+    ax.plot(*state.nodes[landed].T, **LANDED)
     key: dict[str, Any] = {"labelpos": "E", "coordinates": "data", "labelsep": 0.06, "fontproperties": {"size": 7.5}}
     ax.quiverkey(arrows, 0.12 * size, -0.6 * BELOW * size, ARROW * size, "punch speed", **key)
     ax.set_aspect("equal")
     ax.set_title(titled(letter, run, len(run) - 1))
-    ax.set_xlabel(f"$r$ [mm]\n{worth(run)}", linespacing=1.35, fontsize=7.2)
+    ax.set_xlabel(f"$r$ [mm]\n{worth(run, len(landed))}", linespacing=1.35, fontsize=7.2)
 
 
-def worth(run: History) -> str:
-    """The worst elements in words."""
+def worth(run: History, landed: int) -> str:
+    """The worst elements in words, and how many nodes of the side have ``landed``."""
     mesh, nodes = run.mesh, run.state().nodes
     now, rest = (float(quality(x, mesh.elements).jacobian.min()) for x in (nodes, mesh.nodes))
     stretch = float(stretch_ratios(nodes, mesh.elements, mesh.nodes).max())
@@ -88,7 +91,8 @@ def worth(run: History) -> str:
     value, means = ("0", "straight angle on punch") if straight else (f"{now:.2g}", "folded below 0")
     return (
         f"smallest Jacobian ratio {value} (at rest {rest:.2g}; {means})\n"
-        f"largest stretch ratio {stretch:.1f} (at rest 1; without friction {uniform:.1f})"
+        f"largest stretch ratio {stretch:.1f} (at rest 1; without friction {uniform:.1f})\n"
+        f"nodes of the side that landed on the punch: {landed or 'none'}{' (triangles)' if landed else ''}"
     )
 
 

@@ -20,7 +20,7 @@ from matplotlib.ticker import NullFormatter
 
 from bipot.errors import ResultsError
 from bipot.fem.elements import Quadrature
-from paper_figs.common import BLUE, GREEN, VERMILLION, WIDTH, from_results
+from paper_figs.common import BLUE, GREEN, VERMILLION, WIDTH, from_results, lettered
 from studies.corner import COMMAND, NAME, curve_name
 from studies.outputs import read_curves
 from studies.tables import Value, read_csv
@@ -56,6 +56,7 @@ def draw(rows: Rows, profiles: Path) -> Figure:
         bottom.set(xlabel="elements a side")
         bottom.set_xticks(meshes, [str(n) for n in meshes])
         bottom.xaxis.set_minor_formatter(NullFormatter())
+    lettered(axes.flat)
     axes[0, 0].set_ylabel("recovered pressure,\nedge means [MPa]")
     axes[1, 0].set_ylabel("recovered pressure, nodal\nby consistent mass [MPa]")
     axes[2, 0].set_ylabel("oscillation, relative")

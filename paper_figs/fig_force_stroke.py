@@ -20,7 +20,7 @@ from matplotlib.figure import Figure
 
 from bipot import plot
 from bipot.typing import Floats
-from paper_figs.common import GREY, WIDTH, legend_below
+from paper_figs.common import GREY, LANDED, WIDTH, legend_below, lettered
 from paper_figs.shown import Group, cylinder_of, has_closed_forms, landings, make, named, per_cent, stopped
 from studies.closed_forms import Cylinder
 from studies.known_limits import limits_of
@@ -33,7 +33,6 @@ SETTLED = 0.02
 ASKED: dict[str, Any] = {"ls": "-", "lw": 1.1, "ms": 4, "mfc": "white", "mew": 0.9}
 BESIDE: dict[str, Any] = {"ls": (0, (5, 1.5)), "lw": 1.7}
 LIMIT: dict[str, Any] = {"ms": 4, "mec": "black", "mew": 0.7, "ecolor": "black", "capsize": 2.5, "zorder": 4}
-LANDING: dict[str, Any] = {"ls": "", "marker": "v", "ms": 6, "mew": 0.9, "mfc": "#F0E442", "mec": "black", "zorder": 5}
 LANDS = "a node of the side lands on the punch"
 
 
@@ -49,8 +48,9 @@ def draw(groups: list[Group]) -> Figure:
         limits(panels, group)
     for panel in panels:
         panel.finish(groups)
-    left.set_title("(a) force")
-    right.set_title("(b) force over the section of constant volume")
+    left.set_title("force")
+    right.set_title("force over the section of constant volume")
+    lettered((left, right))
     legend_below(figure, keys(left), 2)
     return figure
 
@@ -107,7 +107,7 @@ def curves(panels: Sequence[Panel], group: Group) -> None:
             x, y = panel.scaled(cylinder_of(run), run["reduction"], run["force_N"])
             plot.force_stroke(x, y, panel.ax, label=label, **style)
             if landed.size:
-                panel.ax.plot(x[landed], y[landed], label=LANDS, **LANDING)
+                panel.ax.plot(x[landed], y[landed], label=LANDS, **LANDED)
 
 
 def limits(panels: Sequence[Panel], group: Group) -> None:
@@ -154,9 +154,9 @@ def references(panel: Panel, groups: Sequence[Group]) -> None:
         if slipping.size:
             slab = panel.scaled(cylinder, slipping, cylinder.slab_force(slipping, group.mu))
             until = "" if slipping[-1] == end else f" (slips everywhere to {per_cent(slipping[-1])})"
-            panel.ax.plot(*slab, ls=group.dots, color=group.colour, lw=1.5, label=f"slab, {group.words}{until}")
+            panel.ax.plot(*slab, ls=group.dots, color=group.colour, lw=1.5, label=f"slab, {group.words}{until}; in (a)")
     bound = panel.scaled(cylinder, plastic, cylinder.sticking_bound(plastic))
-    panel.ax.plot(*bound, "-.", color=GREY, lw=1.1, label="upper bound, full sticking")
+    panel.ax.plot(*bound, "-.", color=GREY, lw=1.1, label="upper bound, full sticking; in (a)")
 
 
 def keys(ax: Axes) -> list[Any]:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
 from bipot.laws.flow import Integration
-from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, from_table
+from paper_figs.common import BLUE, GREY, VERMILLION, WIDTH, from_table, lettered
 from studies.landings import COMMAND, NAME
 from studies.tables import Value
 
@@ -24,7 +24,7 @@ Rows = list[dict[str, Value]]
 COLOURS = {Integration.BACKWARD_EULER: VERMILLION, Integration.BDF2: BLUE}
 LOOKS: dict[int, dict[str, Any]] = {0: {"ls": ":", "marker": "o", "mfc": "none"}, 1: {"ls": "-", "marker": "s"}}
 WORDS = {0: "inside increments", 1: "located"}
-TICKS = (22, 45, 90, 180, 360, 720)
+TICKS = (22, 45, 90, 180, 360, 720, 1440)
 JUDGED = 45.0
 
 
@@ -35,8 +35,10 @@ def draw(rows: Rows) -> Figure:
     panel(left, rows, "force_45_N", 1e-3)
     panel(right, [row for row in rows if row["located"]], "second_landing", 100.0)
     right.axhline(JUDGED, color=GREY, lw=0.8, zorder=0)
-    left.set(ylabel="force at 45 % [kN]", title="a) force")
-    right.set(ylabel="reduction [%]", title="b) second landing, located")
+    right.annotate("reduction of (a)", (TICKS[-1], JUDGED), va="top", ha="right", fontsize=7, color=GREY)
+    left.set(ylabel="force at 45 % [kN]", title="force")
+    right.set(ylabel="reduction [%]", title="second landing, located")
+    lettered((left, right))
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 

@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from bipot.layout import Layout
 from bipot.scene import upsetting
 from bipot.typing import Floats
-from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, WIDTH, from_results, rows_of
+from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, VERMILLION, WIDTH, from_results, lettered, rows_of
 from studies.accuracy.limits import Limit, courses_of, limit
 from studies.accuracy.mesh import NAME, REDUCTION
 from studies.accuracy.mesh import name as named
@@ -47,6 +47,7 @@ LOOKS: dict[Discretisation, dict[str, Any]] = {
     Q8P1: {"color": GREEN, "marker": "^", "ls": "--", "label": "Q8/P1, fanned"},
     Q9P1: {"color": PURPLE, "marker": "D", "ls": "--", "label": "Q9/P1, fanned"},
 }
+TEETH = "jumps: nodes of the side land"
 GRID = np.linspace(0.02, REDUCTION, 87)
 """Reductions of the band."""
 
@@ -62,6 +63,7 @@ def draw(rows: Sequence[Row], limits: Sequence[Limit], curves: Curves) -> Figure
         tractions(pressure, shear, mine, curves)
         forces(force, mine, curves)
         errors(error, mine, curves, [one for one in limits if one.mu == mu and one.quantity == FORCE])
+    lettered(axes.flat)
     axes[0, 0].set_ylabel("recovered pressure\nat 45 % [MPa]")
     axes[1, 0].set_ylabel("recovered shear, size,\nat 45 % [MPa]")
     axes[2, 0].set_ylabel("force over that\nwithout friction")
@@ -120,6 +122,7 @@ def forces(ax: Axes, rows: Sequence[Row], curves: Curves) -> None:
         style: dict[str, Any] = look | {"marker": "", "lw": 0.9}
         ax.plot(100 * x, F / cylinder().exact_force(x), **style)
     ax.set(xlabel="reduction [%]", xlim=(0, 100 * REDUCTION))
+    ax.set_title(TEETH, fontsize=8)
 
 
 def cylinder() -> Cylinder:
@@ -141,6 +144,9 @@ def errors(ax: Axes, rows: Sequence[Row], curves: Curves, limits: Sequence[Limit
                 off = [abs(smoothed(curves[row], FORCE, REDUCTION) / found.value - 1) for row in mine]
                 ax.loglog([row.unknowns for row in mine], off, **{"ms": 4, "lw": 0.9, **look})
     ax.set(xlabel="unknowns")
+    if stopped := [f"{look['label']}, {side} a side" for kind, look in LOOKS.items() for side in _stopped(rows, kind)]:
+        said = "stopped before the end:\n" + "\n".join(stopped)
+        ax.text(0.03, 0.03, said, transform=ax.transAxes, va="bottom", fontsize=7, color=GREY)
 
 
 def _said(row: Row, word: str) -> dict[str, str]:
@@ -153,6 +159,11 @@ def _keys(axes: Sequence[Axes]) -> tuple[list[Any], list[str]]:
     for ax in axes:
         found |= {label: handle for handle, label in zip(*ax.get_legend_handles_labels(), strict=True)}
     return list(found.values()), list(found)
+
+
+def _stopped(rows: Sequence[Row], kind: Discretisation) -> list[int]:
+    """Elements a side of runs that did not come to the end."""
+    return sorted({row.elements for row in rows if row.of == kind} - {row.elements for row in _of(rows, kind)})
 
 
 def _of(rows: Sequence[Row], kind: Discretisation) -> list[Row]:

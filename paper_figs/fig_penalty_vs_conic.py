@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_table
+from paper_figs.common import BLUE, GREEN, GREY, PURPLE, VERMILLION, WIDTH, from_table, lettered
 from studies.penalty_vs_conic import COMMAND, NAME
 from studies.tables import Value
 
@@ -25,6 +25,10 @@ CURVES: dict[str, dict[str, Any]] = {
     "tangential_traction_error": {"color": GREEN, "marker": "^", "label": "recovered shear, $L_2$"},
 }
 MARKS: dict[str, Any] = {"ms": 3.5, "mew": 0.8, "mfc": "none"}
+COSTS: dict[str, dict[str, Any]] = {
+    "condition": {"color": "black", "marker": "x", "label": "condition of the tangent"},
+    "passes": {"color": PURPLE, "marker": "D", "label": "passes (right axis)"},
+}
 LINES = {0.2: "-", 0.45: "--"}
 SLOPE: dict[str, Any] = {"color": GREY, "lw": 0.7, "ls": ":"}
 
@@ -41,7 +45,8 @@ def draw(rows: Rows) -> Figure:
         column[0].set_title(rf"$\mu$ = {mu:g}")
         column[1].set_xlabel("$K$ over $E/h$")
     axes[0, 0].set_ylabel("error against the conic run")
-    axes[1, 0].set_ylabel("condition; passes (right)")
+    axes[1, 0].set_ylabel("condition of the tangent")
+    lettered(axes.flat)
     figure.legend(handles=legend(), loc="outside lower center", ncols=3)
     return figure
 
@@ -50,7 +55,8 @@ def legend() -> list[Line2D]:
     """Handles, column by column: what is measured, and where."""
     measured = [Line2D([], [], **style, **MARKS) for style in CURVES.values()]
     places = [Line2D([], [], color="black", ls=ls, label=f"at {100 * at:.0f} %") for at, ls in LINES.items()]
-    return [*measured, *places, Line2D([], [], **SLOPE, label="first order")]
+    costs = [Line2D([], [], **style, **MARKS) for style in COSTS.values()]
+    return [*measured, *places, Line2D([], [], **SLOPE, label="first order"), *costs]
 
 
 def errors(ax: Axes, rows: Rows) -> None:
@@ -68,11 +74,14 @@ def errors(ax: Axes, rows: Rows) -> None:
 def costs(ax: Axes, rows: Rows) -> None:
     """Condition of the tangent and passes of the whole run."""
     chosen = [row for row in rows if row["reduction"] == 0.45]
-    ax.loglog(*_series(chosen, "condition"), color=BLUE, marker="o", **MARKS)
+    ax.loglog(*_series(chosen, "condition"), **COSTS["condition"], **MARKS)
     passes = ax.twinx()
-    passes.semilogx(*_series(chosen, "passes"), color=VERMILLION, marker="s", **MARKS)
+    passes.semilogx(*_series(chosen, "passes"), **COSTS["passes"], **MARKS)
     passes.set_ylim(0, None)
-    passes.tick_params(axis="y", colors=VERMILLION)
+    passes.tick_params(axis="y", colors=PURPLE)
+    if lost := sorted(float(row["K_over_E_h"]) for row in chosen if not np.isfinite(float(row["force_error"]))):
+        said = "stopped before the end:\n" + ", ".join(f"$K$ = $10^{{{np.log10(K):.3g}}}$ $E/h$" for K in lost)
+        ax.text(0.04, 0.45, said, transform=ax.transAxes, va="bottom", fontsize=7, color=GREY)
 
 
 def _series(rows: Rows, name: str) -> tuple[np.ndarray, np.ndarray]:

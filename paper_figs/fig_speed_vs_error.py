@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
-from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_results
+from paper_figs.common import BLUE, GREEN, GREY, VERMILLION, WIDTH, from_results, legend_below, lettered
 from studies.methods import Method
 from studies.speed_jobs import Knob
 from studies.speed_vs_error import COMMAND, NAME
@@ -35,7 +36,13 @@ LOOKS: dict[Method, dict[str, Any]] = {
     Method.WRITTEN: {"color": GREY, "marker": "P"},
     Method.UNRETURNED: {"color": GREY, "marker": "*"},
 }
+MARKS: dict[str, Any] = {"ms": 4, "mew": 0.8, "mfc": "none"}
 LINES = {Knob.INCREMENTS: "-", Knob.PENALTY: ":", Knob.TOLERANCE: "--"}
+KNOBS = {
+    Knob.INCREMENTS: "over the number of increments",
+    Knob.PENALTY: "over the penalty",
+    Knob.TOLERANCE: "over the tolerance",
+}
 PANELS = {"curve_error": "against very many increments", "algebraic_error": "against the same increments, exact"}
 
 
@@ -48,9 +55,11 @@ def draw(rows: Rows) -> Figure:
         ax.set(xlabel="relative $L_2$ error of the force-stroke curve", title=title)
         ax.invert_xaxis()
     axes[0].set_ylabel("processor time [s]")
-    handles, labels = axes[0].get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    figure.legend(list(once.values()), list(once), loc="outside lower center", ncols=4)
+    lettered(axes)
+    methods, knobs = {row["method"] for row in rows}, {row["knob"] for row in rows}
+    marks = [Line2D([], [], ls="", label=m.value, **MARKS, **look) for m, look in LOOKS.items() if m.value in methods]
+    lines = [Line2D([], [], color=GREY, ls=LINES[k], label=said) for k, said in KNOBS.items() if k.value in knobs]
+    legend_below(figure, [*marks, *lines], 3)
     return figure
 
 
@@ -62,7 +71,7 @@ def panel(ax: Axes, rows: Rows, measure: str) -> None:
             pairs = np.array([[r[measure], r["seconds"]] for r in chosen], dtype=float).reshape(-1, 2)
             kept = pairs[np.isfinite(pairs).all(axis=1) & (pairs > 0).all(axis=1)]
             if len(kept):
-                ax.loglog(*kept.T, ls=line, ms=4, mew=0.8, mfc="none", label=method.value, **look)
+                ax.loglog(*kept.T, ls=line, **MARKS, **look)
 
 
 def figures(results: Path) -> dict[str, Figure]:

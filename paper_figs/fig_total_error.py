@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 
 from bipot.layout import Layout
 from bipot.tools import Sampling
-from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, rows_of
+from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, lettered, rows_of
 from studies.accuracy.choice import FOREIGN, OWN
 from studies.accuracy.deck import FACES, NODES
 from studies.accuracy.total import NAME
@@ -93,6 +93,7 @@ def draw(rows: Sequence[Row]) -> Figure:
         line[0].set_ylabel("largest relative error of the force")
     for ax, mu in zip(axes[0], mus, strict=True):
         ax.set_title(f"$\\mu$ = {mu:g}")
+    lettered(axes.flat)
     errors = [row.force_error for row in rows if not math.isnan(row.force_error)]
     # The panels share it.
     axes[0, 0].set_ylim(min([row.band for row in rows] + errors) / 2, max(errors, default=1.0) * 2)

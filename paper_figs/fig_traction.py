@@ -23,13 +23,13 @@ from matplotlib.patches import Rectangle
 from bipot import plot
 from bipot.laws.coulomb import Status
 from bipot.results import History
-from paper_figs.common import BLUE, GREY, VERMILLION, legend_below
+from paper_figs.common import BLUE, GREY, VERMILLION, legend_below, letters
 from paper_figs.contact_line import Line, contact_line
-from paper_figs.shown import Group, friction, letters, make, paired, titled, width_of
+from paper_figs.shown import Group, friction, make, paired, titled, width_of
 
 EARLY = 0.2
-STRIP = 0.12
-"""Height of the strip of statuses, as a fraction of a panel."""
+STRIP, FOOT = 0.1, 0.14
+"""Height of the strip of statuses and that at which the axis of tractions ends, as fractions of a panel."""
 
 BELOW, ABOVE = -0.35, 1.25
 """The frame, over the largest pressure drawn along an edge."""
@@ -94,19 +94,38 @@ def panel(ax: Axes, mu: float, line: Line) -> None:
         ax.plot(line.ends.T, mu * line.edge_pressure.T, **ENVELOPE)
     ax.axvline(line.corner, color=GREY, lw=0.8, ls=":")
     ax.axhline(0, color="0.5", lw=0.5)
+    _apart(ax)
     strip = ax.get_xaxis_transform()
-    ax.add_patch(Rectangle((0, 0), 1, STRIP, color="white", lw=0, zorder=2, transform=ax.transAxes))
-    ax.plot([0, 1], [STRIP, STRIP], color="black", lw=0.5, zorder=2.5, transform=ax.transAxes)
     for status, mark in MARKS.items():
         here = line.radius[line.status == status]
         ax.plot(here, np.full(len(here), STRIP / 2), ls="", transform=strip, **mark)
+
+
+def _apart(ax: Axes) -> None:
+    """Leave the strip below to the statuses: the axis of tractions ends above it."""
+    foot, top = _foot(ax.get_ylim()), ax.get_ylim()[1]
+    ax.add_patch(Rectangle((0, 0), 1, FOOT, color="white", lw=0, zorder=2, transform=ax.transAxes))
+    for side in ("left", "right"):
+        ax.spines[side].set_bounds(foot, top)
+    ax.axhline(foot, color="black", lw=0.7, zorder=2.5)
+    ax.spines["bottom"].set_visible(False)
+    box = Rectangle((0, 0), 1, STRIP, fill=False, lw=0.7, zorder=2.5, transform=ax.transAxes, clip_on=False)
+    ax.add_patch(box)
+    spec = ax.get_subplotspec()
+    if spec is not None and spec.is_first_col():
+        ax.text(-0.02, STRIP / 2, "status", transform=ax.transAxes, ha="right", va="center", fontsize=7)
+
+
+def _foot(frame: tuple[float, float]) -> float:
+    """The traction at which the axis ends."""
+    return frame[0] + FOOT * (frame[1] - frame[0])
 
 
 def words(line: Line, frame: tuple[float, float]) -> str:
     """The range of the points' pressure, and how many marks the frame, with its strip, leaves out."""
     if not line.radius.size:
         return "no contact"
-    lowest = frame[0] + STRIP * (frame[1] - frame[0])
+    lowest = _foot(frame)
     marks = np.concatenate([line.pressure, line.shear])
     out = int(((marks < lowest) | (marks > frame[1])).sum())
     left = f"; {out} mark{'s' if out > 1 else ''} outside the frame" if out else ""
@@ -133,7 +152,7 @@ def legend(drawn: Sequence[tuple[Axes, History, Line]]) -> list[Line2D]:
         Line2D([], [], color=BLUE, marker="o", label=f"pressure $p$, {at[0]}", **nodal),
         Line2D([], [], color=VERMILLION, marker="+", label=rf"shear $\tau$, {at[1]}", **nodal),
         *([Line2D([], [], label=r"envelope $\mu p$", **ENVELOPE)] if any(map(bounded, mus)) else []),
-        Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner"),
+        Line2D([], [], color=GREY, lw=0.8, ls=":", label="top corner; beyond: landed"),
         *(Line2D([], [], ls="", **mark) for status, mark in MARKS.items() if status in statuses),
     ]
 

@@ -23,18 +23,25 @@ from studies.verification.page import NAME, RUN
 
 COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, GREY)
 MARKERS = "os^Dv<>PXph*"
+MOST = 4
+"""Tolerances that are drawn each by its line."""
+
+HEIGHT, LINE = 2.9, 0.17
+"""Inches: of a figure, and of a line of its legend, which may ask for more."""
 
 
 def draw(case: Case, rows: Sequence[Row]) -> Figure:
-    """Absolute errors of a case; of bounds where they are missed."""
-    figure = Figure(figsize=(WIDTH, 2.9), layout="constrained")
-    ax = figure.subplots()
+    """Absolute errors of a case, over what is allowed where this is many things; of bounds where they are missed."""
     shown = [asked for asked in case.asked if any(row.error for row in _of(asked.quantity, rows))]
+    figure = Figure(figsize=(WIDTH, max(HEIGHT, LINE * len(shown))), layout="constrained")
+    ax = figure.subplots()
+    tolerances = {asked.tolerance for asked in shown}
+    over = len(tolerances) > MOST and 0.0 not in tolerances
     for number, asked in enumerate(shown):
-        own = _of(asked.quantity, rows)
+        own, unit = _of(asked.quantity, rows), asked.tolerance if over else 1.0
         style = {"color": COLOURS[number % len(COLOURS)], "marker": MARKERS[number % len(MARKERS)], "ms": 4.5}
-        ax.plot([r.mesh for r in own], [abs(r.error) or math.nan for r in own], label=asked.quantity, **style)
-    for tolerance in sorted({asked.tolerance for asked in shown if asked.tolerance}):
+        ax.plot([r.mesh for r in own], [abs(r.error) / unit or math.nan for r in own], label=asked.quantity, **style)
+    for tolerance in [1.0] if over else sorted(tolerances - {0.0}):
         ax.axhline(tolerance, color=GREY, ls="--", lw=0.9)
         ax.annotate(
             "allowed", (1.0, tolerance), xycoords=("axes fraction", "data"), ha="right", va="bottom", color=GREY
@@ -46,7 +53,7 @@ def draw(case: Case, rows: Sequence[Row]) -> Figure:
     ax.xaxis.set_minor_locator(NullLocator())
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.set_xlabel(case.counted)
-    ax.set_ylabel("error")
+    ax.set_ylabel("error over what is allowed" if over else "error")
     ax.grid(True, lw=0.4, color="0.9")
     figure.legend(loc="outside right upper")
     return figure

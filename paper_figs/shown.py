@@ -5,9 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import count, zip_longest
+from itertools import zip_longest
 from pathlib import Path
-from string import ascii_lowercase
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,7 +19,7 @@ from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
 from bipot.surfaces import frames
-from bipot.typing import Ints
+from bipot.typing import Bools, Ints
 from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results
 from studies.closed_forms import Cylinder
 from studies.known_limits import is_upsetting, of_run
@@ -179,11 +178,6 @@ def width_of(columns: int) -> float:
     return WIDTH if columns > 1 else ALONE
 
 
-def letters() -> Iterator[str]:
-    """Of panels: a, b, .. z, a1, b1, .."""
-    return (f"{letter}{turn or ''}" for turn in count() for letter in ascii_lowercase)
-
-
 def per_cent(reduction: float) -> str:
     """A reduction in per cent, to a tenth of one; of less to two digits.
 
@@ -217,19 +211,30 @@ def landings(run: History) -> Ints:
 
     Distances below :data:`NO_LANDING` of the punch's mean travel in an increment are none.
     """
-    mesh, (tool,) = run.mesh, run.scene["tools"]
-    z, nodes = mesh.nodes[:, 1], mesh.boundary_nodes(*tool["candidates"])
-    height, frame = float(z.max()), frames(np.array(tool["normal"]))
-    side = nodes[z[nodes] < (1 - LEVEL) * height]
+    z, side = run.mesh.nodes[:, 1], side_nodes(run)
+    height = float(z.max())
     none = NO_LANDING * height * float(run["reduction"][-1]) / len(run)
     rows, largest = list[int](), height - z[side]
     for row, reduction in enumerate(run["reduction"]):
-        closed = carries(run.nodal("contact_force", row)[:, :2] @ frame.T)[side]
+        closed = carrying(run, row, side)
         if (closed & (largest > none)).any():
             rows.append(row)
         off = height * (1 - reduction) - z[side] - run.nodal("displacement", row)[side, 1]
         largest = np.where(closed, 0.0, np.maximum(largest, off))
     return np.array(rows, dtype=np.intp)
+
+
+def side_nodes(run: History) -> Ints:
+    """Candidates that were beside the punch at rest, below its face."""
+    mesh, (tool,) = run.mesh, run.scene["tools"]
+    z, nodes = mesh.nodes[:, 1], mesh.boundary_nodes(*tool["candidates"])
+    return nodes[z[nodes] < (1 - LEVEL) * float(z.max())]
+
+
+def carrying(run: History, row: int, nodes: Ints) -> Bools:
+    """Which of the ``nodes`` carry a force of the punch after the increment of a row."""
+    frame = frames(np.array(run.scene["tools"][0]["normal"]))
+    return carries(run.nodal("contact_force", row)[:, :2] @ frame.T)[nodes]
 
 
 def cylinder_of(run: History) -> Cylinder:

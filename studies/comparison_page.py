@@ -16,7 +16,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bipot.errors import ResultsError
-from studies import element_tables, penalty_round_off, penalty_vs_conic, solvers, speed_vs_error
+from studies import (
+    element_tables,
+    fuzz_table,
+    penalty_round_off,
+    penalty_vs_conic,
+    site_tables,
+    solvers,
+    speed_vs_error,
+)
 from studies.accuracy import paced, total_tables
 from studies.accuracy import tables as mesh_tables
 from studies.command import command, say
@@ -227,7 +235,13 @@ TABLES: dict[str, Callable[[Path], str]] = {
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
     "scenes.md": {paced.NAME: of_paced},
-    "robustness.md": {"faults": of_faults},
+    "robustness.md": {"faults": of_faults, "fuzz": lambda results: table(*fuzz_table.of_outcomes(results))},
+    "theory.md": {"convergence": lambda results: table(*site_tables.of_convergence(results))},
+    "glossary.md": {
+        "columns": lambda results: table(*site_tables.of_columns(results)),
+        "fields": lambda results: table(*site_tables.of_fields(results)),
+    },
+    "benchmarks.md": {"provenance": lambda results: table(*site_tables.of_provenance(results))},
     "elements.md": {
         "series": lambda results: table(*element_tables.of_series(results)),
         "refined": lambda results: table(*element_tables.of_refined(results)),

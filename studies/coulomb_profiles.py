@@ -13,7 +13,6 @@ Over every FCLIB file of the folders, each solver gets `limit` seconds a problem
 from __future__ import annotations
 
 import argparse
-import csv
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import closing
@@ -24,22 +23,19 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bipot import coulomb
 from bipot.errors import InfeasibleProgram, ResultsError
 from bipot.progress import terminal
 from studies.command import command, say
-from studies.files import replacing
 from studies.options import count, positive, processes
 from studies.outputs import Table, add_options, opened
+from studies.performance import DERIVED, TOLERANCES, solved_table, write
 from studies.pool import completed
 
-TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10)
 PROFILE_AT = 1e-8
 SMALL = 20_000
 """Bytes of a file that ``--fast`` takes."""
-DERIVED = ("table.csv", "profile.csv", "profile.png")
 HERE = Path(__file__).resolve().parents[1]
 DEFAULT_FOLDERS = (HERE.parent / "shared/fclib/problems", HERE / "tests/data/fclib")
 
@@ -119,69 +115,12 @@ def recorded(rows: Iterable[Row], total: int, table: Table[Row]) -> None:
         progress.close()
 
 
-def solved_table(rows: Iterable[Row]) -> list[list[str]]:
-    """Problems solved at each tolerance and the total time, a line a solver, most solved first."""
-    rows = list(rows)
-    lines = []
-    for name in dict.fromkeys(row.solver for row in rows):
-        own = [row for row in rows if row.solver == name]
-        counts = [sum(row.residual <= tol for row in own) for tol in TOLERANCES]
-        seconds = np.array([row.seconds for row in own])
-        median, total = f"{np.median(seconds):.3f}", f"{seconds.sum():.1f}"
-        lines.append([name, *map(str, counts), str(len(own)), median, total])
-    return sorted(lines, key=lambda line: [-int(n) for n in line[1:5]])
-
-
-def performance_profile(rows: Iterable[Row], tol: float) -> dict[str, NDArray[np.float64]]:
-    """Dolan and More's ratios time / best time over the problems, sorted, inf where not solved at ``tol``."""
-    rows = list(rows)
-    names, ids = (list(dict.fromkeys(getattr(row, key) for row in rows)) for key in ("solver", "id"))
-    seconds = np.full((len(ids), len(names)), np.inf)
-    for row in rows:
-        if row.residual <= tol:
-            seconds[ids.index(row.id), names.index(row.solver)] = max(row.seconds, 1e-3)
-    best = seconds.min(axis=1, keepdims=True)
-    ratios = np.where(np.isfinite(seconds), seconds / np.where(np.isfinite(best), best, 1.0), np.inf)
-    return {name: np.sort(ratios[:, k]) for k, name in enumerate(names)}
-
-
 def missed(rows: Iterable[Row], required: Sequence[int]) -> list[str]:
     """What ``required`` (problems at each of TOLERANCES) asks of `solve()` and was not reached, in words."""
     residuals = [row.residual for row in rows if row.solver == AUTO]
     counts = [sum(residual <= tol for residual in residuals) for tol in TOLERANCES]
     triples = zip(TOLERANCES, counts, required, strict=True)
     return [f"{got} solved at {tol:.0e}, {asked} required" for tol, got, asked in triples if got < asked]
-
-
-def write(rows: list[Row], out: Path) -> None:
-    """The tables, and the figure where matplotlib is installed."""
-    header = ["solver", *(f"{tol:.0e}" for tol in TOLERANCES), "problems", "median_seconds", "total_seconds"]
-    _write_csv(out / DERIVED[0], header, solved_table(rows))
-    profile = performance_profile(rows, PROFILE_AT)
-    _write_csv(out / DERIVED[1], list(profile), zip(*profile.values(), strict=True))
-    _draw(profile, out / DERIVED[2])
-
-
-def _write_csv(path: Path, header: Sequence[str], lines: Iterable[Iterable[Any]]) -> None:
-    with replacing(path) as part, part.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(header)
-        writer.writerows(lines)
-
-
-def _draw(profile: dict[str, NDArray[np.float64]], path: Path) -> None:
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        return
-    axes = (figure := Figure(figsize=(6, 4), layout="constrained")).subplots()
-    for name, ratios in profile.items():
-        axes.step(ratios, np.arange(1, ratios.size + 1) / ratios.size, where="post", label=name)
-    axes.set(xscale="log", xlim=(1, 1e4), ylim=(0, 1.02))
-    axes.set(xlabel="time / best time", ylabel=f"share of problems solved at {PROFILE_AT:.0e}")
-    axes.legend(fontsize="x-small")
-    with replacing(path) as part:
-        figure.savefig(part, dpi=150, format="png")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -237,7 +176,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with closing(completed(partial(measure, limit=limit, tol=options.tol), todo, options.workers)) as found:
         recorded(found, len(todo), table)
     rows = [table[name] for name in tasks]
-    write(rows, options.out)
+    write(rows, options.out, PROFILE_AT)
     for line in solved_table(rows):
         say("  ".join(line))
     say(f"{len(paths)} problems in {perf_counter() - began:.0f} s; written to {options.out}")

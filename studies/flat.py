@@ -1,9 +1,10 @@
-"""The tools of scenes whose tools are all flat, as the fuzz study draws and judges them."""
+"""Tools that are flat and supports along axes, where the fuzz study draws or judges what only those may have."""
 
 from __future__ import annotations
 
 from bipot.scene import Scene
-from bipot.tools import FlatTool
+from bipot.supports import Support
+from bipot.tools import AnyTool, FlatTool
 
 
 def flat_tools(scene: Scene) -> tuple[FlatTool, ...]:
@@ -12,7 +13,26 @@ def flat_tools(scene: Scene) -> tuple[FlatTool, ...]:
     Raises:
         TypeError: one is not flat.
     """
-    flat = tuple(tool for tool in scene.tools if isinstance(tool, FlatTool))
-    if len(flat) < len(scene.tools):
-        raise TypeError("this study knows flat tools only")
-    return flat
+    return tuple(map(flat, scene.tools))
+
+
+def flat(tool: AnyTool) -> FlatTool:
+    """The tool itself.
+
+    Raises:
+        TypeError: it is not flat.
+    """
+    if not isinstance(tool, FlatTool):
+        raise TypeError(f"a flat tool is asked for here, not {tool!r}")
+    return tool
+
+
+def axis_of(support: Support) -> int:
+    """The number of the axis that a support is along.
+
+    Raises:
+        TypeError: it is along none.
+    """
+    if not isinstance(support.direction, int):
+        raise TypeError(f"a support along an axis is asked for here, not {support!r}")
+    return support.direction

@@ -1,14 +1,15 @@
 """Random scenes and discrete Coulomb problems, each judged by an independent recomputation.
 
-    python -m studies.fuzz [--scenes 600] [--coulomb 2000] [--seed S] [--jobs J] [--resume | --overwrite] [--out DIR]
-                           [--fast]
+    python -m studies.fuzz [--scenes 600] [--shaped 300] [--coulomb 2000] [--seed S] [--jobs J]
+                           [--resume | --overwrite] [--out DIR] [--fast]
 
-Scenes and problems have the seeds S, S + 1, ...: one seed again is ``--seed THAT --scenes 1 --coulomb 0``. Every scene
-is marched as drawn, in other units, mirrored, renumbered and, about each of its planes of symmetry, unfolded.
+Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz_shaped`). Scenes and problems
+have the seeds S, S + 1, ...: one seed again is ``--seed THAT --scenes 1 --shaped 0 --coulomb 0``. Every scene is
+marched as drawn, in other units, mirrored, renumbered and, about each of its planes of symmetry, unfolded.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
 gets a row as each is done. Rows depend on their seeds alone, so that those it has are not run again, with ``--resume``
-or without; ``--overwrite`` starts afresh. ``kind`` says whether contact is weighted, and what is driven by force or by
-supports. The outcome is one of
+or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are not flat, whether contact is weighted or
+friction capped, and what turns or is driven by force or by supports. The outcome is one of
 
 * certified: to the end, and no independent measure above ten times the library's bound;
 * refused: ended by the library in words (``reason``), and nothing wrong with what it accepted until then;
@@ -25,7 +26,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import NamedTuple
@@ -34,7 +35,7 @@ from bipot.progress import Progress, terminal
 from bipot.results import Existing
 from studies.command import command, say
 from studies.fuzz_coulomb import judge_coulomb
-from studies.fuzz_judge import judge_scene
+from studies.fuzz_judge import judge_scene, judge_shaped
 from studies.fuzz_row import FAILURES, Outcome, Row, Table
 from studies.options import count, processes
 from studies.outputs import add_options
@@ -48,7 +49,13 @@ class Task(NamedTuple):
     seed: int
 
 
-JUDGES: dict[str, Callable[[int], Row]] = {"scene": judge_scene, "coulomb": judge_coulomb}
+JUDGES: dict[str, Callable[[int], Row]] = {"scene": judge_scene, "shaped": judge_shaped, "coulomb": judge_coulomb}
+
+OPTIONS = {"scene": "scenes", "shaped": "shaped", "coulomb": "coulomb"}
+"""Which option says how many of a kind."""
+
+FAST = {"scene": 10, "shaped": 10, "coulomb": 50}
+"""The most of each kind where a run is to be short."""
 
 
 def judged(task: Task) -> Row:
@@ -56,16 +63,16 @@ def judged(task: Task) -> Row:
     return JUDGES[task.kind](task.seed)
 
 
-def tasks(seed: int, scenes: int, problems: int) -> Iterator[Task]:
-    """``scenes`` and ``problems`` from ``seed`` on, one after the other."""
-    for kind, number in (("scene", scenes), ("coulomb", problems)):
+def tasks(seed: int, numbers: Mapping[str, int]) -> Iterator[Task]:
+    """The ``numbers`` of each kind from ``seed`` on, one after the other."""
+    for kind, number in numbers.items():
         yield from (Task(kind, seed + k) for k in range(number))
 
 
-def study(table: Table, seed: int, scenes: int, problems: int, jobs: int, progress: Progress) -> None:
+def study(table: Table, seed: int, numbers: Mapping[str, int], jobs: int, progress: Progress) -> None:
     """Fill the table with what it lacks, from ``jobs`` processes (one: this one); failures are shown as they come."""
-    todo = (task for task in tasks(seed, scenes, problems) if task not in table.done)
-    left = scenes + problems - table.has(seed, {"scene": scenes, "coulomb": problems})
+    todo = (task for task in tasks(seed, numbers) if task not in table.done)
+    left = sum(numbers.values()) - table.has(seed, numbers)
     progress.start("fuzz")
     try:
         with closing(completed(judged, todo, jobs if jobs > 1 else 0)) as rows:
@@ -87,11 +94,12 @@ def parser() -> argparse.ArgumentParser:
     """The command line."""
     p = argparse.ArgumentParser(prog="studies.fuzz", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
     p.add_argument("--scenes", type=count(0), default=600, help="random scenes (default %(default)s)")
+    p.add_argument("--shaped", type=count(0), default=300, help="those with curved tools (default %(default)s)")
     p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
     p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")
     p.add_argument("--out", type=Path, default=Path("results/fuzz"))
-    p.add_argument("--fast", action="store_true", help="at most 10 scenes and 50 problems")
+    p.add_argument("--fast", action="store_true", help="at most 10 scenes of either kind and 50 problems")
     add_options(p, Existing.RESUME)
     return p
 
@@ -100,10 +108,12 @@ def parser() -> argparse.ArgumentParser:
 def main(argv: Sequence[str] | None = None) -> int:
     """Run what is not in the file yet."""
     given = parser().parse_args(argv)
-    scenes, problems = (min(given.scenes, 10), min(given.coulomb, 50)) if given.fast else (given.scenes, given.coulomb)
+    numbers: dict[str, int] = {kind: getattr(given, option) for kind, option in OPTIONS.items()}
+    if given.fast:
+        numbers = {kind: min(number, FAST[kind]) for kind, number in numbers.items()}
     table = Table(given.out / "fuzz.csv", afresh=given.policy is Existing.OVERWRITE)
     try:
-        study(table, given.seed, scenes, problems, given.jobs, terminal())
+        study(table, given.seed, numbers, given.jobs, terminal())
     finally:
         say(counts(table))
     return 1 if table.failed else 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats
-from studies.flat import flat_tools
+from studies.flat import axis_of, flat_tools
 from studies.fuzz_meshes import Rng
 
 FORCED, PRESCRIBED = 1 / 6, 1 / 7
@@ -45,13 +46,13 @@ def forced(rng: Rng, scene: Scene) -> Scene:
 
 def _force(rng: Rng, scene: Scene, tool: FlatTool) -> FlatTool:
     """The tool driven by a force along its normal, oblique or along its tangent, with a path across it."""
-    planes = {s.direction for s in scene.supports if isinstance(s, Symmetry)}
+    planes = {axis_of(s) for s in scene.supports if isinstance(s, Symmetry)}
     cut = [d for d in planes if abs(tool.normal[d]) < CUT]
     ring = scene.geometry is Geometry.AXISYMMETRIC
     kind = str(rng.choice(KINDS, p=[0.5, 0.2, 0.15, 0.15]))
     normal = np.array(tool.normal)
     tangent = np.array([normal[1], -normal[0]]) * rng.choice([-1.0, 1.0])
-    length, gone = float(np.hypot(*tool.travel)) or 1e-3 * scene.mesh.size, float(normal @ tool.travel)
+    length, gone = math.hypot(*tool.travel) or 1e-3 * scene.mesh.size, float(normal @ tool.travel)
     share, reach = float(rng.uniform(0.05, 1.3)), float(rng.uniform(-1, 1)) * length
     angle = float(rng.uniform(0.1, 0.5 * np.pi)) if rng.random() < 0.3 else float(rng.uniform(0.02, 0.4))
     sideways = bool(cut) or (ring and abs(normal[1]) > 0.5)

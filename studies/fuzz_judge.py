@@ -21,6 +21,7 @@ from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
+from studies.fuzz_shaped import draw_shaped
 from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import Variant, variants
 from studies.fuzz_whole import difference, images, misstated
@@ -33,19 +34,24 @@ LIMITS = {
     "yielding": TEN * BOUNDS.yield_violation,
     "penetration": TEN * BOUNDS.penetration,
     "inside": TEN * BOUNDS.penetration,
+    "past": TEN * BOUNDS.cone_violation,
+    "between": 1.02,
     "driven": TEN * BOUNDS.equilibrium,
     "placed": TEN * BOUNDS.penetration,
     "law": TEN * 1e-6,
     "elastic": TEN * BOUNDS.equilibrium,
     "flow": TEN * BOUNDS.equilibrium,
 }
-"""Ten times the library's bounds; stresses and flow, which it has none for, are held to equilibrium's."""
+"""Ten times the library's bounds; stresses and flow, which it has none for, are held to equilibrium's.
+
+What tools may be ``between`` nodes is theirs but for what the densest samples miss of it.
+"""
 
 BLURRED = 1e-4
 """Round-off of elastic stress, some hundred units of it, is above a bound of 1e-7 where stress is well below this."""
 
 BELOW_RESOLUTION = ("equilibrium", "law", "elastic", "flow")
-POSED_BY_ALL = ("equilibrium", "yielding", "inside", "driven", "placed", "elastic", "flow")
+POSED_BY_ALL = ("equilibrium", "yielding", "inside", "past", "between", "driven", "placed", "elastic", "flow")
 DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 
@@ -180,14 +186,19 @@ def _share(pairs: list[Floats]) -> float:
 
 def judge_scene(seed: int, others: bool = True) -> Row:
     """The row of a seed's scene; ``others`` says whether its variants are run too."""
-    return ended(_known(seed, others))
+    return ended(_known("scene", seed, draw, others))
 
 
-def _known(seed: int, others: bool) -> Iterator[Row]:
-    yield (row := Row(seed, "scene", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
+def judge_shaped(seed: int, others: bool = True) -> Row:
+    """The same of the seed's scene with tools that are not flat."""
+    return ended(_known("shaped", seed, draw_shaped, others))
+
+
+def _known(name: str, seed: int, drawing: Callable[[int], Drawn], others: bool) -> Iterator[Row]:
+    yield (row := Row(seed, name, "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
-        drawn = draw(seed)
-        yield (row := replace(row, kind=f"scene {drawn.kind}", form=drawn.form))
+        drawn = drawing(seed)
+        yield (row := replace(row, kind=f"{name} {drawn.kind}", form=drawn.form))
         yield _judged(row, drawn, others)
     except BipotError as error:
         # A scene or variant that is refused when it is made.

@@ -8,12 +8,13 @@ import numpy as np
 
 from bipot.mesh import Mesh
 from bipot.scene import Scene
-from bipot.supports import Symmetry
-from bipot.tools import FlatTool, Sampling
+from bipot.supports import Prescribed, Symmetry
+from bipot.tools import AnyTool, FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
-from studies.flat import flat_tools
+from studies.flat import axis_of
 from studies.fuzz_meshes import Rng
-from studies.fuzz_placed import directions
+from studies.fuzz_placed import directions, planes
+from studies.fuzz_surfaces import cut, outlines
 from studies.independent_contact import moves
 from studies.independent_data import Setting
 from studies.independent_sampling import Means, around_ends, at_nodes
@@ -57,7 +58,7 @@ def _weighted(mesh: Mesh, tool: FlatTool) -> FlatTool:
 def posed(scene: Scene, setting: Setting) -> Points:
     """Every candidate: a point of a tool's edges of which a node, or the tool by a force, goes along the normal."""
     found = list[Means]()
-    for tool, movable in zip(flat_tools(scene), _movable(scene, setting, _normals(scene)), strict=True):
+    for tool, movable in zip(scene.tools, _approaches(scene, setting), strict=True):
         every = _points(setting, tool, _edges(scene, tool))
         asked = ((every.weights != 0) & movable).any(axis=1)
         found.append(Means(every.node[asked], every.weights[asked]))
@@ -66,7 +67,7 @@ def posed(scene: Scene, setting: Setting) -> Points:
 
 def held_nodes(scene: Scene, setting: Setting) -> Points:
     """The nodes of the tools' boundaries that supports hold along the normal while no force drives the tool so."""
-    pairs = zip(flat_tools(scene), _movable(scene, setting, _normals(scene)), strict=True)
+    pairs = zip(scene.tools, _approaches(scene, setting), strict=True)
     held = [np.setdiff1d(_edges(scene, tool), np.flatnonzero(movable)) for tool, movable in pairs]
     return _by_tool(scene, setting, [at_nodes(nodes, len(setting.rest)) for nodes in held])
 
@@ -74,30 +75,62 @@ def held_nodes(scene: Scene, setting: Setting) -> Points:
 def _by_tool(scene: Scene, setting: Setting, found: list[Means]) -> Points:
     node, weights = (np.concatenate([getattr(own, name) for own in found]) for name in ("node", "weights"))
     tool = np.repeat(np.arange(len(found)), [len(own.node) for own in found])
-    tangents = _normals(scene)[:, ::-1] * (1.0, -1.0)
-    slides = ((weights != 0) & _movable(scene, setting, tangents)[tool]).any(axis=1)
-    beyond = moves(~_mirrored(scene, setting)[node], np.zeros((1, 2)), tangents[tool])
+    tangents = _normals(scene, setting)[..., ::-1] * (1.0, -1.0)
+    slides = ((weights != 0) & _slides(scene, setting, tangents)[tool]).any(axis=1)
+    beyond = moves(~_mirrored(scene, setting)[node], np.zeros((1, 2)), tangents[tool, node])
     return Points(node, tool, weights, ~slides, slides & beyond)
 
 
-def _edges(scene: Scene, tool: FlatTool) -> Ints:
+def _edges(scene: Scene, tool: AnyTool) -> Ints:
     return np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
 
 
-def _points(setting: Setting, tool: FlatTool, edges: Ints) -> Means:
+def _points(setting: Setting, tool: AnyTool, edges: Ints) -> Means:
     """All points of a tool's ``edges``. On linear ones means are nodes."""
     if tool.sampling is Sampling.WEIGHTED and edges.shape[1] == 3:
         return around_ends(setting.rest, edges, setting.axisymmetric)
     return at_nodes(np.unique(edges), len(setting.rest))
 
 
-def _normals(scene: Scene) -> Floats:
-    return np.array([tool.normal for tool in flat_tools(scene)])
+def _normals(scene: Scene, setting: Setting) -> Floats:
+    """Normals (tools, a, 2) at rest where a tool is nearest to a node; in a plane that cuts it that of the plane."""
+    out = np.empty((len(scene.tools), *setting.rest.shape))
+    for k, tool in enumerate(scene.tools):
+        if isinstance(tool, FlatTool):
+            out[k] = tool.normal
+            continue
+        found = [outline.near(setting.rest) for outline in outlines(tool.surface)]
+        nearest = np.argmin([near.gap for near in found], axis=0)
+        out[k] = np.stack([near.normal for near in found])[nearest, np.arange(len(nearest))]
+        for d, position in planes(scene):
+            inside = np.abs(setting.rest[:, d] - position) <= ON_AXIS * setting.size
+            out[k, inside & cut(tool, d, position), d] = 0.0
+    return out / np.linalg.norm(out, axis=-1, keepdims=True)
+
+
+def _approaches(scene: Scene, setting: Setting) -> Bools:
+    """Whether (tools, a) a node, or a tool by a force, can move along the normal: that of a curved tool may turn."""
+    out = _movable(scene, setting, _normals(scene, setting))
+    free = (~setting.held).any(axis=1)
+    return np.where([[not isinstance(tool, FlatTool)] for tool in scene.tools], free, out)
+
+
+def _slides(scene: Scene, setting: Setting, tangents: Floats) -> Bools:
+    """Whether (tools, a) the two can move along the tangent, which of a curved tool turns to where they do."""
+    out, moved = _movable(scene, setting, tangents), np.zeros(setting.held.shape, dtype=bool)
+    for support in scene.supports:
+        if isinstance(support, Prescribed) and support.displacement != 0:
+            moved[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+    for k, tool in enumerate(scene.tools):
+        if not isinstance(tool, FlatTool):
+            goes = moved | (np.array(tool.travel) != 0) | (tool.turn is not None)
+            out[k] = (~setting.held).any(axis=1) & (out[k] | (setting.held & goes).any(axis=1))
+    return out
 
 
 def _movable(scene: Scene, setting: Setting, ways: Floats) -> Bools:
-    """Whether a node can move along a tool's way of ``ways`` (tools, 2), or that tool by a force (tools, a)."""
-    return moves(~setting.held, directions(scene)[:, None], ways[:, None])
+    """Whether a node can move along its way of ``ways`` (tools, a, 2), or that tool by a force (tools, a)."""
+    return moves(~setting.held, directions(scene)[:, None], ways)
 
 
 def _mirrored(scene: Scene, setting: Setting) -> Bools:
@@ -107,5 +140,5 @@ def _mirrored(scene: Scene, setting: Setting) -> Bools:
     out = np.column_stack([on_axis, np.zeros(len(radius), dtype=bool)])
     for support in scene.supports:
         if isinstance(support, Symmetry):
-            out[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+            out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
     return out

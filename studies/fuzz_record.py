@@ -19,9 +19,11 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
-from studies.flat import flat_tools
-from studies.fuzz_placed import directions, led_of, prescribed_at, tools_at, tools_gone
-from studies.fuzz_points import Points, held_nodes, posed
+from studies.flat import axis_of
+from studies.fuzz_contacts import contacts, shaped
+from studies.fuzz_placed import led_of, planes, prescribed_at, tools_gone
+from studies.fuzz_points import held_nodes, posed
+from studies.independent_between import surface_of
 from studies.independent_contact import TOUCHING
 from studies.independent_data import Contacts, Moment, Setting, Step, mandel_to_full
 from studies.independent_loads import Applied, nodal_loads
@@ -29,13 +31,22 @@ from studies.independent_loads import Applied, nodal_loads
 TOGETHER = 1e-9
 """A slip below this fraction of what tool and support move by is none."""
 
+IN_PLANE = 1e-9
+"""Of the body's size: who is no farther from a plane is in it."""
+
 
 def setting_of(scene: Scene) -> Setting:
     """What stays the same in a run."""
     held = np.zeros(scene.mesh.nodes.shape, dtype=bool)
     for support in scene.supports:
-        held[np.unique(scene.mesh.boundaries[support.boundary]), support.direction] = True
+        held[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
     assert isinstance(scene.material, VonMises)
+    x, size = scene.mesh.nodes, float(np.ptp(scene.mesh.nodes, axis=0).max())
+    mirrors = planes(scene)
+    beside = [np.flatnonzero(np.abs(x[:, d] - position) <= IN_PLANE * size) for d, position in mirrors]
+    if scene.geometry is Geometry.AXISYMMETRIC:
+        mirrors.append((0, 0.0))
+        beside.append(np.flatnonzero(np.abs(x[:, 0]) <= IN_PLANE * size))
     return Setting(
         elements=scene.mesh.elements,
         axisymmetric=scene.geometry is Geometry.AXISYMMETRIC,
@@ -45,10 +56,12 @@ def setting_of(scene: Scene) -> Setting:
         poisson=scene.material.elasticity.poisson,
         yield_stress=_curve(scene.material.hardening),
         held=held,
-        size=float(np.ptp(scene.mesh.nodes, axis=0).max()),
+        size=size,
         rest=scene.mesh.nodes,
         small=scene.configuration is Configuration.SMALL,
         volume=scene.volume_change.value,
+        surface=surface_of(scene.mesh.elements, beside),
+        mirrors=tuple(mirrors),
     )
 
 
@@ -65,14 +78,15 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         end=_moment(end),
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
-        contacts=_contacts(scene, points, start, end),
-        held=_contacts(scene, held_nodes(scene, setting), start, end),
+        contacts=contacts(scene, setting, points, start, end),
+        held=contacts(scene, setting, held_nodes(scene, setting), start, end),
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
         loads=_loads(scene, setting, start, end),
         prescribed=(prescribed_at(scene, start.tau), prescribed_at(scene, end.tau)),
         led=led_of(scene, end.tau, start, end),
+        tools=shaped(scene, start, end),
     )
 
 
@@ -97,31 +111,36 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tu
 class Pushed:
     """Contact forces (c, d) of the tools ``tool`` (c,) on candidates at the end, with what rubs on supports.
 
+    Candidates are at ``node`` (c,), and nodes take ``nodal`` (a, d).
+
     A candidate that supports hold along the tangent takes friction too where the tool moves along it (``rubs``).
     """
 
+    node: Ints
     tool: Ints
     forces: Floats
+    nodal: Floats
     rubs: bool
 
 
 def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     """The forces of an accepted increment."""
     start, end, points = accepted.start, accepted.state, posed(scene, setting)
-    c, r = _contacts(scene, points, start, end), end.forces
+    c, r = contacts(scene, setting, points, start, end), end.forces
     asked = c.mean(prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))
     slip = np.vecdot(c.tangent, c.motion - asked)
     # That support and tool go together is a difference of round-off.
     together = np.abs(slip) <= TOGETHER * (np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
     held = points.fixed & ~together
-    rubbed = np.where(held & np.isfinite(c.mu), c.mu, 0.0) * np.sign(slip)
-    friction = r[:, 1] + rubbed * r[:, 0]
-    return Pushed(c.tool, c.vectors(np.column_stack([r[:, 0], friction])), bool(rubbed.any()))
+    rubbed = np.where(held & ~c.welded, c.most(r), 0.0) * np.sign(slip)
+    friction = r[:, 1] + rubbed
+    forces = c.vectors(np.column_stack([r[:, 0], friction]))
+    return Pushed(c.node, c.tool, forces, c.on_nodes(forces), bool(rubbed.any()))
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
     """Contact forces as vectors (tools, a, d) on nodes: those of means are as unique as these."""
-    c = _contacts(scene, posed(scene, setting), state, state)
+    c = contacts(scene, setting, posed(scene, setting), state, state)
     mine = c.tool == np.arange(len(scene.tools))[:, None]
     return np.stack([c.on_nodes(own[:, None] * c.vectors(state.forces)) for own in mine])
 
@@ -140,10 +159,10 @@ def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Float
 
 
 def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
-    """The candidates at a state that a next increment starts from, and which (c,) of them touch."""
-    there = _contacts(scene, posed(scene, setting), state, state)
+    """The candidates at a state that a next increment starts from, and which (c,) of them touch a tool, not past it."""
+    there = contacts(scene, setting, posed(scene, setting), state, state)
     gap = np.vecdot(there.normal, there.mean(state.nodes)) - there.offset
-    return there, gap <= TOUCHING * setting.size
+    return there, (gap <= TOUCHING * setting.size) & ~there.past
 
 
 def _applied(scene: Scene, tau: float) -> Applied:
@@ -177,25 +196,6 @@ def _applied(scene: Scene, tau: float) -> Applied:
 def _moment(state: State) -> Moment:
     stress, plastic = mandel_to_full(state.stress), mandel_to_full(state.plastic_strain)
     return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
-
-
-def _contacts(scene: Scene, points: Points, start: State, end: State) -> Contacts:
-    normal = np.array([t.normal for t in flat_tools(scene)])
-    point = np.array([t.point for t in flat_tools(scene)])
-    node, tool = points.node, points.tool
-    mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
-    return Contacts(
-        node=node,
-        weights=points.weights,
-        rubs=points.rubs,
-        tool=tool,
-        normal=normal[tool],
-        mu=mu,
-        offset=np.vecdot(normal, point + tools_at(scene, start))[tool],
-        offset_end=np.vecdot(normal, point + tools_at(scene, end))[tool],
-        motion=tools_gone(scene, start, end)[tool],
-        led=directions(scene)[tool],
-    )
 
 
 def _curve(hardening: Hardening) -> Callable[[Floats], Floats]:

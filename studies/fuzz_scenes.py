@@ -49,11 +49,15 @@ class Drawn:
 
     @property
     def kind(self) -> str:
-        """The body, whether contact is posed in weighted means, and what drives it beside tools that go their paths."""
+        """The body, its surfaces that are not flat, how contact is posed, what drives it beside tools on paths."""
         forced = any(tool.driven_by is not None for tool in self.scene.tools)
         moved = any(isinstance(support, Prescribed) for support in self.scene.supports)
         weighted = any(tool.sampling is Sampling.WEIGHTED for tool in self.scene.tools)
-        return self.body + " weighted" * weighted + " by force" * forced + " by supports" * moved
+        faces = sorted({type(tool.face).__name__.lower() for tool in self.scene.tools if not tool.flat})
+        turning = any(tool.turn is not None for tool in self.scene.tools)
+        capped = any(tool.capped for tool in self.scene.tools)
+        drives = " turning" * turning + " by force" * forced + " by supports" * moved
+        return " ".join([self.body, *faces]) + " weighted" * weighted + " capped" * capped + drives
 
 
 def draw(seed: int) -> Drawn:
@@ -75,7 +79,7 @@ def draw(seed: int) -> Drawn:
     )
     scene = replace(scene, volume=volume(np.random.default_rng([seed, 8]), mesh))
     scene = _loaded(np.random.default_rng([seed, 3]), scene, stress)
-    scene = _cut(np.random.default_rng([seed, 4]), scene)
+    scene = cut_by_planes(np.random.default_rng([seed, 4]), scene)
     scene = prescribed(np.random.default_rng([seed, 7]), forced(np.random.default_rng([seed, 6]), scene))
     form = str(rng.choice(FORMS, p=SHARES))
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
@@ -113,7 +117,7 @@ def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
     )
 
 
-def _cut(rng: Rng, scene: Scene) -> Scene:
+def cut_by_planes(rng: Rng, scene: Scene) -> Scene:
     """Sides that are held along their normal, half of them planes of symmetry instead where the scene allows it."""
     normals = {"left": 0, "base": 1}
     for support in scene.supports:

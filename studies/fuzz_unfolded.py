@@ -13,9 +13,10 @@ from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.tools import AnyTool
 from bipot.typing import Floats, Ints
-from studies.flat import flat_tools
+from studies.flat import axis_of
+from studies.fuzz_surfaces import Seen, cut, pair
 from studies.fuzz_variants import Variant, moved_by, reflected
 
 IMAGE = "'"
@@ -23,9 +24,6 @@ IMAGE = "'"
 
 HELD = "held in the plane"
 """The edge of the plane that is still held along its normal: nothing else need keep the whole body in its place."""
-
-FLAT = 1e-9
-
 
 SYMMETRIC = 1e-7
 """Of the largest displacement: less than this off its mirror image, a displacement is symmetric."""
@@ -53,13 +51,13 @@ def unfolded(scene: Scene) -> list[Unfolded]:
 
 def about(scene: Scene, plane: Symmetry) -> Unfolded:
     """The scene unfolded about one plane; nodes, tools, loads and supports that it had come first, by their numbers."""
-    mesh, d = scene.mesh, plane.direction
+    mesh, d = scene.mesh, axis_of(plane)
     on = np.unique(mesh.boundaries[plane.boundary])
     at = float(mesh.nodes[on, d].mean())
     off = np.setdiff1d(np.arange(len(mesh.nodes)), on)
     image = np.arange(len(mesh.nodes))
     image[off] = len(mesh.nodes) + np.arange(len(off))
-    whole = [_tools(tool, d, at, image) for tool in flat_tools(scene)]
+    whole = [_tools(tool, d, at, image) for tool in scene.tools]
     other = replace(
         scene,
         mesh=_mesh(mesh, plane, at, image),
@@ -79,7 +77,7 @@ def about(scene: Scene, plane: Symmetry) -> Unfolded:
 
 def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:
     """Both sides; every boundary and its image, and one edge of the plane."""
-    d, added = plane.direction, np.flatnonzero(image >= len(mesh.nodes))
+    d, added = axis_of(plane), np.flatnonzero(image >= len(mesh.nodes))
     beyond = mesh.nodes[added].copy()
     beyond[:, d] = 2 * at - beyond[:, d]
     images = {name + IMAGE: image[edges] for name, edges in mesh.boundaries.items()}
@@ -94,29 +92,21 @@ def _supports(support: Support, plane: Symmetry) -> tuple[Support, ...]:
     """A support and its image, which is itself in the plane."""
     if support.boundary == plane.boundary:
         return (support,)
-    reversed_along = np.where(np.arange(2) == plane.direction, -1.0, 1.0)
+    reversed_along = np.where(np.arange(2) == axis_of(plane), -1.0, 1.0)
     return support, replace(moved_by(support, reversed_along), boundary=support.boundary + IMAGE)
 
 
-def _tools(tool: FlatTool, d: int, at: float, image: Ints) -> tuple[FlatTool, ...]:
+def _tools(tool: AnyTool, d: int, at: float, image: Ints) -> tuple[AnyTool, ...]:
     """The whole of a tool that the plane cuts, with the force that drives it whole, or the tool and its image."""
     names = tuple(name + IMAGE for name in tool.candidates)
-    mu_at = {int(image[a]): mu for a, mu in tool.mu_at.items()}
-    if abs(tool.normal[d]) < FLAT:
-        return (replace(tool, candidates=(*tool.candidates, *names), mu_at={**tool.mu_at, **mu_at}),)
-    point = np.array(tool.point)
-    point[d] = 2 * at - point[d]
-    force = tool.driven_by
-    other = replace(
-        tool,
-        point=_pair(point),
-        normal=_pair(np.array(tool.normal), d),
-        travel=_pair(np.array(tool.travel), d),
-        candidates=names,
-        mu_at=mu_at,
-        driven_by=None if force is None else replace(force, vector=_pair(np.array(force.vector), d)),
+    mu_at, shear_at = (
+        {int(image[a]): value for a, value in by_node.items()} for by_node in (tool.mu_at, tool.shear_at)
     )
-    return tool, other
+    if cut(tool, d, at):
+        both = {**tool.mu_at, **mu_at}, {**tool.shear_at, **shear_at}
+        return (replace(tool, candidates=(*tool.candidates, *names), mu_at=both[0], shear_at=both[1]),)
+    other = replace(tool, candidates=names, mu_at=mu_at, shear_at=shear_at)
+    return tool, Seen.mirrored(d, at).tool(other)
 
 
 def _loads(load: Load, d: int, image: Ints) -> tuple[Load, ...]:
@@ -126,17 +116,14 @@ def _loads(load: Load, d: int, image: Ints) -> tuple[Load, ...]:
     if isinstance(load, Pressure):
         return load, replace(load, boundary=load.boundary + IMAGE)
     if isinstance(load, Traction):
-        return load, replace(load, boundary=load.boundary + IMAGE, vector=_pair(np.array(load.vector), d))
+        return load, replace(load, boundary=load.boundary + IMAGE, vector=_reversed(load.vector, d))
     if isinstance(load, PointForce):
         if image[load.node] == load.node:
-            return (replace(load, vector=_pair(2 * np.array(load.vector))),)
-        return load, replace(load, node=int(image[load.node]), vector=_pair(np.array(load.vector), d))
+            return (replace(load, vector=pair(2 * np.array(load.vector))),)
+        return load, replace(load, node=int(image[load.node]), vector=_reversed(load.vector, d))
     raise TypeError(f"no mirror image known for {load!r}")
 
 
-def _pair(vector: Floats, reversed_along: int | None = None) -> tuple[float, float]:
-    """Two numbers, one of them reversed."""
-    if reversed_along is not None:
-        vector[reversed_along] *= -1
-    # No signed zeros, as for tools.
-    return float(vector[0]) + 0.0, float(vector[1]) + 0.0
+def _reversed(vector: tuple[float, ...], along: int) -> tuple[float, float]:
+    """A vector with one of its components reversed."""
+    return pair(np.where(np.arange(2) == along, -1.0, 1.0) * vector)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,9 +13,9 @@ from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool
 from bipot.typing import Floats, Ints
-from studies.flat import flat_tools
+from studies.flat import axis_of
+from studies.fuzz_surfaces import Seen
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
 """A quadrilateral's nodes after a mirror along direction 0 or 1: anticlockwise again, reference axes as they were."""
@@ -63,9 +62,7 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
         Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
     )
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
-    tools = tuple(
-        _moved(tool, lambda x: x * length, lambda x: x * length, push=lambda f: f * force) for tool in flat_tools(scene)
-    )
+    tools = tuple(Seen.scaled(length).tool(tool, force) for tool in scene.tools)
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
@@ -81,7 +78,7 @@ def mirrored(scene: Scene, axis: int) -> Variant:
     """Coordinate ``axis`` reversed."""
     mesh, sign = scene.mesh, np.ones(2)
     sign[axis] = -1.0
-    tools = tuple(_moved(tool, *[lambda x: x * sign] * 4) for tool in flat_tools(scene))
+    tools = tuple(Seen.mirrored(axis).tool(tool) for tool in scene.tools)
     supports = tuple(moved_by(support, sign) for support in scene.supports)
     mesh = Mesh(mesh.nodes * sign, mesh.elements[:, reflected(mesh, axis)], mesh.boundaries)
     loads = tuple(_turned(load, sign) for load in scene.loads)
@@ -102,7 +99,14 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
     x = np.empty_like(mesh.nodes)
     x[nodes] = mesh.nodes
     boundaries = {name: nodes[edges] for name, edges in mesh.boundaries.items()}
-    tools = tuple(replace(t, mu_at={int(nodes[a]): mu for a, mu in t.mu_at.items()}) for t in scene.tools)
+    tools = tuple(
+        replace(
+            tool,
+            mu_at={int(nodes[a]): mu for a, mu in tool.mu_at.items()},
+            shear_at={int(nodes[a]): m for a, m in tool.shear_at.items()},
+        )
+        for tool in scene.tools
+    )
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
@@ -110,31 +114,10 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
     return Variant("renumbered", other, nodes, np.ones(2), 1.0, 1.0)
 
 
-def _moved(
-    tool: FlatTool,
-    point: Callable[[Floats], Floats],
-    travel: Callable[[Floats], Floats],
-    normal: Callable[[Floats], Floats] = lambda n: n,
-    push: Callable[[Floats], Floats] = lambda f: f,
-) -> FlatTool:
-    def pair(vector: Floats) -> tuple[float, float]:
-        # No signed zeros: they are other numbers to whoever compares representations.
-        return float(vector[0]) + 0.0, float(vector[1]) + 0.0
-
-    force = tool.driven_by
-    return replace(
-        tool,
-        point=pair(point(np.array(tool.point))),
-        travel=pair(travel(np.array(tool.travel))),
-        normal=pair(normal(np.array(tool.normal))),
-        driven_by=None if force is None else replace(force, vector=pair(push(np.array(force.vector)))),
-    )
-
-
 def moved_by(support: Support, factor: Floats) -> Support:
     """The support with its motion, if it moves, times that of the factors (2,) which is its direction's."""
     if isinstance(support, Prescribed):
-        return replace(support, displacement=support.displacement * float(factor[support.direction]) + 0.0)
+        return replace(support, displacement=support.displacement * float(factor[axis_of(support)]) + 0.0)
     return support
 
 

@@ -10,17 +10,15 @@ import numpy as np
 from bipot.fem.reduction import Geometry
 from bipot.marching import Accepted
 from bipot.scene import Scene
-from bipot.supports import Symmetry
 from bipot.typing import Floats
-from studies.flat import flat_tools
-from studies.fuzz_placed import FLAT, directions, driven_tools, forces_on_tools, tools_gone
-from studies.fuzz_record import pushed_by, setting_of
+from studies.fuzz_balance import SUMS, unbalanced
+from studies.fuzz_placed import directions, driven_tools, forces_on_tools, planes, tools_gone
+from studies.fuzz_record import Pushed, pushed_by, setting_of
+from studies.fuzz_surfaces import cut
 from studies.fuzz_variants import Variant
 from studies.independent import Measures
 from studies.independent_data import EPS
 
-SUMS = 1e-9
-"""Sums of the same numbers in another order differ by less than this over the sum of their sizes."""
 LEAST = float(np.finfo(np.float64).tiny)
 """Energies below have lost their digits: what round-off moves in a body that nothing touches (seed 730299)."""
 DRIVES = 1e-6
@@ -29,19 +27,18 @@ DRIVES = 1e-6
 
 def images(scene: Scene) -> int:
     """How many images make the whole body."""
-    return 2 ** len({support.direction for support in scene.supports if isinstance(support, Symmetry)})
+    return 2 ** len(planes(scene))
 
 
-def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
+def tool_forces(scene: Scene, pushed: Pushed) -> tuple[Floats, Floats]:
     """Forces (tools, d) of the whole tools by nodal sums, and the sums (tools,) of the sizes of the nodal forces."""
-    pushed = pushed_by(scene, setting_of(scene), accepted)
     forces = np.zeros((len(scene.tools), 2))
     np.add.at(forces, pushed.tool, pushed.forces)
     sizes = np.zeros(len(scene.tools))
     np.add.at(sizes, pushed.tool, np.linalg.norm(pushed.forces, axis=1))
-    for across in {support.direction for support in scene.supports if isinstance(support, Symmetry)}:
-        for k, tool in enumerate(flat_tools(scene)):
-            if abs(tool.normal[across]) < FLAT:
+    for across, position in planes(scene):
+        for k, tool in enumerate(scene.tools):
+            if cut(tool, across, position):
                 forces[k] *= 2 * (np.arange(2) != across)
                 sizes[k] *= 2
     if scene.geometry is Geometry.AXISYMMETRIC:
@@ -51,29 +48,33 @@ def tool_forces(scene: Scene, accepted: Accepted) -> tuple[Floats, Floats]:
 
 def misstated(scene: Scene, steps: list[Accepted], measures: list[Measures]) -> list[str]:
     """Forces of whole tools and energies of the whole body that the library states otherwise, in words."""
-    out, largest, terms, before = list[str](), 0.0, 0.0, np.zeros(4)
+    out, largest, terms, before, setting = list[str](), 0.0, 0.0, np.zeros(4), setting_of(scene)
     for k, (accepted, measure) in enumerate(zip(steps, measures, strict=True), 1):
-        forces, sizes = tool_forces(scene, accepted)
+        pushed = pushed_by(scene, setting, accepted)
+        forces, sizes = tool_forces(scene, pushed)
         off = np.array([accepted.tool_force(i) for i in range(len(scene.tools))]).reshape(-1, 2) - forces
         wrong = np.flatnonzero(np.abs(off).max(axis=1) > SUMS * sizes)
         out += [f"increment {k}: force of tool {i} off by {np.abs(off[i]).max():.1e}" for i in wrong[:1]]
-        out += [f"increment {k}: {what}" for what in misled(scene, accepted)]
+        said = misled(scene, accepted, sizes) + unbalanced(scene, setting, accepted, pushed)
+        out += [f"increment {k}: {what}" for what in said]
         now = energies(accepted)
         own = np.array(measure.energies) * images(scene)
         largest = max(largest, float(np.abs(now).max()), float(np.abs(own).max()))
         terms += measure.terms * images(scene)
         # Friction on what supports hold is in the library's energies alone.
-        error = 0.0 if pushed_by(scene, setting_of(scene), accepted).rubs else float(np.abs(now - before - own).max())
+        error = 0.0 if pushed.rubs else float(np.abs(now - before - own).max())
         if error > SUMS * largest + EPS * terms + LEAST:
             out.append(f"increment {k}: energies off by {error / largest:.1e} of the largest")
         before = now
     return out
 
 
-def misled(scene: Scene, accepted: Accepted) -> list[str]:
-    """Tools whose force on the whole body is not that which drives them, or that have gone elsewhere, in words."""
+def misled(scene: Scene, accepted: Accepted, sizes: Floats) -> list[str]:
+    """Tools whose force on the whole body is not that which drives them, or that have gone elsewhere, in words.
+
+    ``sizes`` (tools,) are the sums of those of the forces on their candidates.
+    """
     out = list[str]()
-    sizes = tool_forces(scene, accepted)[1]
     for k, asked in zip(driven_tools(scene), forces_on_tools(scene, accepted.state.tau), strict=True):
         off = abs(float(accepted.tool_force(int(k)) @ directions(scene)[k]) - asked)
         if not off <= DRIVES * asked + SUMS * sizes[k]:
@@ -95,16 +96,21 @@ def difference(
 ) -> Floats:
     """Largest differences (2,) of whole tools' forces and of energies over the runs' largest, of increments in pairs.
 
-    Each nodal force is known to ``unsure``; the work is summed of terms of the size ``terms``.
+    Each nodal force is known to ``unsure``, and its work to that times what moves; the work is summed of terms of the
+    size ``terms``.
     """
-    off, largest = np.zeros(2), np.zeros(2)
+    off, largest, setting, blurred = np.zeros(2), np.zeros(2), setting_of(scene), 0.0
+    unsure *= images(scene) * len(scene.mesh.nodes)
     for a, b in zip(base, other, strict=True):
-        sizes = tool_forces(scene, a)[1]
+        sizes = tool_forces(scene, pushed_by(scene, setting, a))[1]
         for k, size in enumerate(sizes):
             force = np.abs(a.tool_force(k) - seen.sign * b.tool_force(k) / seen.force).max()
-            off[0] = max(off[0], force - unsure * images(scene) * len(scene.mesh.nodes))
+            off[0] = max(off[0], force - unsure)
             largest[0] = max(largest[0], size)
         mine = energies(a)
-        off[1] = max(off[1], np.abs(mine - energies(b) / (seen.force * seen.length)).max() - EPS * terms)
+        moved = max(float(np.abs(part).max(initial=0.0)) for part in (a.state.du, tools_gone(scene, a.start, a.state)))
+        blurred += unsure * moved
+        apart = np.abs(mine - energies(b) / (seen.force * seen.length)).max()
+        off[1] = max(off[1], apart - EPS * terms - blurred)
         largest[1] = max(largest[1], np.abs(mine).max())
     return np.divide(off, largest, out=np.zeros(2), where=largest > 0)

@@ -86,7 +86,7 @@ class Farkas:
         way = -float(top.max())
         if not way > 0:
             return cls(np.inf, np.inf, np.inf)
-        reference = space(scene.mesh, scene.geometry, scene.rule, scene.held).reference
+        reference = space(scene.mesh, scene.geometry, scene.rule, scene.holding.numbers).reference
         placed = gradients(scene.mesh.nodes, scene.mesh.elements, reference, scene.geometry)
         strain = np.einsum("eqsi,ei->eqs", placed.B, motion[scene.mesh.elements].reshape(len(scene.mesh.elements), -1))
         sigma_y = float(scene.material.yield_stress(0.0))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from inspect import signature
 
 from bipot.errors import require
@@ -14,8 +14,14 @@ CURVES: dict[str, Callable[..., Hardening]] = {
     "voce": Voce,
     "swift": Swift,
     "table": Tabulated,
+    "csv": Tabulated.from_csv,
 }
-"""What a command line calls the curves. Their numbers follow in the order of their fields; a table's are pairs."""
+"""What a command line calls the curves. Their numbers follow in the order of their fields; a table's are pairs, and
+those of a file are on its lines.
+"""
+
+WORDS: Mapping[str, str] = {"table": "peeq/stress,...", "csv": "FILE"}
+"""What follows the name of a curve that does not take its numbers one by one."""
 
 
 def _numbers(text: str, separator: str) -> list[float]:
@@ -41,6 +47,9 @@ def hardening_from_text(text: str) -> Hardening:
     name, _, rest = text.partition(":")
     require(name in CURVES, "hardening", name, "one of " + ", ".join(sorted(CURVES)))
     make = CURVES[name]
+    if make == Tabulated.from_csv:
+        require(rest != "", "hardening", text, f"csv:{WORDS['csv']}, of two columns: plastic strain and yield stress")
+        return make(rest)
     if make is Tabulated:
         pairs = [_numbers(pair, "/") for pair in rest.split(",")]
         require(all(len(pair) == 2 for pair in pairs), "hardening", rest, "pairs peeq/stress separated by ','")
@@ -62,5 +71,5 @@ def hardening_usage() -> str:
     for name, make in CURVES.items():
         names, least = _fields(make)
         rest = "".join(f"[,{field}]" for field in names[least:])
-        words.append(f"{name}:" + ("peeq/stress,..." if make is Tabulated else ",".join(names[:least]) + rest))
+        words.append(f"{name}:" + WORDS.get(name, ",".join(names[:least]) + rest))
     return "; ".join(words)

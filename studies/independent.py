@@ -12,11 +12,15 @@ the size of the body, is then judged as any other.
 * penetration: (-gap)+ over the size of the body, at every candidate, which is the mean of nodes that the study makes
   itself (:mod:`studies.independent_sampling`), as are slips and what nodes take of contact forces;
 * inside: the same at the nodes of the tools' boundaries that supports hold along the normal, where no force pushes;
+* past: contact forces past an open end of a tool, over the largest;
+* between: how deep convex tools are in the body, and it in them, anywhere on their surfaces, over what they may be
+  (:mod:`studies.independent_between`);
 * driven: |sum_c r . d - F| over F, of each tool that a force F drives along d, F and contacts of the modelled part;
 * placed: how far held nodes are from where supports ask for them, and tools from where they were plus their advance,
   over the size of the body; the same of the increment's displacements of held nodes over its largest motion;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
-  the point (:func:`studies.independent_contact.point_stiffness`);
+  the point (:func:`studies.independent_contact.point_stiffness`); with friction that is capped as in
+  :mod:`studies.independent_contact`;
 * orientation: smallest Jacobian over its element's mean, sampled densely, at the end and at the middle;
 * plastic, friction: what the increment dissipates over the largest energy of an increment so far.
 """
@@ -27,6 +31,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from studies.independent_between import between
 from studies.independent_contact import contact_measures
 from studies.independent_data import EPS, Floats, Setting, Step, beyond
 from studies.independent_driven import driven, placed, work_of_supports
@@ -56,6 +61,8 @@ class Measures:
     flow: float
     penetration: float
     inside: float
+    past: float
+    between: float
     driven: float
     placed: float
     law: float
@@ -104,6 +111,8 @@ def measure(setting: Setting, step: Step) -> Measures:
         flow=flow,
         penetration=contact.penetration,
         inside=contact.inside,
+        past=contact.past,
+        between=between(s, step.tools, step.end.nodes),
         driven=driven(step),
         placed=placed(s, step),
         law=contact.law,

@@ -1,6 +1,8 @@
-"""Contact in the fuzz study's recomputation: gap, slip, Coulomb's law in force units, friction's work.
+"""Contact in the fuzz study's recomputation: gap, slip, the law of friction in force units, friction's work.
 
-Rows are (n, t) with n from the tool into the body and t = (n_2, -n_1); r_n >= 0 pushes, r_t opposes the slip.
+Rows are (n, t) with n from the tool into the body and t = (n_2, -n_1); r_n >= 0 pushes, r_t opposes the slip. Where the
+shear yield stress caps friction, |r_t| <= min(mu r_n, cap), the law is that of the gap, r_n = (r_n - rho gap)+, and
+that of the slip: r_t is the part of r_t - rho slip within what friction may be.
 """
 
 from __future__ import annotations
@@ -9,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.independent_data import Bools, Contacts, Floats, Setting, Step, beyond
+from studies.independent_data import CARRIES, Bools, Contacts, Floats, Setting, Step, beyond
 from studies.independent_element import Placed, nodal_stiffness
 
 EPS = 8 * float(np.finfo(np.float64).eps)
@@ -26,6 +28,7 @@ FREE = 1e-12
 class ContactMeasures:
     """Penetration over size, of candidates and ``inside`` of held nodes, law over the largest force, energies.
 
+    ``past`` is the force of candidates past an open end of their tool, over the largest.
     ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, summed of terms of the size
     ``moved``; ``lost`` to friction by those at the end, known to ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
@@ -33,6 +36,7 @@ class ContactMeasures:
 
     penetration: float
     inside: float
+    past: float
     law: float
     work: float
     moved: float
@@ -45,25 +49,35 @@ class ContactMeasures:
 def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     """Measure the candidates of an increment whose end is ``placed``."""
     c, du = step.contacts, step.contacts.mean(step.displacement)
-    before = np.vecdot(c.normal, c.mean(step.start.nodes)) - c.offset
+    before = np.vecdot(c.start_normal, c.mean(step.start.nodes)) - c.offset
     gap, blur = _gap(step, before)
-    slip = np.where(c.rubs, np.vecdot(c.tangent, du - c.motion), 0.0)
-    tied = np.isinf(c.mu) & (before <= TOUCHING * s.size)
+    slip, opened = c.slip(du), c.opened(du)
+    tied = c.welded & (before <= TOUCHING * s.size)
     mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
     rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held)
     r = step.end.forces
-    off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - _projected(r, gap, slip, mu, rho), axis=1))
-    mean = (step.start.forces + r) / 2
-    work = mean[:, 0] * np.vecdot(c.normal, du) + mean[:, 1] * np.vecdot(c.tangent, c.motion)
+    cone, cut = _projected(r, gap, slip, mu, rho), _cut(r, gap, slip, np.where(c.rubs, c.most(r), 0.0), rho)
+    law = np.where(np.broadcast_to(np.isinf(c.cap), mu.shape)[:, None], cone, cut)
+    off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - law, axis=1))
+    mean, pushed = (step.start.forces + r) / 2, (c.start_vectors(step.start.forces) + c.vectors(r)) / 2
+    work = np.vecdot(pushed, c.motion) + mean[:, 0] * opened
+    moved = np.linalg.norm(du, axis=1) + np.linalg.norm(c.motion, axis=1)
+    if c.curved is not None:
+        # Who comes from afar does not come along its force: the tool's work is what body and friction take.
+        work = np.where(c.curved.apart, np.vecdot(pushed, du) - mean[:, 1] * slip, work)
+        moved, blur = moved + c.curved.blurred, blur + EPS * c.curved.blurred
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
+    # What is held past an open end is in no tool.
+    sunk = np.where(step.held.past, 0.0, sunk)
     return ContactMeasures(
         penetration=beyond(np.where(tied, np.abs(gap), -gap), blur, s.size),
         inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
+        past=beyond(np.where(c.past, np.abs(r).max(axis=1), 0.0), CARRIES * step.largest, step.largest),
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float(work.sum()),
-        moved=float(np.linalg.norm(mean, axis=1) @ (np.linalg.norm(du, axis=1) + np.linalg.norm(c.motion, axis=1))),
+        moved=float(np.linalg.norm(mean, axis=1) @ moved),
         spent=-float(np.vdot(mean[:, 1], slip)),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
@@ -97,7 +111,8 @@ def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
 
 def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
     """Of the candidates at the end from the planes (c,), by positions of nodes, and its round-off."""
-    return np.vecdot(c.normal, c.mean(nodes)) - c.offset_end, EPS * (c.sizes(nodes) + np.abs(c.offset_end))
+    places = np.abs(c.offset_end) if c.curved is None else c.curved.places + np.abs(c.offset_end)
+    return np.vecdot(c.normal, c.mean(nodes)) - c.offset_end, EPS * (c.sizes(nodes) + places)
 
 
 def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
@@ -113,6 +128,11 @@ def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:
     return rho * np.hypot(gap, slip)
+
+
+def _cut(r: Floats, gap: Floats, slip: Floats, most: Floats, rho: Floats) -> Floats:
+    """((r_n - rho gap)+, the part of r_t - rho slip within ``most``)."""
+    return np.column_stack([np.maximum(r[:, 0] - rho * gap, 0.0), np.clip(r[:, 1] - rho * slip, -most, most)])
 
 
 def _projected(r: Floats, gap: Floats, slip: Floats, mu: Floats, rho: Floats) -> Floats:

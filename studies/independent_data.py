@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.intp]
-Bools = NDArray[np.bool_]
+from studies.independent_element import Bools, Floats, Ints
+from studies.independent_tools import Rigid
 
 EPS = 64 * float(np.finfo(np.float64).eps)
 """Round-off over the terms that cancel: sums of up to some dozens of products."""
+
+CARRIES = 1e-8
+"""A push below this part of the increment's largest contact force is none."""
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,8 @@ class Setting:
     """What does not change in a run. ``held`` (a, 2) says which components a support fixes.
 
     ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked. ``volume`` is what the
-    volume change of an element is fitted by: as_is, p0, p1.
+    volume change of an element is fitted by: as_is, p0, p1. ``surface`` (f, 2) are neighbours on that of the body, and
+    ``mirrors`` the planes x_direction = position, of symmetry or at the axis, that make it whole.
     """
 
     elements: Ints
@@ -36,6 +38,8 @@ class Setting:
     rest: Floats
     small: bool = False
     volume: str = "as_is"
+    surface: Ints = field(default_factory=lambda: np.empty((0, 2), np.intp))
+    mirrors: tuple[tuple[int, float], ...] = ()
 
     @property
     def shear(self) -> float:
@@ -49,11 +53,34 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Curved:
+    """What candidates of tools that are not flat have beside the tangent plane at the end, zero or one of flat tools.
+
+    ``normal`` (c, 2) at the start; ``stretch`` (c,) at start and end, by which the arc of a tool is longer than the way
+    of the point; what gap and slip grow by beyond the way along normal and tangent, ``opened`` and ``slid`` (c,), and
+    the lengths (c,) of places that these are differences of, ``blurred``. ``apart`` says which start in the air,
+    ``past`` which end past an open end of the tool (c,). ``places`` (c,) is the size of the tool's numbers.
+    """
+
+    normal: Floats
+    stretch: tuple[Floats, Floats]
+    opened: Floats
+    slid: Floats
+    blurred: Floats
+    apart: Bools
+    past: Bools
+    places: Floats
+
+
+@dataclass(frozen=True)
 class Contacts:
     """Candidates in an increment: normal, coefficient, offset n . x of the plane at start and end, its motion.
 
-    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,). ``rubs`` (c,) says if it has friction.
+    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,). ``rubs`` (c,) says if it has friction,
+    ``cap`` (c,) what the shear yield stress lets it carry, inf where none is asked.
     ``tool`` (c,) numbers their tools, ``led`` (c, 2) is the direction of the force that drives it, zero without one.
+    Of a curved tool the plane is the one that is tangent where the candidate is nearest at the end, and ``offset`` is
+    that of the start; the motion is that of the tool's point there.
     """
 
     node: Ints
@@ -66,6 +93,40 @@ class Contacts:
     offset_end: Floats
     motion: Floats
     led: Floats
+    cap: Floats | float = np.inf
+    curved: Curved | None = None
+
+    @property
+    def past(self) -> Bools:
+        """Which candidates (c,) end past an open end of their tool."""
+        return np.zeros(len(self.node), dtype=bool) if self.curved is None else self.curved.past
+
+    @property
+    def welded(self) -> Bools:
+        """Whether what touches is tied (c,): nothing bounds the friction."""
+        return np.isinf(self.mu) & np.isinf(self.cap)
+
+    @property
+    def start_normal(self) -> Floats:
+        """The normal (c, 2) where the increment starts."""
+        return self.normal if self.curved is None else self.curved.normal
+
+    def opened(self, du: Floats) -> Floats:
+        """What gaps (c,) grow by as candidates go ``du`` (c, 2)."""
+        own = np.vecdot(self.normal, du - self.motion)
+        return own if self.curved is None else own + self.curved.opened
+
+    def slip(self, du: Floats) -> Floats:
+        """Slips (c,) of candidates that go ``du`` (c, 2), zero where they do not rub."""
+        own = np.vecdot(self.tangent, du - self.motion)
+        return np.where(self.rubs, own if self.curved is None else own + self.curved.slid, 0.0)
+
+    def most(self, r: Floats) -> Floats:
+        """Largest friction (c,) under forces r (c, 2); without a coefficient the cap where a point carries at all."""
+        carries = r[:, 0] > CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
+        by_pressure = np.where(np.isinf(self.mu), 0.0, self.mu) * r[:, 0]
+        by_pressure = np.where(np.isinf(self.mu), np.where(carries | np.isinf(self.cap), np.inf, 0.0), by_pressure)
+        return np.minimum(by_pressure, self.cap)
 
     @property
     def tangent(self) -> Floats:
@@ -82,8 +143,12 @@ class Contacts:
         return terms * (np.abs(self.weights) @ np.abs(nodal)).max(axis=1)
 
     def vectors(self, forces: Floats) -> Floats:
-        """Forces (c, 2) along normal and tangent as vectors (c, 2)."""
-        return forces[:, :1] * self.normal + forces[:, 1:] * self.tangent
+        """Forces (c, 2) dual to gap and slip at the end as vectors (c, 2)."""
+        return _vectors(forces, self.normal, 1.0 if self.curved is None else self.curved.stretch[1][:, None])
+
+    def start_vectors(self, forces: Floats) -> Floats:
+        """Forces (c, 2) of the start as vectors (c, 2)."""
+        return _vectors(forces, self.start_normal, 1.0 if self.curved is None else self.curved.stretch[0][:, None])
 
     def on_nodes(self, vectors: Floats) -> Floats:
         """What nodes (a, d) take of ``vectors`` (c, d) on the candidates, as much of each as they have in its mean."""
@@ -92,6 +157,10 @@ class Contacts:
     def on_nodes_at_most(self, sizes: Floats) -> Floats:
         """The ``sizes`` (c, ...) of forces on the candidates, as nodes (a, ...) take them whatever their directions."""
         return np.abs(self.weights).T @ sizes
+
+
+def _vectors(forces: Floats, normal: Floats, stretch: Floats | float) -> Floats:
+    return forces[:, :1] * normal + forces[:, 1:] * stretch * np.column_stack([normal[:, 1], -normal[:, 0]])
 
 
 @dataclass(frozen=True)
@@ -131,6 +200,7 @@ class Step:
     ``prescribed`` are the displacements (a, 2) since rest that supports ask of what they hold, at start and end.
     ``largest`` is the largest contact force of the run up to its end, ``energy`` the largest energy of its increments
     before. ``displacement`` is exact where the state stores it, else the difference of positions, ``by_difference``.
+    ``tools`` are those that are not flat.
     """
 
     start: Moment
@@ -146,6 +216,7 @@ class Step:
     prescribed: tuple[Floats, Floats]
     led: Led
     energy: float = 0.0
+    tools: tuple[Rigid, ...] = ()
 
 
 def beyond(value: Floats, round_off: Floats | float, scale: float) -> float:

@@ -48,11 +48,11 @@ def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, floa
     if not asked.any():
         return 0.0, 0.0
     begun = place(s.rest if s.small else step.start.nodes, s.elements, s.quadrature, s.axisymmetric)
-    parts = (begun, step.start, step.loads[0]), (ended, step.end, step.loads[1])
     c, mean, size = step.contacts, np.zeros(asked.shape), np.zeros(asked.shape)
-    for configuration, moment, loads in parts:
+    before, after = c.start_vectors(step.start.forces), c.vectors(step.end.forces)
+    parts = (begun, step.start, step.loads[0], before), (ended, step.end, step.loads[1], after)
+    for configuration, moment, loads, pushes in parts:
         element = element_forces(configuration, moment.stress)
-        pushes = c.vectors(moment.forces)
         mean += (nodal(s.elements, element, len(asked)) - loads - c.on_nodes(pushes)) / 2
         terms = nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)
         size += (terms + c.on_nodes_at_most(np.abs(pushes))) / 2

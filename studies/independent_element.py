@@ -14,6 +14,7 @@ from studies.independent_shapes import dense, rule, shape_functions
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
+Bools = NDArray[np.bool_]
 
 DENSE = 9
 """Points along either axis at which orientation is sampled, corners and sides included."""

@@ -115,10 +115,10 @@ def _farthest(c: Collapse, k: int) -> float:
     contacts, direction = c.contacts, c.led.direction[k]
     own, v = contacts.tool == c.led.tool[k], contacts.mean(c.motion)
     mine = own & c.touching
-    welded = mine & np.isinf(contacts.mu)
+    welded = mine & contacts.welded
     ways = [v[welded] @ direction]
     for sign in (-1.0, 1.0):
-        leaning = contacts.normal + sign * np.where(np.isinf(contacts.mu), 0.0, contacts.mu)[:, None] * contacts.tangent
+        leaning = contacts.normal + sign * np.where(contacts.welded, 0.0, contacts.mu)[:, None] * contacts.tangent
         resists = leaning @ direction
         ends = mine & ~welded & (resists > FREE)
         ways.append(np.vecdot(leaning, v)[ends] / resists[ends])
@@ -140,7 +140,7 @@ def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
         way[contacts.tool == number] = gone * direction
     v = contacts.mean(c.motion) - way
     opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
-    welded = np.isinf(contacts.mu)
+    welded = contacts.welded
     dilated = np.where(welded, 0.0, contacts.mu) * slip
     short = np.where(welded, np.abs(opened) + slip, dilated - opened)[c.touching].max(initial=0.0)
     nearer = -opened[~c.touching].min(initial=0.0) - 2 * dilated[c.touching].max(initial=0.0)

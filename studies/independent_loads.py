@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.independent_data import Floats, Ints
 from studies.independent_element import place
-from studies.independent_shapes import rule, shape_functions
+from studies.independent_shapes import line, rule, shape_functions
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -65,17 +65,13 @@ def _ordered(edge: Ints, element: Ints) -> Ints:
 
 def _along(x: Floats, inside: Floats | None, axisymmetric: bool) -> Floats:
     """int N_a dA in the first column (n, 2), or int N_a n dA with n away from ``inside``, of an edge x (n, 2)."""
-    s = POINTS
-    if len(x) == 2:
-        N, slopes = np.stack([1 - s, 1 + s]) / 2, np.stack([0 * s - 0.5, 0 * s + 0.5])
-    else:
-        N, slopes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2]), np.stack([s - 0.5, -2 * s, s + 0.5])
+    N, slopes = line(POINTS, len(x))
     along, at = slopes.T @ x, N.T @ x
     weight = WEIGHTS * (2 * np.pi * at[:, 0] if axisymmetric else 1.0)
     if inside is None:
         length = np.linalg.norm(along, axis=1)
         return np.column_stack([N @ (weight * length), np.zeros(len(x))])
     normal = np.column_stack([along[:, 1], -along[:, 0]])
-    middle = normal[len(s) // 2]
-    outward = 1.0 if middle @ (at[len(s) // 2] - inside) > 0 else -1.0
+    middle = normal[len(POINTS) // 2]
+    outward = 1.0 if middle @ (at[len(POINTS) // 2] - inside) > 0 else -1.0
     return outward * (N * weight) @ normal

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.independent_data import Floats, Ints
+from studies.independent_shapes import line
 
 THREE_POINTS = np.polynomial.legendre.leggauss(3)
 
@@ -66,7 +67,7 @@ def _turns(x: Floats) -> float:
 def _shares(x: Floats, axisymmetric: bool) -> Floats:
     """int psi N_k dA (3,) of an edge x (3, 2) that leaves the node where psi is one."""
     s, weight = THREE_POINTS
-    N, slopes = np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2]), np.stack([s - 0.5, -2 * s, s + 0.5])
+    N, slopes = line(s, 3)
     length = np.linalg.norm(slopes.T @ x, axis=1)
     around = 2 * np.pi * (N.T @ x[:, 0]) if axisymmetric else 1.0
     return N @ (weight * length * around * (1 - s) / 2)

@@ -103,6 +103,13 @@ def _on_triangle(name: str) -> tuple[Floats, Floats]:
     return np.array(points), np.array(weights)
 
 
+def line(s: Floats, nodes: int) -> tuple[Floats, Floats]:
+    """Values and derivatives (n, q) on an edge of two or three ``nodes``, end, middle, end, at s (q,) from -1 to 1."""
+    if nodes == 2:
+        return np.stack([1 - s, 1 + s]) / 2, np.stack([0 * s - 0.5, 0 * s + 0.5])
+    return np.stack([s * (s - 1) / 2, 1 - s**2, s * (s + 1) / 2]), np.stack([s - 0.5, -2 * s, s + 0.5])
+
+
 def dense(nodes: int, count: int) -> Floats:
     """Points (q, 2) all over the element, corners and sides included, ``count`` along either axis."""
     line = np.linspace(-1, 1, count)

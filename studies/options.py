@@ -11,6 +11,9 @@ from collections.abc import Callable
 MOST_PROCESSES = 61 if sys.platform == "win32" else max(64, os.cpu_count() or 1)
 """More would only wait for each other; Windows knows no more than 61."""
 
+MOST_VALUES = 10_000
+"""Of one option."""
+
 
 def count(least: int, most: int | None = None) -> Callable[[str], int]:
     """Reads a whole number from ``least`` on, up to ``most``.
@@ -61,6 +64,24 @@ def coefficient(text: str) -> float:
     if not number >= 0:
         raise argparse.ArgumentTypeError(f"{_short(text)}: must be a number >= 0, or inf")
     return number
+
+
+def coefficients(text: str) -> list[float]:
+    """Reads one Coulomb coefficient, or ``FROM:TO:NUMBER`` of them, evenly from the first to the last.
+
+    >>> coefficients("0:0.6:4")
+    [0.0, 0.2, 0.4, 0.6]
+    """
+    parts = text.split(":")
+    if len(parts) == 1:
+        return [coefficient(text)]
+    if len(parts) != 3:
+        raise argparse.ArgumentTypeError(f"{_short(text)}: must be a number, or FROM:TO:NUMBER")
+    first, last, number = coefficient(parts[0]), coefficient(parts[1]), count(2, MOST_VALUES)(parts[2])
+    if not first < last < math.inf:
+        raise argparse.ArgumentTypeError(f"{_short(text)}: must go from one finite number up to a larger one")
+    # As one writes them: a step is seldom a binary number.
+    return [float(f"{first + (last - first) * k / (number - 1):.12g}") for k in range(number)]
 
 
 def _number(text: str) -> float:

@@ -11,7 +11,7 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
@@ -30,15 +30,15 @@ GONE = 1
 
 
 @dataclass(frozen=True)
-class Pool:
-    """Processes that take jobs."""
+class Pool(Executor):
+    """Processes that take jobs; their block shuts them down."""
 
     _executor: ProcessPoolExecutor
 
-    def submit(self, job: Callable[..., Result], *arguments: Any) -> Future[Result]:
+    def submit(self, job: Callable[..., Result], /, *arguments: Any, **named: Any) -> Future[Result]:
         """Hand out a job."""
         with undisturbed():
-            return self._executor.submit(job, *arguments)
+            return self._executor.submit(job, *arguments, **named)
 
 
 @contextmanager

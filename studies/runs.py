@@ -12,7 +12,7 @@ from bipot.accepted import Accepted
 from bipot.closeness import carries
 from bipot.conic.problem import Timing
 from bipot.errors import IncrementFailed, ProgramError
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.forms import Penalty, Uzawa
 from bipot.increment import System, Trial
 from bipot.laws.coulomb import Status
@@ -135,7 +135,7 @@ def traction_errors(system: System, run: Snapshot, reference: Snapshot) -> tuple
     squares = np.zeros((2, 2))
     for number in range(len(system.body.scene.tools)):
         edges = contact_edges(system.candidates, number, closed)
-        mass = edge_mass(reference.nodes, system.candidates.node[edges], system.body.scene.geometry)
+        mass = facet_mass(reference.nodes, system.candidates.node[edges], system.body.scene.geometry)
         for k, name in enumerate(("pressure", "shear")):
             value, exact = (np.nan_to_num(getattr(s, name))[edges] for s in (run, reference))
             for j, field in enumerate((value - exact, exact)):

@@ -2,9 +2,11 @@ r"""The seed paper's example: a cylinder upset between rigid punches with exact 
 
     python -m studies.upsetting --mu 0.1 0.3 [--beside] [--form tangent|dissipation|newton|penalty|uzawa|delassus]
 
-A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %. For each mu the folder
-``DIR/mu{mu}`` receives ``history.csv`` (full cylinder, one row an accepted increment) and ``run.vtkhdf`` (fields, for
-ParaView). A folder that holds a run is left alone unless ``--resume`` goes on with it or ``--overwrite`` begins anew.
+A 10 x 10 mm cylinder, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa, is compressed by 45 %; ``--height``, ``--diameter``,
+``--E``, ``--nu``, ``--sigma-Y`` or ``--hardening csv:FILE``, and ``--reduction`` ask for others. For each mu the
+folder ``DIR/mu{mu}`` receives ``history.csv`` (full cylinder, one row an accepted increment), ``run.vtkhdf`` (fields,
+for ParaView) and ``tools.vtkhdf`` (the punch). A folder that holds a run is left alone unless ``--resume`` goes on with
+it or ``--overwrite`` begins anew.
 ``--beside`` runs each case with Q4/P0 too, the element without locking, in ``DIR/q4p0``. The tables at the end say how
 far the answer is from the law, and how far the force is from what refined meshes tend to.
 """

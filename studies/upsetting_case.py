@@ -42,6 +42,7 @@ from studies.outputs import add_options
 
 # First yield with friction defeats larger increments (fraction of the height).
 FIRST, SETTLING = 0.001, 5
+PAPERS_CURVE = "perfect:300"
 FAST = {"elements": 4, "increments": 6}
 DEFAULT = {"elements": 10, "increments": 45}
 # Refreshing the traction converges the faster the larger the penalty; it costs no accuracy there.
@@ -97,6 +98,10 @@ class Case:
     kn: float | None = None
     kt: float | None = None
     accuracy: float | None = None
+    height: float = 10.0
+    diameter: float = 10.0
+    young: float = 210_000.0
+    poisson: float = 0.3
 
     @property
     def folder(self) -> str:
@@ -109,6 +114,10 @@ class Case:
         return upsetting(
             mu=self.mu,
             reduction=self.reduction,
+            height=self.height,
+            diameter=self.diameter,
+            young=self.young,
+            poisson=self.poisson,
             hardening=self.curve(),
             elements=self.elements,
             element=self.element.element,
@@ -201,7 +210,12 @@ def parser() -> argparse.ArgumentParser:
     )
     p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
     p.add_argument("--reduction", type=float, default=0.45, help="reduction in height, in (0, 1)")
-    p.add_argument("--hardening", default="perfect:300", help=hardening_usage())
+    p.add_argument("--height", type=float, default=10.0, help="of the cylinder, mm (default 10)")
+    p.add_argument("--diameter", type=float, default=10.0, help="of the cylinder, mm (default 10)")
+    p.add_argument("--E", type=float, default=210_000.0, help="Young's modulus, MPa (default 210000)")
+    p.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio (default 0.3)")
+    p.add_argument("--sigma-Y", type=float, help="yield stress, MPa, of perfect plasticity (default 300)")
+    p.add_argument("--hardening", help=f"a curve instead of --sigma-Y: {hardening_usage()}")
     p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per point (default about E/h)")
     p.add_argument("--kt", type=float, help="tangential penalty, N/mm per point (default about E/h)")
     p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
@@ -233,13 +247,24 @@ def cases(arguments: argparse.Namespace) -> list[Case]:
             arguments.solver or DEFAULT_SOLVER,
             Configuration(arguments.configuration),
             arguments.reduction,
-            arguments.hardening,
+            _curve(arguments),
             arguments.kn,
             arguments.kt,
             arguments.accuracy,
+            arguments.height,
+            arguments.diameter,
+            arguments.E,
+            arguments.nu,
         )
         for mu in arguments.mu
     ]
+
+
+def _curve(arguments: argparse.Namespace) -> str:
+    """The hardening curve in a word."""
+    if arguments.sigma_Y is not None:
+        return f"perfect:{arguments.sigma_Y!r}"
+    return PAPERS_CURVE if arguments.hardening is None else arguments.hardening
 
 
 def refuse_without_effect(arguments: argparse.Namespace) -> None:
@@ -252,6 +277,7 @@ def refuse_without_effect(arguments: argparse.Namespace) -> None:
         ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
         ("--increments", a.increments, a.accuracy is None, "no --accuracy beside it"),
         ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
+        ("--sigma-Y", a.sigma_Y, a.hardening is None, "no --hardening beside it"),
         ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
     ):
         if value is not None and not used:

@@ -3,8 +3,11 @@
 import ast
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from bipot import Elasticity, Perfect, Tabulated, VonMises
+from bipot import upsetting as upsetting_scene
 from bipot.forms import FormName
 from bipot.results import open as open_results
 from studies import hard_cases, upsetting
@@ -46,6 +49,14 @@ def test_an_abbreviated_option_is_unknown(option, capsys):
         (["--form", "penalty", "--solver", "clarabel"], "it needs --form tangent or dissipation"),
         (["--form", "delassus", "--solver", "qoco"], "--solver has no effect"),
         (["--fast"], "--fast has no effect on --form tangent as asked: it needs --elements or --increments left to it"),
+        (["--sigma-Y", "250", "--hardening", "perfect:300"], "--sigma-Y has no effect on --form tangent as asked"),
+        (["--height", "0"], "height = 0.0: must be"),
+        (["--diameter", "nan"], "diameter = nan: must be"),
+        (["--E", "-1"], "young = -1.0: must be"),
+        (["--nu", "0.5"], "poisson = 0.5: must be"),
+        (["--sigma-Y", "-3"], "sigma_y = -3.0: must be"),
+        (["--hardening", "csv:"], "hardening = 'csv:': must be csv:FILE, of two columns"),
+        (["--hardening", "csv:nowhere.csv"], "nowhere.csv: cannot be read as text"),
         (["--mu", "0.3", "0.30"], "--mu = [0.3, 0.3]: must be different"),
         (["--mu", "inf", "--form", "uzawa"], "--mu = 'inf': must be finite: uzawa does not weld"),
         (["--mu", "inf", "--form", "delassus"], "--mu = 'inf': must be finite: delassus does not weld"),
@@ -58,6 +69,28 @@ def test_an_option_without_effect_is_refused(arguments, words, tmp_path, capsys)
     assert upsetting.main([*SMALL, "--out", str(tmp_path), *arguments]) == 2
     assert words in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+def test_body_and_material_are_those_asked_for(tmp_path):
+    table = tmp_path / "steel.csv"
+    table.write_text("strain,stress\n0,250\n0.5,400\n")
+    asked = ["--height", "30", "--diameter", "20", "--E", "70000", "--nu", "0.33", "--hardening", f"csv:{table}"]
+    (case,) = cases(parser().parse_args([*SMALL, *asked]))
+    scene = case.scene()
+    np.testing.assert_array_equal(scene.mesh.nodes.max(axis=0), [10.0, 15.0])
+    assert scene.tools[0].travel == (0.0, -0.05 * 15.0)
+    assert scene.material == VonMises(Elasticity(70000.0, 0.33), Tabulated((0.0, 0.5), (250.0, 400.0)))
+    assert {"height", "diameter", "young", "poisson", "hardening"} <= case.parameters().keys()
+    (other,) = cases(parser().parse_args([*SMALL, "--sigma-Y", "250.125"]))
+    assert other.scene().material == VonMises(Elasticity(210e3, 0.3), Perfect(250.125))
+
+
+def test_the_cylinder_without_options_is_the_papers():
+    (case,) = cases(parser().parse_args(["--mu", "0.3"]))
+    given, papers = case.scene(), upsetting_scene(mu=0.3)
+    assert given.material == papers.material
+    assert given.tools == papers.tools
+    np.testing.assert_array_equal(given.mesh.nodes, papers.mesh.nodes)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import numpy as np
 
 from bipot import coulomb
 from studies import coulomb_profiles as study
+from studies.performance import performance_profile, solved_table
 
 GENERATED = Path(__file__).parent / "data" / "fclib"
 
@@ -25,14 +26,14 @@ ROWS = [
 
 
 def test_the_table_counts_by_residual():
-    table = study.solved_table(ROWS)
+    table = solved_table(ROWS)
     assert [line[0] for line in table] == ["slow", "fast"]
     assert table[0][1:6] == ["2", "2", "2", "1", "2"]
     assert table[1][1:6] == ["2", "1", "1", "0", "2"]
 
 
 def test_the_profile_is_the_ratio_to_the_best_solver():
-    profile = study.performance_profile(ROWS, 1e-8)
+    profile = performance_profile(ROWS, 1e-8)
     np.testing.assert_allclose(profile["slow"], [1.0, 4.0])
     np.testing.assert_allclose(profile["fast"], [1.0, np.inf])
 

@@ -64,10 +64,14 @@ def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
         solve_stated(stated, Accuracy())
 
 
-@pytest.mark.slow
-def test_huge_friction_from_the_command_line_ends_with_an_answer_or_a_sentence(tmp_path, capsys):
+@pytest.mark.parametrize(
+    "size",
+    [["--elements", "1", "--increments", "2", "--reduction", "0.1"], pytest.param(["--fast"], marks=pytest.mark.slow)],
+    ids=["tiny", "fast"],
+)
+def test_huge_friction_from_the_command_line_ends_with_an_answer_or_a_sentence(size, tmp_path, capsys):
     """It escaped as ``cvxpy.error.SolverError``, without state, fallback or cut."""
-    code = study.main(["--mu", "1e9", "--fast", "--out", str(tmp_path)])
+    code = study.main(["--mu", "1e9", *size, "--out", str(tmp_path)])
     assert code in (0, 2)
     assert code == 0 or capsys.readouterr().err.startswith("error: increment from tau")
 

@@ -11,6 +11,7 @@ from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
 from bipot.supports import Symmetry
 from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
+from studies.flat import axis_of, flat
 from studies.fuzz_row import HEADER, Outcome, Row
 from studies.fuzz_scenes import draw
 from studies.fuzz_unfolded import unfolded
@@ -54,7 +55,7 @@ def test_a_scene_is_unfolded_about_each_of_its_planes():
     seen = unfolded(drawn.scene)
     assert len(seen) == len(planes) > 0
     assert all(2 * variant.scene.images == drawn.scene.images for variant in seen)
-    back = mirrored(seen[0].scene, planes[0].direction).scene.mesh
+    back = mirrored(seen[0].scene, axis_of(planes[0])).scene.mesh
     assert np.allclose(np.sort(back.nodes, axis=0), np.sort(seen[0].scene.mesh.nodes, axis=0))
 
 
@@ -92,7 +93,7 @@ def test_half_a_force_or_half_the_energies_called_whole_are_found():
 
 def test_planes_are_drawn_that_cut_tools_and_that_do_not():
     scenes = [draw(seed).scene for seed in range(60)]
-    planes = [(s, tool.normal[s.direction]) for scene in scenes for s in scene.supports for tool in scene.tools
+    planes = [(s, flat(tool).normal[axis_of(s)]) for scene in scenes for s in scene.supports for tool in scene.tools
               if isinstance(s, Symmetry)]  # fmt: skip
     assert sum(normal == 0 for _, normal in planes) > 3
     assert sum(normal != 0 for _, normal in planes) > 3
@@ -219,17 +220,17 @@ def table_of(folder):
 
 
 def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
-    line = ["--scenes", "1", "--coulomb", "3", "--seed", str(GOOD_SEED), "--out", str(tmp_path)]
+    line = ["--scenes", "1", "--shaped", "1", "--coulomb", "3", "--seed", str(GOOD_SEED), "--out", str(tmp_path)]
     code = fuzz.main(line)
     header, *lines = table_of(tmp_path)
     assert header == HEADER == [
         "seed", "kind", "form", "outcome", "reason", "increments",
         "worst_residual", "worst_law", "worst_disagreement", "seconds",
     ]  # fmt: skip
-    assert [row[1].split()[0] for row in lines] == ["scene", "coulomb", "coulomb", "coulomb"]
+    assert [row[1].split()[0] for row in lines] == ["scene", "shaped", "coulomb", "coulomb", "coulomb"]
     assert code == int(any(row[3] in fuzz.FAILURES for row in lines))
     said = capsys.readouterr().out.splitlines()[-1]
-    assert sum(int(part.split()[0]) for part in said.split(", ")) == 4
+    assert sum(int(part.split()[0]) for part in said.split(", ")) == 5
     assert fuzz.main(line) == code
     assert table_of(tmp_path) == [header, *lines]
     assert capsys.readouterr().out.splitlines()[-1] == said
@@ -239,7 +240,7 @@ def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
 def test_exit_code_says_whether_anything_is_wrong(tmp_path, monkeypatch, outcome, code):
     row = Row(0, "scene block", "tangent", outcome, "a\nreason", 1, 0.0, 0.0, 0.0, 0.0)
     monkeypatch.setitem(fuzz.JUDGES, "scene", lambda seed: replace(row, seed=seed))
-    assert fuzz.main(["--scenes", "2", "--coulomb", "0", "--out", str(tmp_path)]) == code
+    assert fuzz.main(["--scenes", "2", "--shaped", "0", "--coulomb", "0", "--out", str(tmp_path)]) == code
 
 
 def test_ctrl_c_is_quiet_and_keeps_what_is_done(tmp_path, monkeypatch):
@@ -249,7 +250,7 @@ def test_ctrl_c_is_quiet_and_keeps_what_is_done(tmp_path, monkeypatch):
         return Row(seed, "scene block", "tangent", Outcome.CERTIFIED, "", 1, 0.0, 0.0, 0.0, 0.0)
 
     monkeypatch.setitem(fuzz.JUDGES, "scene", stop)
-    assert fuzz.main(["--scenes", "3", "--coulomb", "0", "--out", str(tmp_path)]) == 130
+    assert fuzz.main(["--scenes", "3", "--shaped", "0", "--coulomb", "0", "--out", str(tmp_path)]) == 130
     assert len(table_of(tmp_path)) == 2
 
 

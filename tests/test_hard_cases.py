@@ -40,8 +40,8 @@ def read(path: Path) -> list[dict[str, str]]:
     [
         "1 mu 10",
         "6 unload",
-        pytest.param("9 corner", marks=pytest.mark.slow),
-        pytest.param("9 redundant", marks=pytest.mark.slow),
+        "9 corner",
+        "9 redundant",
         "12 mu",
         "13 softening",
     ],

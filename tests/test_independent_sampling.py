@@ -8,7 +8,7 @@ import pytest
 from bipot import sampling
 from bipot.certificate import Bounds
 from bipot.driving import Force
-from bipot.elements import Element
+from bipot.elements import Element, elements_of
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.increment import Limits
@@ -33,7 +33,7 @@ from studies.independent_sampling import around_ends
 from tests.scenes import PLANES, with_course
 
 MATERIAL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
-QUADRATIC = [element for element in Element if element.quadratic]
+QUADRATIC = [element for element in elements_of(2) if element.quadratic]
 GRADED = (1.0, 0.2)
 
 BODIES = {

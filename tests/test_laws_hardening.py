@@ -81,14 +81,14 @@ def test_text_is_read(text, expected):
 def test_the_usage_names_the_numbers_of_every_curve():
     assert hardening_usage() == (
         "perfect:sigma_y; linear:sigma_y,modulus; voce:sigma_y,saturation,rate[,modulus]; "
-        "swift:strength,offset,exponent; table:peeq/stress,..."
+        "swift:strength,offset,exponent; table:peeq/stress,...; csv:FILE"
     )
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("power:300", "hardening = 'power': must be one of linear, perfect, swift, table, voce"),
+        ("power:300", "hardening = 'power': must be one of csv, linear, perfect, swift, table, voce"),
         ("linear:300", "must be 2 numbers"),
         ("voce:300,1", "must be 3 or 4 numbers"),
         ("perfect:soft", "must be numbers separated by ','"),

@@ -27,6 +27,7 @@ LAYERS = (
         "conic",
         "driving",
         "elements",
+        "extrusion",
         "facets",
         "hdf5",
         "laws",
@@ -37,6 +38,8 @@ LAYERS = (
         "paths",
         "poses",
         "profiles",
+        "reflection",
+        "solids",
         "surfaces",
         "tools",
     ),
@@ -46,6 +49,7 @@ LAYERS = (
         "components",
         "drives",
         "fitting",
+        "holding",
         "loads",
         "programs",
         "sampling",
@@ -70,8 +74,10 @@ LAYERS = (
         "traction",
     ),
     ("accepted", "carrying", "course", "energy", "failing", "landing", "marching", "pacing", "starting"),
-    ("columns", "exchange", "paper", "plot"),
+    ("columns", "exchange", "paper"),
     ("results",),
+    ("plot",),
+    ("command",),
     ("bipot",),
     ("studies",),
     ("benchmarks", "paper_figs"),
@@ -82,7 +88,16 @@ LAYERS = (
 IGNORANT = {"coulomb": {"fem", "mesh", "scene"}, "fem": {"laws"}, "programs": {"fem", "mesh", "scene"}}
 """Rooms that do not know others, though these are no higher: neither directly nor through what they import."""
 
-OPTIONAL = {"matplotlib": {"plot"}, "meshio": {"mesh_files"}, "qoco": {"conic"}, "tqdm": set(), "vtk": set()}
+OPTIONAL = {
+    "PIL": {"plot"},
+    "matplotlib": {"command", "plot"},
+    "meshio": {"mesh_files"},
+    "pandas": {"results"},
+    "pyvista": set(),
+    "qoco": {"conic"},
+    "tqdm": set(),
+    "vtk": set(),
+}
 """Packages that the library can live without, and the rooms that import them."""
 
 HIDDEN = {"bipot.coulomb": {"existence", "solve"}}

@@ -56,7 +56,7 @@ def test_a_point_force_and_the_reaction_balance():
     reactions = end.solved.iterate.reactions(end.solved.r)
     np.testing.assert_allclose(reactions.sum(axis=0), [0.0, 7.0], atol=1e-7)
     held = np.zeros(reactions.size, dtype=bool)
-    held[scene.held] = True
+    held[scene.holding.numbers] = True
     assert not reactions.ravel()[~held].any()
 
 

@@ -41,7 +41,7 @@ def test_node_numbers_of_any_integer_type_give_one_mesh(kind):
     )
     assert mesh.elements.dtype == np.intp
     assert mesh.boundary_nodes("top", "left").dtype == np.intp
-    np.testing.assert_array_equal(scene(mesh=mesh).held, scene().held)
+    np.testing.assert_array_equal(scene(mesh=mesh).holding.held, scene().holding.held)
 
 
 def doubled():
@@ -118,7 +118,7 @@ def test_a_mesh_cannot_be_changed_and_does_not_follow_what_it_was_made_of():
     np.testing.assert_array_equal(mesh.nodes, SQUARE.nodes)
     np.testing.assert_array_equal(mesh.boundary("top"), TOP)
     assert list(mesh.boundaries) == ["top"]
-    for array in (mesh.nodes, mesh.elements, mesh.boundary("top"), scene().held):
+    for array in (mesh.nodes, mesh.elements, mesh.boundary("top"), scene().holding.held):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
     with pytest.raises(TypeError):
@@ -142,4 +142,4 @@ def test_a_tool_may_not_touch_an_edge_inside_the_body_nor_one_edge_by_two_names(
     refused(lambda: scene(mesh=inside, tools=(tool(candidates=("top", "inside")),)), "lies between two")
     again = renumbered(SQUARE, boundaries=edges | {"lid": TOP[:1]})
     refused(lambda: scene(mesh=again, tools=(tool(candidates=("top", "lid")),)), "boundaries without a common edge")
-    assert scene(mesh=inside, supports=(Support("inside", 1),)).held.size == 3
+    assert scene(mesh=inside, supports=(Support("inside", 1),)).holding.numbers.size == 3

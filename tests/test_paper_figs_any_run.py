@@ -88,7 +88,9 @@ def test_the_words_are_those_of_the_element(made):
 
 def test_closed_forms_and_limits_are_where_they_apply(made):
     seeds = labels(drawn(fig_force_stroke, made("many mu")))
-    assert [label for label in seeds if "slab" in label] == [rf"slab, $\mu$ = {mu}" for mu in ("0.05", "0.1", "0.2")]
+    assert [label for label in seeds if "slab" in label] == [
+        rf"slab, $\mu$ = {mu}; in (a)" for mu in ("0.05", "0.1", "0.2")
+    ]
     assert [label for label in seeds if "limit" in label] == [r"limit of refined meshes and its band, $\mu$ = 0.1"]
     assert any("exact" in label for label in seeds)
     harder = labels(drawn(fig_force_stroke, made("hardening")))

@@ -32,8 +32,8 @@ def test_a_union_is_the_nearest_of_its_surfaces(seed):
     np.testing.assert_array_equal(union.beyond(x), parts[2].beyond(x) & (nearest == 2))
     assert (union.size(x, np.ones(2)) >= parts[0].size(x, np.ones(2))).all()
     assert isinstance(union, Surface)
-    assert Union((Circle((0.0, 1.0), 0.4), Plane((0.0, -1.2), (0.0, 1.0)))).mirrored(0, 0.0, 1e-9)
-    assert not union.mirrored(0, 0.0, 1e-9)
+    assert Union((Circle((0.0, 1.0), 0.4), Plane((0.0, -1.2), (0.0, 1.0)))).mirrored((1.0, 0.0), 0.0, 1e-9)
+    assert not union.mirrored((1.0, 0.0), 0.0, 1e-9)
 
 
 SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
@@ -95,7 +95,7 @@ def test_straight_corners_and_numbers_of_any_kind_are_no_matter():
     for one, other in zip(same.distance(x), plain.distance(x), strict=True):
         np.testing.assert_allclose(one, other, atol=1e-14)
     np.testing.assert_allclose(same.passed(x, by), plain.passed(x, by), atol=1e-14)
-    assert same.mirrored(0, 0.5, 1e-12)
+    assert same.mirrored((1.0, 0.0), 0.5, 1e-12)
     assert re.fullmatch(r"Profile\(points=.*, fillets=0.25, closed=True\)", repr(plain))
     assert plain == Profile(SQUARE, 0.25, closed=True)
     assert hash(plain) == hash(Profile(SQUARE, 0.25, closed=True))

@@ -151,19 +151,19 @@ def test_points_past_an_open_end_are_told():
 @given(SEEDS)
 def test_a_profile_and_its_mirror_image_are_one_where_it_is_symmetric(seed):
     profile, rng = drawn(seed), np.random.default_rng(seed)
-    assert not profile.mirrored(0, 0.0, 1e-6)
-    assert not profile.mirrored(1, 0.3, 1e-6)
+    assert not profile.mirrored((1.0, 0.0), 0.0, 1e-6)
+    assert not profile.mirrored((0.0, 1.0), 0.3, 1e-6)
     # A half with its mirror image.
     count = rng.integers(2, 6)
     half = np.stack([np.sort(rng.uniform(0.5, 2.5, count)), np.arange(count) + rng.uniform(0, 0.1, count)], axis=-1)
     fillets = tuple(rng.uniform(0, 0.02, count - 1).tolist())
     both = tuple(map(tuple, np.concatenate([half[::-1], half * (-1, 1)]).tolist()))
     whole = Profile(both, (*fillets[::-1], *fillets))
-    assert whole.mirrored(0, 0.0, 1e-12)
-    assert not whole.mirrored(0, 1e-3, 1e-6)
-    assert not whole.mirrored(1, 0.0, 1e-6)
+    assert whole.mirrored((1.0, 0.0), 0.0, 1e-12)
+    assert not whole.mirrored((1.0, 0.0), 1e-3, 1e-6)
+    assert not whole.mirrored((0.0, 1.0), 0.0, 1e-6)
     uneven = Profile(both, (*fillets[::-1], *fillets[:-1], fillets[-1] + 1e-3))
-    assert not uneven.mirrored(0, 0.0, 1e-9)
+    assert not uneven.mirrored((1.0, 0.0), 0.0, 1e-9)
 
 
 def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
@@ -171,10 +171,10 @@ def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
     radii = (0.1, 0.2, 0.2, 0.1)
     for k in range(4):
         shape = Profile(points[k:] + points[:k], radii[k:] + radii[:k], closed=True)
-        assert shape.mirrored(0, 0.5, 1e-12)
-        assert not shape.mirrored(1, 0.5, 1e-12)
-        assert not shape.mirrored(0, 0.6, 1e-3)
-    assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored(0, 0.5, 1e-12)
+        assert shape.mirrored((1.0, 0.0), 0.5, 1e-12)
+        assert not shape.mirrored((0.0, 1.0), 0.5, 1e-12)
+        assert not shape.mirrored((1.0, 0.0), 0.6, 1e-3)
+    assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored((1.0, 0.0), 0.5, 1e-12)
 
 
 @settings(max_examples=40)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element
+from bipot.elements import Element, elements_of
 from bipot.errors import InfeasibleProgram, SceneError
 from bipot.fem.assembly import element_force
 from bipot.fem.elements import RULES
@@ -27,7 +27,7 @@ from studies.independent_volume import fitted
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))
-PROJECTED = [(element, volume) for element in Element for volume in VOLUMES[element] if volume.value != "as_is"]
+PROJECTED = [(element, volume) for element in elements_of(2) for volume in VOLUMES[element] if volume.value != "as_is"]
 
 
 def body_of(element, volume, geometry=Geometry.AXISYMMETRIC, configuration=Configuration.MIDPOINT):
@@ -114,7 +114,7 @@ def test_every_form_finds_the_same_certified_increment(element, volume, form):
     np.testing.assert_allclose(forces, exact, rtol=1e-7)
 
 
-@pytest.mark.parametrize("element", [element for element in Element if element is not Element.T3])
+@pytest.mark.parametrize("element", [element for element in elements_of(2) if element is not Element.T3])
 def test_a_tube_has_its_limit_load_where_elements_that_lock_have_none(element):
     """2/sqrt(3) sigma_Y ln(b/a) (exact): without projection, motions that keep the volume at every point lack."""
     tube = Scene(

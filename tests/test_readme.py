@@ -16,7 +16,7 @@ FOLDERS = ("bipot", "studies", "paper_figs", "benchmarks", "tests", "docs", "exa
 
 CODE = re.compile(r"`([^`\n]+)`")
 COMMAND = re.compile(r"python -m (\w+(?:\.\w+)*)")
-DOTTED = re.compile(r"(?:bipot|studies|paper_figs|benchmarks)(?:\.\w+)+")
+DOTTED = re.compile(r"(?<!/)(?:bipot|studies|paper_figs|benchmarks)(?:\.\w+)+")
 FILE = re.compile(r"[\w/.]+\.(?:py|csv|hdf5)")
 LINK = re.compile(r"\]\((?!https?:)([^)#\s]+)")
 TEST = re.compile(r"`(\w+)::(\w+)`")
@@ -56,7 +56,7 @@ def known(name):
         except ModuleNotFoundError:
             continue
         for attribute in parts[k:]:
-            found = getattr(found, attribute, None)
+            found = getattr(found, attribute, getattr(found, "__dataclass_fields__", {}).get(attribute))
         return found is not None
     return False
 

@@ -83,7 +83,7 @@ def test_vtk_reads_the_body_at_rest_as_step_zero(run, every):
     np.testing.assert_array_equal(points[:, :2], system.body.scene.mesh.nodes)
     for name in ("displacement", "velocity", "contact_force"):
         assert not nodal[name].any()
-    assert not nodal["recovered_pressure"][node].any()
+    assert not nodal["contact_pressure"][node].any()
     assert (nodal["status"][node] == Status.OPEN).all()
     np.testing.assert_allclose(nodal["gap"][node], 5 - points[node, 1], atol=1e-14)
     assert not any(values.any() for values in cell.values())
@@ -112,8 +112,8 @@ def test_vtk_reads_contact_fields_of_every_increment(run, steps):
     others = np.setdiff1d(np.arange(len(steps[0][1])), node)
     for (_, _, nodal, _), a in zip(steps, accepted, strict=True):
         result = a.traction
-        np.testing.assert_array_equal(nodal["recovered_pressure"][node], result.recovered_pressure)
-        np.testing.assert_array_equal(nodal["recovered_shear"][node], result.recovered_shear)
+        np.testing.assert_array_equal(nodal["contact_pressure"][node], result.recovered_pressure)
+        np.testing.assert_array_equal(nodal["contact_shear"][node], result.recovered_shear)
         np.testing.assert_array_equal(nodal["status"][node], result.status)
         assert (nodal["status"][others] == NO_CANDIDATE).all()
         assert np.isnan(nodal["gap"][others]).all()

@@ -63,7 +63,7 @@ def reversed_mesh():
         (lambda: tool(normal=(0.0, -2.0)), "tool.normal"),
         (lambda: tool(travel=(0.0, float("nan"))), "tool.travel"),
         (lambda: tool(candidates=()), "tool.candidates"),
-        (lambda: Support("base", 2), "support.direction = 2: must be 0 or 1"),
+        (lambda: Support("base", 3), "support.direction = 3: must be 0, 1 or, in space, 2"),
         (lambda: scene(tools=(tool(candidates=("lid",)),)), r"boundary = 'lid': must be one of \['axis', 'base'"),
         (lambda: scene(supports=(Support("floor", 1),)), "boundary = 'floor'"),
         (lambda: scene(mesh=reversed_mesh()), "Jacobian determinant .* is not positive: number nodes anticlockwise"),
@@ -78,11 +78,11 @@ def test_held_unknowns_are_those_of_the_supports():
     mesh = cylinder(1.0, 1.0, 2, 2, element=Element.Q8)
     made = scene(mesh=mesh, supports=(Support("base", 1), Support("axis", 0)))
     expected = np.union1d(2 * mesh.boundary_nodes("base") + 1, 2 * mesh.boundary_nodes("axis"))
-    np.testing.assert_array_equal(made.held, expected)
+    np.testing.assert_array_equal(made.holding.numbers, expected)
 
 
 def test_a_scene_without_supports_holds_nothing():
-    assert scene(supports=(), geometry=Geometry.PLANE_STRAIN).held.size == 0
+    assert scene(supports=(), geometry=Geometry.PLANE_STRAIN).holding.numbers.size == 0
 
 
 def test_tool_offset_follows_its_travel():

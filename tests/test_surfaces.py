@@ -90,10 +90,10 @@ def test_at_its_centre_a_circle_has_finite_numbers():
 
 
 def test_a_mirror_image_is_asked_of_normal_or_centre():
-    assert Plane((3.0, 1.0), (0.0, -1.0)).mirrored(0, 0.0, 1e-9)
-    assert not Plane((3.0, 1.0), (0.6, -0.8)).mirrored(0, 3.0, 1e-9)
-    assert Circle((0.5, 1.0), 2.0).mirrored(0, 0.5 + 1e-10, 1e-9)
-    assert not Circle((0.5, 1.0), 2.0).mirrored(0, 0.0, 1e-9)
+    assert Plane((3.0, 1.0), (0.0, -1.0)).mirrored((1.0, 0.0), 0.0, 1e-9)
+    assert not Plane((3.0, 1.0), (0.6, -0.8)).mirrored((1.0, 0.0), 3.0, 1e-9)
+    assert Circle((0.5, 1.0), 2.0).mirrored((1.0, 0.0), 0.5 + 1e-10, 1e-9)
+    assert not Circle((0.5, 1.0), 2.0).mirrored((1.0, 0.0), 0.0, 1e-9)
 
 
 @pytest.mark.parametrize("count", [2, 3])

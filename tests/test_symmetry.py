@@ -206,7 +206,7 @@ def straight(**changes):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: Symmetry("left", 2), "support.direction = 2: must be 0 or 1"),
+        (lambda: Symmetry("left", 3), "support.direction = 3: must be 0, 1 or, in space, 2"),
         (lambda: Symmetry(3, 0), "support.boundary = 3: must be a str"),
         (lambda: Symmetry("left", 0.0), "support.direction = 0.0"),
         (lambda: block_with(supports=(Symmetry("middle", 0),)), "boundary = 'middle': must be one of"),

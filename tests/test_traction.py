@@ -11,7 +11,7 @@ from bipot.certificate import Bounds
 from bipot.closeness import LEAST_MOTION
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.forms import Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
@@ -37,13 +37,13 @@ def test_mass_of_a_straight_edge_is_the_textbook_matrix():
     x = np.array([[1.0, 2.0], [2.5, 4.0], [4.0, 6.0]])
     length = np.sqrt(25.0)
     textbook = length / 30 * np.array([[4, 2, -1], [2, 16, 2], [-1, 2, 4]])
-    np.testing.assert_allclose(edge_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)[0], textbook, atol=1e-14)
+    np.testing.assert_allclose(facet_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)[0], textbook, atol=1e-14)
 
 
 @pytest.mark.parametrize(("inner", "outer"), [(0.0, 0.5), (1.0, 3.0)])
 def test_mass_of_a_ring_sums_to_its_area(inner, outer):
     x = np.array([[inner, 1.0], [(inner + outer) / 2, 1.0], [outer, 1.0]])
-    mass = edge_mass(x, np.array([[0, 1, 2]]), Geometry.AXISYMMETRIC)[0]
+    mass = facet_mass(x, np.array([[0, 1, 2]]), Geometry.AXISYMMETRIC)[0]
     assert mass.sum() == pytest.approx(np.pi * (outer**2 - inner**2), rel=1e-14)
     if inner == 0.0:
         assert abs(mass[0].sum()) < 1e-15
@@ -52,7 +52,7 @@ def test_mass_of_a_ring_sums_to_its_area(inner, outer):
 
 def test_mass_of_a_cylindrical_edge_is_its_lateral_area():
     x = np.array([[2.0, 0.0], [2.0, 0.5], [2.0, 1.0]])
-    assert edge_mass(x, np.array([[0, 1, 2]]), Geometry.AXISYMMETRIC).sum() == pytest.approx(4 * np.pi, rel=1e-14)
+    assert facet_mass(x, np.array([[0, 1, 2]]), Geometry.AXISYMMETRIC).sum() == pytest.approx(4 * np.pi, rel=1e-14)
 
 
 def nodal_forces(radius, values, order=12):
@@ -113,7 +113,7 @@ def test_an_edge_with_one_closed_node_is_off_the_line():
 @pytest.mark.parametrize("geometry", PLANES)
 def test_a_uniform_traction_comes_back_exactly_on_uneven_edges_and_at_the_axis(geometry):
     nodes, edges = line_of([0.0, 0.2, 0.7, 0.9, 2.0])
-    forces = edge_mass(nodes, edges, geometry).sum(axis=2)
+    forces = facet_mass(nodes, edges, geometry).sum(axis=2)
     r = np.zeros((len(nodes), 2))
     np.add.at(r, edges, forces[..., None] * np.array([3.0, -0.5]))
     np.testing.assert_allclose(nodal_tractions(nodes, edges, geometry, r), np.tile([3.0, -0.5], (9, 1)), rtol=1e-13)
@@ -123,7 +123,7 @@ def test_a_uniform_traction_comes_back_exactly_on_uneven_edges_and_at_the_axis(g
 def test_a_linear_traction_comes_back_exactly_on_equal_plane_edges():
     nodes, edges = line_of(np.linspace(0.0, 3.0, 7))
     r = np.zeros((len(nodes), 1))
-    mass = edge_mass(nodes, edges, Geometry.PLANE_STRAIN)
+    mass = facet_mass(nodes, edges, Geometry.PLANE_STRAIN)
     np.add.at(r, edges, np.einsum("fij,fj->fi", mass, 2 + 5 * nodes[edges, 0])[..., None])
     found = nodal_tractions(nodes, edges, Geometry.PLANE_STRAIN, r)
     np.testing.assert_allclose(found[:, 0], 2 + 5 * nodes[:, 0], rtol=1e-13)
@@ -163,7 +163,7 @@ def test_forces_in_the_cone_give_tractions_in_the_cone_and_edge_means_their_resu
     p = rng.exponential(size=len(nodes)) * rng.integers(0, 2, len(nodes))
     r = np.column_stack([p, mu * p * rng.uniform(-1, 1, len(nodes))])
     means = edge_tractions(nodes, edges, geometry, r)
-    area = edge_mass(nodes, edges, geometry).sum(axis=(1, 2))
+    area = facet_mass(nodes, edges, geometry).sum(axis=(1, 2))
     np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12, atol=1e-12)
     for found in (nodal_tractions(nodes, edges, geometry, r), means):
         assert (found[:, 0] >= 0).all()
@@ -279,7 +279,7 @@ def test_edge_means_carry_the_punch_force_exactly_and_within_the_law(sticky):
     closed = r[:, 0] > last.traction.force_tol
     edges = contact_edges(system.candidates, 0, closed)
     means = edge_tractions(nodes, edges, scene.geometry, r)
-    area = edge_mass(nodes, edges, scene.geometry).sum(axis=(1, 2))
+    area = facet_mass(nodes, edges, scene.geometry).sum(axis=(1, 2))
     np.testing.assert_allclose(area @ means, r.sum(axis=0), rtol=1e-12)
     assert (means[:, 0] > 0).all()
     assert (np.abs(means[:, 1]) <= 0.3 * means[:, 0] * (1 + 1e-9)).all()

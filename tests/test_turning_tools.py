@@ -203,3 +203,18 @@ def test_a_tool_may_turn_where_a_symmetry_holds_the_end_of_its_candidates():
     # To the left of its centre a surface that turns anticlockwise goes down.
     assert last.tool_forces[0, 1] < 0 < -last.tool_forces[0, 0]
     np.testing.assert_allclose(last.tool_moment(0), -0.5 * last.tool_forces[0, 1], rtol=0.2)
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=["newton", "tangent", "dissipation"])
+def test_a_tool_that_turns_rubs_a_node_which_a_support_holds_along_it(form):
+    """It touches one node, at the height of its centre: no unknown knows of the slip, but force and moment do."""
+    mu, R = 0.2, 0.5
+    strip = block(1.0, 1.0, 4, 4)
+    roll = ShapedTool(Circle((1.0 + R, 0.0), R), (-0.01, 0.0), ("right",), mu, turn=Turn(0.3, (1.0 + R, 0.0)))
+    scene = Scene(strip, Geometry.PLANE_STRAIN, RUBBER, (Support("base", 1), Support("left", 0)), (roll,))
+    last = marched(scene, form)[-1]
+    N = -last.tool_forces[0, 0]
+    assert N > 1.0
+    assert (last.solved.r[:, 0] > 1e-9 * N).sum() == 1
+    np.testing.assert_allclose(last.tool_forces[0], [-N, -mu * N], rtol=1e-9)
+    np.testing.assert_allclose(last.tool_moment(0), R * mu * N, rtol=1e-9)

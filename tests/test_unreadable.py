@@ -53,10 +53,11 @@ def test_a_dataset_that_is_not_what_it_should_be_is_refused(folder, tmp_path, fi
 
 
 def test_an_undamaged_one_is_read(folder):
-    run, mesh, courses, _, stress = runs.read_all(folder / "run.vtkhdf")
+    run, mesh, courses, _, stress, tools = runs.read_all(folder / "run.vtkhdf")
     assert len(run) == 2
     assert [course.number for course in courses] == [0, 1, 2]
     assert stress.shape == (len(mesh.elements), 6)
+    assert [len(lines) for lines in tools] == [1, 1]
 
 
 UNREAD = {"force_tol", "slip_tol", "volume"}

@@ -50,7 +50,10 @@ class Clarabel:
     def solve(
         self, program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None
     ) -> tuple[ConicSolution, Transferred]:
-        """As :meth:`ConicSolver.solve`; what the last program's equilibration does not solve is set up afresh."""
+        """As :meth:`~bipot.conic.solver.ConicSolver.solve`.
+
+        What the last program's equilibration does not solve is set up afresh.
+        """
         started, lost = time.perf_counter(), Timing()
         ready = transfer(program, accuracy, last, self)
         if ready is last:

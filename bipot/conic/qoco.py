@@ -34,7 +34,7 @@ class Qoco:
         require(find_spec("qoco") is not None, "solver", "qoco", "installed: pip install qoco")
 
     def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
-        """As :meth:`ConicSolver.solve`; what has no solution ends as ProgramError."""
+        """As :meth:`~bipot.conic.solver.ConicSolver.solve`; what has no solution ends as ProgramError."""
         import qoco
 
         started = time.perf_counter()

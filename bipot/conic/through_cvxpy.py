@@ -70,7 +70,7 @@ class Cvxpy:
     name: str = "CLARABEL"
 
     def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
-        """As :meth:`ConicSolver.solve`."""
+        """As :meth:`~bipot.conic.solver.ConicSolver.solve`."""
         began = time.perf_counter()
         stated = written(program) if program.statement is None else program.statement()
         began, building = time.perf_counter(), time.perf_counter() - began

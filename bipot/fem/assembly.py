@@ -1,20 +1,22 @@
 """Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
 
-Unknowns are numbered node by node, (node, direction); ``free`` lists those that no support holds. Behind them stand
-the coordinates of tools that forces or moments drive: no element touches them, they are in contact rows only. What
-couples them with nodes as these move, of curved tools, is summed like elements: each has a node's unknowns and its
-tool's.
+Unknowns are numbered node by node, (node, axis), along the axes of each node (:mod:`bipot.fem.axes`); ``free`` lists
+those that no support holds. Behind them stand the coordinates of tools that forces or moments drive: no element touches
+them, they are in contact rows only. What couples them with nodes as these move, of curved tools, is summed like
+elements: each has a node's unknowns and its tool's. Element arrays and nodal fields are in coordinates everywhere else.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import null_space
 
+from bipot.fem.axes import STRAIGHT, Axes
 from bipot.fem.elements import Quadrature, Reference, tabulated
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
@@ -32,7 +34,8 @@ class Space:
     ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
     ``translations`` m is how many unknowns stand behind the free ones, each with its place ``diagonal`` (m,) in the
-    data, where elements leave a zero. Behind the elements' entries in ``scatter`` are those of couplings.
+    data, where elements leave a zero. Behind the elements' entries in ``scatter`` are those of couplings. ``axes`` are
+    those along which unknowns are components.
     """
 
     mesh: Mesh
@@ -46,6 +49,7 @@ class Space:
     indptr: NDArray[np.int32]
     diagonal: Ints
     translations: int = 0
+    axes: Axes = STRAIGHT
 
     @property
     def size(self) -> int:
@@ -56,7 +60,7 @@ class Space:
         """Nodal field (a, d) from the unknowns (n,), zero where held."""
         full = np.zeros(self.mesh.nodes.size)
         full[self.free] = x[: len(self.free)]
-        return np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape)
+        return self.axes.field(np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape))
 
     def beside(self, x: Floats) -> Floats:
         """Of the unknowns (n,) the coordinates of tools (m,)."""
@@ -64,14 +68,44 @@ class Space:
 
     def gather(self, every: Floats) -> Floats:
         """Unknowns (n,) of a vector for every node, held or not, and of tools' coordinates behind it (a d + m,)."""
+        if self.axes.turned:
+            every = every.copy()
+            nodal = every[: self.mesh.nodes.size].reshape(self.mesh.nodes.shape)
+            every[: self.mesh.nodes.size] = self.axes.components(nodal).ravel()
         free = every[self.free]
         return np.concatenate([free, every[self.mesh.nodes.size :]]) if self.translations else free
 
     def matrix(self, element: Floats) -> sp.csc_matrix:
-        """Sum element matrices (e, dk, dk), or all entries with those of couplings behind, into a matrix (n, n)."""
-        place = self.scatter[: element.size]
-        data = np.bincount(place, weights=element.ravel(), minlength=len(self.indices) + 1)[:-1]
+        """Sum element matrices (e, dk, dk), or all entries as :meth:`along` takes them, into a matrix (n, n)."""
+        place, weights = self.scatter[: element.size], self.along(element)
+        data = np.bincount(place, weights=weights, minlength=len(self.indices) + 1)[:-1]
         return sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
+
+    def along(self, element: Floats) -> Floats:
+        """Entries (s,) of element matrices (e, dk, dk) by components along the axes.
+
+        Those of couplings may stand behind them, all in one row: these are by such components already.
+        """
+        if not self.axes.turned:
+            return element.ravel()
+        (own, turn), out = self._turns, element.ravel().copy()
+        count, width = self.dofs.shape
+        matrices = out[: count * width**2].reshape(count, width, width)
+        matrices[own] = turn @ matrices[own] @ turn.transpose(0, 2, 1)
+        return out
+
+    @cached_property
+    def _turns(self) -> tuple[Ints, Floats]:
+        """Elements (t,) with nodes that have axes of their own, and what takes their unknowns (t, dk, dk) there."""
+        count, d = self.mesh.nodes.shape
+        rows = np.tile(np.eye(d), (count, 1, 1))
+        rows[self.axes.nodes] = self.axes.rows
+        own = np.flatnonzero(np.isin(self.mesh.elements, self.axes.nodes).any(axis=1))
+        nodes = self.mesh.elements[own]
+        turn = np.zeros((len(own), nodes.shape[1], d, nodes.shape[1], d))
+        for k in range(nodes.shape[1]):
+            turn[:, k, :, k] = rows[nodes[:, k]]
+        return own, turn.reshape(len(own), d * nodes.shape[1], -1)
 
     def vector(self, element: Floats) -> Floats:
         """Sum element vectors (e, dk) into the vector (n,) of the unknowns."""
@@ -86,6 +120,10 @@ class Space:
     def operator(self, blocks: Floats) -> sp.csr_matrix:
         """Sparse operator (p m, n) from dense rows (p, m, dk), points p ordered element by element."""
         points, width, _ = blocks.shape
+        if self.axes.turned:
+            (own, turn), blocks = self._turns, blocks.copy()
+            each = blocks.reshape(len(self.dofs), -1, blocks.shape[2])
+            each[own] = each[own] @ turn.transpose(0, 2, 1)
         columns = np.repeat(self.position[self.dofs], points // len(self.dofs), axis=0)
         columns = np.broadcast_to(columns[:, None, :], blocks.shape)
         kept = columns >= 0
@@ -101,11 +139,18 @@ class Space:
 
 
 def space(
-    mesh: Mesh, geometry: Geometry, rule: Quadrature, held: Ints, translations: int = 0, coupled: Ints = UNCOUPLED
+    mesh: Mesh,
+    geometry: Geometry,
+    rule: Quadrature,
+    held: Ints,
+    translations: int = 0,
+    coupled: Ints = UNCOUPLED,
+    axes: Axes = STRAIGHT,
 ) -> Space:
     """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``.
 
     ``coupled`` (b, u) are unknowns that are coupled besides: full numbers, translations behind the nodes', -1 for none.
+    Unknowns are components along the ``axes``.
     """
     d = geometry.reduction.dimension
     dofs = (d * mesh.elements[:, :, None] + np.arange(d)).reshape(len(mesh.elements), -1)
@@ -133,6 +178,7 @@ def space(
         np.concatenate([[0], np.cumsum(np.bincount(unique // n, minlength=n))]).astype(np.int32),
         np.asarray(place[len(keys) - translations :], dtype=np.intp),
         translations,
+        axes,
     )
 
 
@@ -142,14 +188,14 @@ def _entries(local: Ints) -> tuple[Ints, Ints]:
     return rows.ravel(), columns.ravel()
 
 
-def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry) -> Floats:
+def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = STRAIGHT) -> Floats:
     """Orthonormal rigid motions (f, m) on the ``free`` unknowns (f,) that vanish on the held ones."""
     d = nodes.shape[1]
     x = (nodes - nodes.mean(axis=0)) / (np.ptp(nodes) or 1.0)
-    axes = np.eye(d)
-    shifts = [np.broadcast_to(axis, nodes.shape) for axis in axes]
-    turns = [np.outer(x[:, j], axes[i]) - np.outer(x[:, i], axes[j]) for i in range(d) for j in range(i)]
-    modes = np.stack([motion.ravel() for motion in (*shifts, *turns)], axis=1)
+    units = np.eye(d)
+    shifts = [np.broadcast_to(axis, nodes.shape) for axis in units]
+    turns = [np.outer(x[:, j], units[i]) - np.outer(x[:, i], units[j]) for i in range(d) for j in range(i)]
+    modes = np.stack([axes.components(motion).ravel() for motion in (*shifts, *turns)], axis=1)
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
     held = np.setdiff1d(np.arange(len(modes)), free)

@@ -1,13 +1,14 @@
 r"""Whether elements are folded anywhere, not only where they are integrated.
 
 A quadrilateral of eight or nine nodes is a quadratic Bezier patch: its derivatives have degrees (1, 2) and (2, 1), so
-that det J has degree (3, 3). One of four nodes has degree (1, 1), a triangle of six total degree 2, of three 0. In each
+that det J has degree (3, 3). One of four nodes has degree (1, 1); a hexahedron of eight nodes has (2, 2, 2), one of
+twenty (5, 5, 5). A triangle of six nodes has total degree 2, a tetrahedron of ten 3, those of straight edges 0. In each
 det J has, from as many values, its Bernstein coefficients D_m over the whole element:
 
-    det J = x,1 x y,2 - y,1 x,2,    min D_m <= det J <= max D_m,    mean det J = mean D_m,
+    det J = x,1 y,2 - y,1 x,2  or  x,1 . (x,2 x x,3),    min D_m <= det J <= max D_m,    mean det J = mean D_m,
 
 with D at the corners equal to det J there. Where the least D is not positive while the corners are, the element is
-halved along its sides into four (de Casteljau), which takes D to det J with the square of its size.
+halved (:mod:`bipot.fem.bernstein`).
 
 Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that
 corner alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up
@@ -20,164 +21,86 @@ may not.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from math import comb
 
 import numpy as np
 
 from bipot.elements import Element
 from bipot.errors import InvertedElement
+from bipot.fem.bernstein import Basis, least
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
-from bipot.typing import Bools, Floats, Ints
-
-LEVELS = 12
-"""Halvings before a sign is given up: det J below some 4^-12 of its mean is then told from zero no more."""
-
-ROUND_OFF = 1e-12
-"""Of extent times derivative: above 5000 units in the last place, what products of sums of eight terms can gather."""
+from bipot.typing import Floats, Ints
 
 STRAIGHT = 1e-9
 """det J at a corner over its mean, below which the angle there is straight: what is left of the gaps of three nodes."""
 
-CHEBYSHEV = {1: [0.0, 1.0], 3: [0.0, 0.25, 0.75, 1.0]}
-"""Chebyshev's points with ends, by degree."""
+DEGREES = {
+    Element.T3: 0,
+    Element.T6: 2,
+    Element.Q4: 1,
+    Element.Q8: 3,
+    Element.Q9: 3,
+    Element.T4: 0,
+    Element.T10: 3,
+    Element.H8: 2,
+    Element.H20: 5,
+}
+"""Of det J: in every coordinate on squares and cubes, in all together on triangles and tetrahedra."""
 
 AXIS = 1e-12
 """A node this near the axis, over the largest radius, lies on it."""
 
 
-@dataclass(frozen=True)
-class Basis:
-    """Bernstein polynomials in c coefficients: how they follow from values on the ``grid`` (c, 2), and on four parts.
-
-    ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those at ``corners`` are values themselves. Part k
-    is the reference shape times ``signs`` (4,) / 2, moved by ``shifts`` (4, 2) / 2; ``parts`` (4, c, c) are its
-    coefficients.
-    """
-
-    grid: Floats
-    from_values: Floats
-    corners: Ints
-    shifts: Floats
-    signs: Floats
-    parts: Floats
-
-    @staticmethod
-    def of(degree: int, corners: int) -> Basis:
-        """Of ``degree`` in each coordinate on the square, in both together on the triangle."""
-        square = corners == 4
-        if square:
-            at, shape = CHEBYSHEV[degree], _square
-            shifts, signs = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]), np.ones(4)
-        else:
-            at, shape = [k / max(degree, 1) for k in range(degree + 1)], _triangle
-            # The fourth part is the middle one, which is upside down.
-            shifts, signs = np.array([(0, 0), (0, 1), (1, 0), (1, 1)]), np.array([1.0, 1.0, 1.0, -1.0])
-        grid = np.array([(s, t) for s in at for t in at if square or s + t <= 1])
-        inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
-        halves = (shifts[:, None] + signs[:, None, None] * grid) / 2
-        # Of dyadic numbers: what the inverse has of round-off is taken off again.
-        parts = np.round(4**degree * np.stack([inverse @ shape(half, degree) for half in halves])) / 4**degree
-        places = np.flatnonzero(((grid == 0) | (grid == 1)).all(axis=1))
-        return Basis(grid, inverse.T, places, shifts, signs, parts)
-
-
-def _square(points: Floats, degree: int) -> Floats:
-    """Bernstein polynomials (p, (degree + 1)^2) at points (p, 2) of the square."""
-    n = np.arange(degree + 1)
-    some = np.array([comb(degree, k) for k in n])
-    first, second = (some * t[:, None] ** n * (1 - t[:, None]) ** (degree - n) for t in points.T)
-    return (first[:, :, None] * second[:, None, :]).reshape(len(points), -1)
-
-
-def _triangle(points: Floats, degree: int) -> Floats:
-    """Bernstein polynomials (p, (degree + 1)(degree + 2)/2) at points (p, 2) of the triangle."""
-    s, t = points.T
-    powers = [(i, j, degree - i - j) for i in range(degree + 1) for j in range(degree + 1 - i)]
-    return np.column_stack(
-        [comb(degree, i) * comb(degree - i, j) * s**i * t**j * (1 - s - t) ** k for i, j, k in powers]
-    )
-
-
 @cache
 def basis(element: Element) -> Basis:
     """That of det J."""
-    degrees = {Element.T3: 0, Element.T6: 2, Element.Q4: 1, Element.Q8: 3, Element.Q9: 3}
-    return Basis.of(degrees[element], element.corners)
+    return Basis.of(DEGREES[element], element)
 
 
 @cache
 def _slopes(element: Element) -> Floats:
-    """d/dxi at the points of the grid, then d/deta (k, 2 c), from nodal values."""
+    """d/dxi at the points of the grid, then d/deta and so on (k, d c), from nodal values."""
     gradients = tabulated_at(element, basis(element).grid).gradients
     return gradients.transpose(1, 2, 0).reshape(element.nodes, -1)
 
 
 def _element(x: Floats) -> Element:
-    """What elements with nodes x (e, k, 2) are."""
-    return Element.of(x.shape[1])
+    """What elements with nodes x (e, k, d) are."""
+    return Element.of(*x.shape[1:])
 
 
 def determinant_coefficients(x: Floats) -> tuple[Floats, Floats]:
-    """Bernstein coefficients D (e, c) of det J of elements x (e, k, 2), and the round-off (e,) they may hold."""
-    D, local, both = _coefficients(x)
-    extent, steepest = (np.abs(of).max(axis=(0, 2)) for of in (local, both))
-    return D, 2 * ROUND_OFF * extent * steepest
+    """Bernstein coefficients D (e, c) of det J of elements x (e, k, d), and the round-off (e,) they may hold."""
+    D, local, slopes = _coefficients(x)
+    extent, steepest = (np.abs(of).max(axis=(0, 2)) for of in (local, slopes))
+    return D, _noise(extent, steepest, _element(x))
+
+
+def _noise(extent: Floats, steepest: Floats, element: Element) -> Floats:
+    """Round-off of D in elements of this extent, of which no coordinate has steeper derivatives."""
+    return 2 * basis(element).round_off * extent * steepest ** (element.dimension - 1)
 
 
 def _coefficients(x: Floats) -> tuple[Floats, Floats, Floats]:
-    """D (e, c), the coordinates (2, e, k) from the first node, and derivatives (2, e, 2 c) on the grid."""
+    """D (e, c), the coordinates (d, e, k) from the first node, and derivatives (d, e, d c) on the grid."""
     # Direction first: one dense product instead of one an element.
     local = np.ascontiguousarray(x.transpose(2, 0, 1))
     local -= local[:, :, :1].copy()
-    element = _element(x)
-    both = (local.reshape(-1, element.nodes) @ _slopes(element)).reshape(2, len(x), -1)
-    half = both.shape[2] // 2
-    first, second = both[:, :, :half], both[:, :, half:]
-    cross = first[0] * second[1] - first[1] * second[0]
-    return cross @ basis(element).from_values, local, both
+    element, d = _element(x), x.shape[2]
+    slopes = (local.reshape(-1, element.nodes) @ _slopes(element)).reshape(d, len(x), -1)
+    return _determinant(slopes.reshape(d, len(x), d, -1)) @ basis(element).from_values, local, slopes
 
 
-@dataclass(frozen=True)
-class Least:
-    """Bounds of the least value (e,) of each element; ``upper`` is taken at ``at`` (e, 2)."""
-
-    lower: Floats
-    upper: Floats
-    at: Floats
-
-
-def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
-    """Bounds of the least value of each polynomial with coefficients D (e, c) in a basis.
-
-    A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
-    """
-    count = len(D)
-    lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, 2))
-    element, origin, size = np.arange(count), np.zeros((count, 2)), np.ones(count)
-    for level in range(LEVELS + 1):
-        corners = D[:, form.corners]
-        high = corners.min(axis=1)
-        # From the highest down: what is written last, and stays, is the least of its element.
-        order = np.argsort(-high)
-        order = order[high[order] < upper[element[order]]]
-        corner = form.grid[form.corners[corners[order].argmin(axis=1)]]
-        upper[element[order]] = high[order]
-        at[element[order]] = origin[order] + size[order, None] * corner
-        low = D.min(axis=1)
-        done = settled(low, upper[element], element) | (level == LEVELS)
-        np.minimum.at(lower, element[done], low[done])
-        if done.all():
-            break
-        left = ~done
-        D = (form.parts @ D[left].T).transpose(2, 0, 1).reshape(-1, D.shape[1])
-        half = size[left, None] / 2
-        origin = (origin[left][:, None] + half[:, :, None] * form.shifts).reshape(-1, 2)
-        element, size = np.repeat(element[left], 4), (half * form.signs).ravel()
-    return Least(lower, upper, at)
+def _determinant(slopes: Floats) -> Floats:
+    """det J (e, c) from the derivatives (d, e, d, c)."""
+    first, *others = slopes.swapaxes(1, 2)
+    if len(others) == 1:
+        return first[0] * others[0][1] - others[0][0] * first[1]
+    (a, b, c), (d, e, f) = others
+    return first[0] * (b * f - c * e) + first[1] * (c * d - a * f) + first[2] * (a * e - b * d)
 
 
 def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> Floats:
@@ -193,7 +116,7 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
     D, _ = determinant_coefficients(nodes[elements])
     mean = D.mean(axis=1)
     out, turned = np.full(len(D), -np.inf), mean > 0
-    scaled, form = D[turned] / mean[turned, None], basis(Element.of(elements.shape[1]))
+    scaled, form = D[turned] / mean[turned, None], basis(Element.of(elements.shape[1], nodes.shape[1]))
     out[turned] = least(scaled, form, lambda low, upper, _: low >= upper - tolerance * np.abs(upper)).lower
     return out
 
@@ -201,7 +124,7 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
 def refuse_folded(
     placements: Mapping[str, Floats], elements: Ints, geometry: Geometry, *, straight: bool = False
 ) -> None:
-    """Refuse nodes (a, 2) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
+    """Refuse nodes (a, d) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
 
     The ``placements`` are told apart in words. What no halving decides is refused too. With ``straight`` a corner
     between straight edges may have a straight angle.
@@ -210,9 +133,9 @@ def refuse_folded(
         InvertedElement: naming an element, the placement, the place and the value.
     """
     x = np.concatenate([nodes.take(elements, axis=0) for nodes in placements.values()])
-    D, local, both = _coefficients(x)
+    D, local, slopes = _coefficients(x)
     # The round-off of the largest element is more than any other's: the usual answer costs no look at each.
-    clear = D.min() > 2 * ROUND_OFF * np.abs(local).max() * np.abs(both).max()
+    clear = D.min() > _noise(np.abs(local).max(), np.abs(slopes).max(), _element(x))
     fault = None if clear else _folded(x, straight)
     if fault is None and geometry is Geometry.AXISYMMETRIC:
         fault = _off_axis(x)
@@ -225,7 +148,7 @@ def refuse_folded(
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong at reference point ``at`` (2,) of which element."""
+    """What is wrong at reference point ``at`` (d,) of which element."""
 
     patch: int
     at: Floats

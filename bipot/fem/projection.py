@@ -38,6 +38,10 @@ VOLUMES = {
     Element.Q4: (VolumeChange.P0, VolumeChange.AS_IS),
     Element.Q8: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
     Element.Q9: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
+    Element.T4: (VolumeChange.AS_IS,),
+    Element.T10: (VolumeChange.P0, VolumeChange.AS_IS),
+    Element.H8: (VolumeChange.P0, VolumeChange.AS_IS),
+    Element.H20: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
 }
 """What an element may be asked for, its own first: the most constraints that its displacements can meet.
 

@@ -13,6 +13,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
+from bipot.tensors import components
 from bipot.typing import Floats, Ints, read_only
 
 SQRT2 = float(np.sqrt(2.0))
@@ -50,7 +51,7 @@ class Reduction:
     @property
     def mandel(self) -> int:
         """Components s of a Mandel vector."""
-        return 4 if self.dimension == 2 else 6
+        return components(self.dimension)
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:

@@ -1,61 +1,88 @@
-r"""Integrals over edges: the mass of tractions, and the follower force of a pressure with its derivative.
+r"""Integrals over facets: the mass of tractions, and the follower force of a pressure with its derivative.
 
-An edge is the parabola through its three nodes (end, middle, end), or straight between two, x(s) = sum_a N_a x_a.
-Three Gauss points integrate polynomials of degree five exactly: the force, N_a x' r on a ring, and its derivative on
-every edge; the mass, N_a N_b |x'| r, on straight ones with the middle node in the middle, for on curved ones |x'| is no
-polynomial.
+A facet is what its shape functions make of its nodes, x = sum_a N_a x_a: in a plane a parabola through three (end,
+middle, end), or straight between two; in space a plane element. Its area vector a unit of reference area is
+
+    n dA = (x_2,1, -x_1,1) in a plane,    x,1 x x,2 in space,
+
+outward where the facet runs anticlockwise. Rules integrate polynomials of degree five exactly: the force, N_a n r on a
+ring, and its derivative on every facet; the mass, N_a N_b |n| r, on flat ones with middle nodes in the middle, for on
+curved ones |n| is no polynomial.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from bipot.fem.elements import line
+from bipot.fem.elements import Reference, facet
 from bipot.fem.reduction import Geometry
+from bipot.tensors import norm
 from bipot.typing import Floats, Ints
 
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 """Takes x' of an edge that runs anticlockwise to the outward normal n ds."""
 
 
-def edge_mass(nodes: Floats, edges: Ints, geometry: Geometry) -> Floats:
-    """M_ij = int N_i N_j dA (f, n, n) over edges (f, n) of node numbers; the full ring when axisymmetric.
+def facet_mass(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """M_ij = int N_i N_j dA (f, n, n) over facets (f, n) of node numbers; the full ring when axisymmetric.
 
-    By Gauss' rule of three points: on curved edges not exact (module docstring).
+    On curved facets not exact (module docstring).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
-    >>> edge_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()
+    >>> facet_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()
     np.float64(1.0)
     """
-    table = line(edges.shape[1])
-    x = nodes[edges]
-    length = np.linalg.norm(np.einsum("qk,fkd->fqd", table.gradients[..., 0], x), axis=-1)
-    return np.einsum("fq,qi,qj->fij", _ring(x, geometry) * table.weights * length, table.values, table.values)
+    table, x = _table(nodes, facets), nodes[facets]
+    size = norm(_normals(x, table))
+    return np.einsum("fq,qi,qj->fij", _ring(x, geometry, table) * table.weights * size, table.values, table.values)
 
 
-def outward_area(nodes: Floats, edges: Ints, geometry: Geometry) -> Floats:
-    """int N_a n dA (f, n, 2) over edges (f, n) that run anticlockwise, n outward: minus a unit pressure's forces."""
-    table = line(edges.shape[1])
-    x = nodes[edges]
-    along = np.einsum("qk,fkd->fqd", table.gradients[..., 0], x)
-    return np.einsum("fq,qa,fqd->fad", _ring(x, geometry) * table.weights, table.values, along @ TURN.T)
+def outward_area(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """int N_a n dA (f, n, d) over facets (f, n) that run anticlockwise, n outward: minus a unit pressure's forces."""
+    table, x = _table(nodes, facets), nodes[facets]
+    return np.einsum("fq,qa,fqd->fad", _ring(x, geometry, table) * table.weights, table.values, _normals(x, table))
 
 
-def outward_area_by_nodes(nodes: Floats, edges: Ints, geometry: Geometry) -> Floats:
-    """Derivative (f, 2n, 2n) of :func:`outward_area` with respect to the edges' nodes."""
-    table = line(edges.shape[1])
-    x, slopes = nodes[edges], table.gradients[..., 0]
-    weight = _ring(x, geometry) * table.weights
-    out = np.einsum("fq,qa,qb,ij->faibj", weight, table.values, slopes, TURN)
+def outward_area_by_nodes(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """Derivative (f, d n, d n) of :func:`outward_area` with respect to the facets' nodes."""
+    table, x = _table(nodes, facets), nodes[facets]
+    weight = _ring(x, geometry, table) * table.weights
+    out = np.einsum("fq,qa,fqibj->faibj", weight, table.values, _normals_by_nodes(x, table))
     if geometry is Geometry.AXISYMMETRIC:
-        normal = np.einsum("qk,fkd->fqd", slopes, x) @ TURN.T
-        out[..., 0] += 2 * np.pi * np.einsum("q,qa,fqi,qb->faib", table.weights, table.values, normal, table.values)
-    return out.reshape(len(edges), 2 * edges.shape[1], -1)
+        around, normal = 2 * np.pi * table.weights, _normals(x, table)
+        out[..., 0] += np.einsum("q,qa,fqi,qb->faib", around, table.values, normal, table.values)
+    return out.reshape(len(facets), x[0].size, -1)
 
 
-def _ring(x: Floats, geometry: Geometry) -> Floats:
-    """Circumference (f, q) of the ring at the points of edges with nodes x (f, n, 2), or one."""
-    values = line(x.shape[1]).values
+def _table(nodes: Floats, facets: Ints) -> Reference:
+    return facet(facets.shape[1], nodes.shape[1])
+
+
+def _slopes(x: Floats, table: Reference) -> Floats:
+    """x,j (j, f, q, d) along the coordinates of facets with nodes x (f, n, d)."""
+    return np.einsum("qkj,fkd->jfqd", table.gradients, x)
+
+
+def _normals(x: Floats, table: Reference) -> Floats:
+    """The area vectors n dA (f, q, d)."""
+    along = _slopes(x, table)
+    return along[0] @ TURN.T if len(along) == 1 else np.cross(along[0], along[1])
+
+
+def _normals_by_nodes(x: Floats, table: Reference) -> Floats:
+    """Their derivatives (f, q, d, n, d) by the nodes."""
+    if x.shape[2] == 2:
+        slopes = np.einsum("qb,ij->qibj", table.gradients[..., 0], TURN)
+        return np.broadcast_to(slopes, (len(x), *slopes.shape))
+    first, second = _slopes(x, table)
+    # Row j of np.cross(v, 1) is v x e_j: what a change along e_j of what v is multiplied by makes.
+    by_second, by_first = (np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2) for v in (first, second))
+    changes = np.einsum("fqij,qb->fqibj", by_second, table.gradients[..., 1])
+    return changes - np.einsum("fqij,qb->fqibj", by_first, table.gradients[..., 0])
+
+
+def _ring(x: Floats, geometry: Geometry, table: Reference) -> Floats:
+    """Circumference (f, q) of the ring at the points of facets with nodes x (f, n, d), or one."""
     if geometry is Geometry.AXISYMMETRIC:
-        return 2 * np.pi * (x[..., 0] @ values.T)
-    return np.ones((len(x), len(values)))
+        return 2 * np.pi * (x[..., 0] @ table.values.T)
+    return np.ones((len(x), len(table.values)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import require_number
+from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
@@ -30,6 +31,7 @@ class Setup:
     tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data.
     """
 
+    space: Space
     pattern: Pattern
     scatter: Ints
     stiffness: Floats
@@ -49,13 +51,14 @@ class Setup:
         diagonal[len(space.free) :] = diagonal[: len(space.free)].mean()
         spins = np.flatnonzero(body.scene.drives.spins)
         held = pattern.place[space.diagonal[spins]]
-        return Setup(pattern, scatter, np.append(SOFTENED * diagonal, 0.0), scratch, len(space.free) + spins, held)
+        stiffness = np.append(SOFTENED * diagonal, 0.0)
+        return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held)
 
     def data(self, element: Floats) -> Floats:
-        """Sum element matrices (e, 2k, 2k), or all their entries with those of couplings behind, into row-wise data
+        """Sum element matrices (e, dk, dk), or all their entries with those of couplings behind, into row-wise data
         (nnz + 1,), the last entry for held unknowns."""
-        place = self.scatter[: element.size]
-        data = np.bincount(place, weights=element.ravel(), minlength=len(self.pattern.place) + 1)
+        place, weights = self.scatter[: element.size], self.space.along(element)
+        data = np.bincount(place, weights=weights, minlength=len(self.pattern.place) + 1)
         return np.asarray(data, dtype=np.float64)
 
     def hold(self, data: Floats, resisted: Bools) -> None:

@@ -15,7 +15,7 @@ from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates
 from bipot.errors import ProgramError, require, require_number, require_type
-from bipot.fem.surface import edge_mass
+from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
@@ -146,9 +146,9 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
-    closed = touches(candidates.distance(scene.mesh.nodes, np.zeros((len(scene.tools), 3))), scene.mesh.size)
+    closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.mesh.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
-    area = edge_mass(scene.mesh.nodes, lines, scene.geometry).sum()
+    area = facet_mass(scene.mesh.nodes, lines, scene.geometry).sum()
     ends = scene.mesh.nodes[lines[:, [0, -1]]]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)

@@ -20,6 +20,8 @@ class Growing:
     def __init__(self, dataset: Any) -> None:
         self._id, self._shape, self._type = dataset.id, dataset.shape[1:], dataset.dtype
         self.rows: int = dataset.shape[0]
+        # Kept, because making them anew takes as long as writing.
+        self._place, self._from, self._given = self._id.get_space(), None, ()
 
     @staticmethod
     def create(group: Any, name: str, first: ArrayLike) -> Growing:
@@ -40,11 +42,14 @@ class Growing:
         from h5py import h5s
 
         rows = np.ascontiguousarray(values, dtype=self._type)
-        self._id.set_extent((self.rows + len(rows), *self._shape))
+        whole = (self.rows + len(rows), *self._shape)
+        self._id.set_extent(whole)
         if rows.size:
-            place = self._id.get_space()
-            place.select_hyperslab((self.rows, *(0 for _ in self._shape)), rows.shape)
-            self._id.write(h5s.create_simple(rows.shape), place, rows)
+            if rows.shape != self._given:
+                self._from, self._given = h5s.create_simple(rows.shape), rows.shape
+            self._place.set_extent_simple(whole)
+            self._place.select_hyperslab((self.rows, *(0 for _ in self._shape)), rows.shape)
+            self._id.write(self._from, self._place, rows)
         self.rows += len(rows)
 
     def cut(self, rows: int) -> None:

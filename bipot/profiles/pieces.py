@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.surfaces import frames
+from bipot.surfaces import ROUND, frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
@@ -139,6 +139,28 @@ class Pieces:
         along = np.vecdot(x - s.start[straight], s.along[straight])
         past = np.maximum(-along, along - s.length[straight]) > self._near(x)
         return past & (piece >= len(self.rounds.radius))
+
+    def drawn(self) -> Floats:
+        """Points (p, d) along the line: ends of straights, and between them :data:`ROUND` to a whole circle."""
+        s = self.straights
+        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
+        parts = list(zip(s.arc.tolist(), ends, strict=True))
+        arcs, sharp = self.rounds.arc.tolist(), self.rounds.radius == 0
+        parts += [(arc, self._between(k)) for k, arc in enumerate(arcs) if not sharp[k]]
+        line = np.concatenate([own for _, own in sorted(parts, key=lambda part: part[0])])
+        # A sharp corner ends two straights.
+        return line[np.append(True, norm(np.diff(line, axis=0)) > AT * self.span)]
+
+    def _between(self, k: int) -> Floats:
+        """Points (p, d) between the ends of a round by its number."""
+        first, turn = self.rounds.first[k], float(self.rounds.turn[k])
+        swept = abs(float(_turned(first, self.rounds.last[k])))
+        count = int(np.ceil(swept / (2 * np.pi) * ROUND))
+        angle = -turn * swept * np.arange(1, count)[:, None] / count
+        begin = turn * leftwards(first)
+        return self.rounds.centre[k] + self.rounds.radius[k] * (
+            np.cos(angle) * begin + np.sin(angle) * leftwards(begin)
+        )
 
     def met(self, x: Floats, by: Floats) -> Floats:
         """Where (…, p) ways from x (…, d) ``by`` (…, d) meet the line, as fractions in order; 1 where they do not."""

@@ -15,9 +15,10 @@ import numpy as np
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
 from bipot.profiles.outline import pieces_of
 from bipot.profiles.pieces import Pieces
-from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Surface, Tips, place, reflected
+from bipot.reflection import reflected
+from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Surface, Tips, place
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Vector
 
 PAST = 2 * np.pi / 3
 """Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
@@ -118,13 +119,13 @@ class Profile:
         convex = rounds.turn > 0
         return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.thickness)
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
-        return self.same(self.image(direction, position), roundoff)
+        return self.same(self.image(normal, position), roundoff)
 
-    def image(self, direction: int, position: float) -> Profile:
+    def image(self, normal: Vector, position: float) -> Profile:
         """As :meth:`bipot.surfaces.Surface.image`: followed the other way, so that the tool stays on the right."""
-        points = tuple(reflected(point, direction, position) for point in self.points[::-1])
+        points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
         radii = self._radii[::-1]
         # The round before a side of a closed line becomes the one behind it.
         return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
@@ -144,6 +145,11 @@ class Profile:
             if near and bool(round_) and np.array_equal(np.roll(theirs, k), turns):
                 return True
         return False
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.surfaces.Surface.lines`: from its first point to the last, or back to the first."""
+        line = self.pieces.drawn()
+        return [np.concatenate([line, line[:1]]) if self.closed else line]
 
     def _sides(self, span: float) -> Floats:
         """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""

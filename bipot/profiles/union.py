@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bipot.errors import require, require_tuple
 from bipot.surfaces import Distance, Surface, Tips
-from bipot.typing import Bools, Floats, Ints, Scalar
+from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
 
 @dataclass(frozen=True)
@@ -73,13 +73,13 @@ class Union:
             min(tips.thickness for tips in found),
         )
 
-    def mirrored(self, direction: int, position: float, roundoff: float) -> bool:
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.mirrored`: one of them may be another's image."""
-        return self.same(self.image(direction, position), roundoff)
+        return self.same(self.image(normal, position), roundoff)
 
-    def image(self, direction: int, position: float) -> Union:
+    def image(self, normal: Vector, position: float) -> Union:
         """As :meth:`bipot.surfaces.Surface.image`."""
-        return Union(tuple(surface.image(direction, position) for surface in self.surfaces))
+        return Union(tuple(surface.image(normal, position) for surface in self.surfaces))
 
     def same(self, other: Surface, roundoff: float) -> bool:
         """As :meth:`bipot.surfaces.Surface.same`, in whatever order."""
@@ -87,6 +87,10 @@ class Union:
             return False
         pairs = (self.surfaces, other.surfaces), (other.surfaces, self.surfaces)
         return all(any(one.same(its, roundoff) for its in theirs) for own, theirs in pairs for one in own)
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.surfaces.Surface.lines`: those of all of them, one inside the other too."""
+        return [line for surface in self.surfaces for line in surface.lines(middle, reach)]
 
     def _nearest(self, x: Floats) -> Ints:
         """Number (…) of the surface that is nearest to points x (…, d)."""

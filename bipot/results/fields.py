@@ -13,37 +13,22 @@ from bipot.course import Course
 from bipot.fem.kinematics import gradients
 from bipot.laws.coulomb import Status
 from bipot.response import State
+from bipot.results.nodal import Averaging
 from bipot.system import System
 from bipot.traction import Traction
 from bipot.typing import Floats
 
 NO_CANDIDATE = -1
 
-POINT_FIELDS = {
-    "displacement": ("f", (3,), True),
-    "velocity": ("f", (3,), True),
-    "contact_force": ("f", (3,), True),
-    "recovered_pressure": ("f", (), False),
-    "recovered_shear": ("f", (), False),
-    "gap": ("f", (), False),
-    "status": ("i", (), True),
-}
-"""Kind of number, shape at a node, and whether always finite."""
-
-CELL_FIELDS = {
-    "stress": ("f", (6,), True),
-    "plastic_strain": ("f", (6,), True),
-    "mises": ("f", (), True),
-    "peeq": ("f", (), True),
-}
-"""The same of elements."""
-
+SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
+"""Of a Mandel vector in the plane over the components of the tensor."""
 
 @dataclass(frozen=True)
 class Step:
     """What is stored of one step: where the march is, forces and gaps of all candidates, what they carry and do.
 
-    ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points.
+    ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, 3)
+    are those of the tools (:mod:`bipot.poses`).
     """
 
     course: Course
@@ -51,6 +36,7 @@ class Step:
     gap: Floats
     tractions: Traction
     volume: Floats
+    poses: Floats
 
     @staticmethod
     def at_start(system: System, course: Course) -> Step:
@@ -61,9 +47,10 @@ class Step:
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
         placed = gradients(state.nodes, scene.mesh.elements, system.body.space.reference, scene.geometry)
         tractions = Traction(unknown, unknown, status, 0.0, 0.0)
-        frames = system.candidates.frames_at(state.nodes, scene.placed(state.tau, state.translation))
+        poses = scene.placed(state.tau, state.translation)
+        frames = system.candidates.frames_at(state.nodes, poses)
         forces = system.candidates.vectors(state.forces, frames)
-        return Step(course, forces, state.gap, tractions, placed.volume)
+        return Step(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod
     def after(accepted: Accepted) -> Step:
@@ -71,8 +58,9 @@ class Step:
         solved = accepted.solved
         increment = solved.iterate.increment
         forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
-        gap = solved.iterate.motion[:, 0]
-        return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume)
+        gap, state = solved.iterate.motion[:, 0], accepted.state
+        poses = increment.system.body.scene.placed(state.tau, state.translation)
+        return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
 
     @property
     def state(self) -> State:
@@ -80,10 +68,11 @@ class Step:
         return self.course.state
 
 
-def point_fields(system: System, step: Step) -> dict[str, NDArray[Any]]:
-    """Nodal fields: vectors (a, 3), scalars (a,); NaN (status: -1) where a node is no candidate.
+def point_fields(system: System, step: Step, averaging: Averaging) -> dict[str, NDArray[Any]]:
+    """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
-    Where two tools share a node, the one that pushes harder speaks, except for the force, which is the sum.
+    Where two tools share a node, the one that pushes harder speaks, except for the force, which is the sum. What the
+    ``averaging`` brings from integration points is kept in single precision.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     order = np.argsort(state.forces[:, 0], kind="stable")
@@ -98,22 +87,37 @@ def point_fields(system: System, step: Step) -> dict[str, NDArray[Any]]:
         "displacement": padded(state.nodes - mesh.nodes),
         "velocity": padded(state.velocity),
         "contact_force": padded(candidates.nodal(step.forces)),
-        "recovered_pressure": scatter(step.tractions.recovered_pressure, np.nan),
-        "recovered_shear": scatter(step.tractions.recovered_shear, np.nan),
+        "contact_pressure": scatter(step.tractions.recovered_pressure, np.nan),
+        "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
         "status": scatter(step.tractions.status, NO_CANDIDATE),
+        **_apart(averaging(step.volume, _together(state)), np.float32),
     }
 
 
-def cell_fields(step: Step) -> dict[str, Floats]:
-    """Volume averages: stress and plastic strain (e, 6) in VTK's order, von Mises stress and peeq (e,)."""
-    state = step.state
+def cell_fields(step: Step) -> dict[str, NDArray[Any]]:
+    """Volume averages over the elements: stress and plastic strain (e, 6) in VTK's order, scalars (e,)."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
+    return _apart(np.einsum("eq,eqs->es", weight, _together(step.state)), np.float64)
+
+
+def _together(state: State) -> Floats:
+    """The fields of integration points (e, q, 2 s + 3) as :func:`_apart` takes them."""
+    scalars = np.stack([state.mises, state.pressure, state.peeq], axis=-1)
+    return np.concatenate([state.stress, state.plastic_strain, scalars], axis=-1)
+
+
+def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
+    """Averages (n, 2 s + 3) by name, as numbers of that ``kind``."""
+    size = (values.shape[1] - 3) // 2
+    mises, pressure, peeq = values[:, 2 * size :].T.astype(kind)
     return {
-        "stress": symmetric(np.einsum("eq,eqs->es", weight, state.stress)),
-        "plastic_strain": symmetric(np.einsum("eq,eqs->es", weight, state.plastic_strain)),
-        "mises": np.einsum("eq,eq->e", weight, state.mises),
-        "peeq": np.einsum("eq,eq->e", weight, state.peeq),
+        "stress": symmetric(values[:, :size]).astype(kind),
+        "plastic_strain": symmetric(values[:, size : 2 * size]).astype(kind),
+        # Extrapolated, what is never negative may be.
+        "mises": np.maximum(mises, 0),
+        "pressure": pressure,
+        "peeq": np.maximum(peeq, 0),
     }
 
 
@@ -132,6 +136,7 @@ def step_fields(step: Step) -> dict[str, ArrayLike]:
         "contact_force": state.forces,
         "gap": state.gap,
         "du": state.du,
+        "pose": step.poses,
         "translation": state.translation,
         "translated": state.translated,
         "length": state.length,
@@ -151,13 +156,18 @@ def step_fields(step: Step) -> dict[str, ArrayLike]:
 
 def padded(vectors: Floats) -> Floats:
     """Vectors (a, d) with zeros up to three components."""
-    return np.pad(vectors, ((0, 0), (0, 3 - vectors.shape[1])))
+    # Several times faster than np.pad, which a step would call often.
+    out = np.zeros((len(vectors), 3))
+    out[:, : vectors.shape[1]] = vectors
+    return out
 
 
 def symmetric(mandel: Floats) -> Floats:
-    """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, 4) in the plane.
+    """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, s), of a plane or of space.
 
     >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
     array([[1., 2., 3., 1., 0., 0.]])
     """
-    return np.pad(mandel / np.array([1, 1, 1, np.sqrt(2.0)]), ((0, 0), (0, 2)))
+    out = np.pad(mandel, ((0, 0), (0, 6 - mandel.shape[1])))
+    out[:, 3:] /= np.sqrt(2.0)
+    return out

@@ -6,33 +6,43 @@ it is believed (:mod:`bipot.hdf5.checked`), and read again where a writer was fa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
+import numpy as np
 from numpy.typing import NDArray
 
 from bipot.course import Course
-from bipot.errors import ResultsError, require
+from bipot.errors import ResultsError, require, require_number
+from bipot.fem.reduction import Geometry
 from bipot.hdf5.journal import journal_of, pages_in
 from bipot.mesh import Mesh
 from bipot.response import State
 from bipot.results.description import Parameters
-from bipot.results.stored import Run, read
+from bipot.results.names import described
+from bipot.results.snapshot import Snapshot
+from bipot.results.stored import Run, Told, read
 from bipot.results.table import columns
+from bipot.results.tools_file import write_tools
+from bipot.results.vtkhdf import FORMAT
+from bipot.typing import Floats
 
-T = TypeVar("T")
+FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"
 
-FIELDS, OLD = "run.vtkhdf", "run.h5"
+REDUCTION, TAU = "reduction", "tau"
+"""By what :meth:`History.at` finds a step where nothing else is asked."""
 
 
 @dataclass(frozen=True)
 class History:
     """A run read back: its columns as arrays (n,), what was asked, in which units, and its states.
 
-    ``text`` is that of ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was.
-    States and fields are read from the file as they are asked for, and refused once it holds another run.
+    ``times`` (n + 1,) are the pseudo-times of the steps, the first where the march began. ``text`` is that of
+    ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was. ``format`` is that of the
+    file's layout. States and fields are read from the file as they are asked for, and refused once it holds another run.
     """
 
     file: Path
@@ -41,8 +51,10 @@ class History:
     parameters: Parameters
     units: Mapping[str, str]
     scene: Mapping[str, Any]
+    times: Floats
     complete: bool
     note: str = ""
+    format: int = FORMAT
 
     @property
     def folder(self) -> Path:
@@ -59,53 +71,111 @@ class History:
     @property
     def mesh(self) -> Mesh:
         """The mesh at rest."""
-        return self._read(Run.mesh)
+        return self._told(Run.mesh)
+
+    @property
+    def geometry(self) -> Geometry:
+        """What the mesh's coordinates stand for."""
+        said = self.scene.get("geometry")
+        known = [geometry.value for geometry in Geometry]
+        if said not in known:
+            raise ResultsError(f"{self.file}: bipot/about: scene: geometry = {said!r}: must be one of {known}")
+        return Geometry(said)
+
+    @property
+    def fields(self) -> Mapping[str, Mapping[str, Mapping[str, object]]]:
+        """Meaning, unit and components of every field, by place and name."""
+        return described(self.geometry, self.units)
 
     @property
     def start(self) -> Course:
         """Where the march began: step 0."""
-        return self._course(0)
+        return self._step(0).course
 
     @property
     def end(self) -> Course:
         """Where the march was when the last step was recorded: ``march(start=...)`` goes on from it."""
-        return self._course(len(self))
+        return self._step(len(self)).course
+
+    def at(self, value: float | None = None, by: str | None = None) -> Snapshot:
+        """The recorded step nearest to a ``value`` of the column ``by``, or of the pseudo-time, "tau".
+
+        Nothing is interpolated; of two that are as near it is the earlier. Without ``by`` it is the column "reduction"
+        where the run has that, else "tau". Without a value it is the last step. Where the march began is a step by
+        "tau" alone.
+
+        Raises:
+            SceneError: an unknown column, one that does not increase throughout, a value that is no number or outside
+                of what is recorded; the message says the range.
+        """
+        if value is None and by is None:
+            return self._step(len(self))
+        by = by if by is not None else REDUCTION if REDUCTION in self.columns else TAU
+        known = self.times if by == TAU else self[by]
+        increasing = known.dtype.kind in "fiu" and len(known) > 0 and bool((np.diff(known) > 0).all())
+        require(increasing, "by", by, f"{TAU}, or a column of numbers that increase throughout")
+        if value is None:
+            return self._step(len(self))
+        require_number(value, by)
+        inside = known[0] <= value <= known[-1]
+        require(bool(inside), by, value, f"in [{known[0]:g}, {known[-1]:g}], what is recorded")
+        return self._step(int(np.argmin(np.abs(known - value))) + (by != TAU))
+
+    def snapshot(self, row: int = -1) -> Snapshot:
+        """The step after the increment of ``row`` (negative: from the end)."""
+        count = len(self)
+        require(-count <= row < count, "row", row, f"in [{-count}, {count}), an accepted increment")
+        return self._step(1 + row % count)
 
     def state(self, row: int = -1) -> State:
-        """The state after the increment of ``row`` (negative: from the end)."""
-        return self.course(row).state
+        """The state after the increment of ``row``."""
+        return self.snapshot(row).state
 
     def course(self, row: int = -1) -> Course:
         """Where the march was after the increment of ``row``."""
-        return self._course(1 + self._row(row))
+        return self.snapshot(row).course
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:
-        """Nodal field ``name`` after the increment of ``row``: (a,) or (a, 3)."""
-        step = 1 + self._row(row)
-        return self._read(lambda run: run.field("PointData", name, step))
+        """Nodal field ``name`` after the increment of ``row``, as :meth:`Snapshot.nodal`."""
+        return self.snapshot(row).nodal(name)
 
     def cell(self, name: str, row: int = -1) -> NDArray[Any]:
-        """Field ``name`` of the elements, an average over each, after the increment of ``row``: (e,) or (e, 6)."""
-        step = 1 + self._row(row)
-        return self._read(lambda run: run.field("CellData", name, step))
+        """Field ``name`` of the elements after the increment of ``row``, as :meth:`Snapshot.cell`."""
+        return self.snapshot(row).cell(name)
 
-    def _row(self, row: int) -> int:
-        count = len(self)
-        require(-count <= row < count, "row", row, f"in [{-count}, {count}), an accepted increment")
-        return row % count
+    def points(self, name: str, row: int = -1) -> Any:
+        """Field ``name`` of the integration points after the increment of ``row``, as :meth:`Snapshot.points`."""
+        return self.snapshot(row).points(name)
 
-    def _course(self, step: int) -> Course:
-        return self._read(lambda run: run.course(step))
+    def frame(self) -> Any:
+        """The columns as a frame of pandas, a row an increment.
 
-    def _read(self, what: Callable[[Run], T]) -> T:
-        """What the file tells, as long as it is the one whose columns these are, maybe with further rows."""
+        Raises:
+            ResultsError: pandas is not installed.
+        """
+        if find_spec("pandas") is None:
+            raise ResultsError("frame() needs pandas: pip install bipot[frames]")
+        import pandas
 
-        def own(run: Run) -> T:
-            if not run.history().startswith(self.text):
-                raise ResultsError(f"{self.file}: holds another run than when it was opened: open it again")
-            return what(run)
+        return pandas.DataFrame(dict(self.columns))
 
-        return read(self.file, own)
+    def write_tools(self) -> Path | None:
+        """Write ``tools.vtkhdf`` beside the run's file: its path, None where there are no tools.
+
+        Recording ends with it; it is to be asked for where that was killed, or is still going on.
+        """
+        steps = self._told(lambda run: run.tools(0, len(self.times)))
+        if not steps[0]:
+            return None
+        write_tools(self.folder / TOOLS, self.times, steps)
+        return self.folder / TOOLS
+
+    def _step(self, step: int) -> Snapshot:
+        return Snapshot(self._told, self.geometry, step, float(self.times[step]))
+
+    @property
+    def _told(self) -> Told:
+        return Told(self.file, self.text)
 
 
 def open(path: str | Path, command: str = "") -> History:
@@ -152,4 +222,4 @@ def _history(file: Path, run: Run) -> History:
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
-    return History(file, text, found, about["parameters"], about["units"], about["scene"], complete, note)
+    return History(file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format())

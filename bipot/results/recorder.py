@@ -22,11 +22,11 @@ from bipot.response import State
 from bipot.results import table
 from bipot.results.description import Parameters, describe
 from bipot.results.fields import Step
-from bipot.results.history import FIELDS, History, run_file
+from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
 from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
-from bipot.results.vtkhdf import RunFile
+from bipot.results.vtkhdf import FORMAT, RunFile
 from bipot.scene import Scene
 from bipot.starting import course_of
 from bipot.system import system_of
@@ -138,10 +138,15 @@ class Recorder:
         if isinstance(error, IncrementFailed):
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
+        if opened is not None:
+            # Whatever ends the run says why, not that its tools could not be drawn.
+            with suppress(*(ResultsError,) * (error is not None)), undisturbed():
+                open_results(self.folder).write_tools()
 
     def _begin(self, opened: ExitStack) -> None:
         """Write step 0 of a new run, which replaces one that was there."""
         file = opened.enter_context(creating(self.folder / FIELDS))
+        (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(Step.at_start(self.system, self._course), self._header)
         replace(self._curves, self._header.encode(), ResultsError)
@@ -205,7 +210,9 @@ class Recorder:
         return known
 
     def _require_same(self, known: History) -> None:
-        """Refuse a run of other parameters, scene or columns."""
+        """Refuse a run of other parameters, scene or columns, or of a layout that is only read."""
+        if known.format != FORMAT:
+            raise ResultsError(f"{known.file}: was written by an older version and is not gone on with; {_CHOICE}")
         scene = self.system.body.scene
         for what, stored, asked in (
             ("", known.parameters, self.parameters),

@@ -14,18 +14,24 @@ from numpy.typing import NDArray
 
 from bipot.course import Course
 from bipot.energy import Energies
-from bipot.errors import ResultsError, SceneError, require
+from bipot.errors import ResultsError, SceneError
 from bipot.forms.memory import Paced
 from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.mesh import Mesh
 from bipot.response import State
-from bipot.results.fields import CELL_FIELDS, POINT_FIELDS
+from bipot.results.drawn import Line, Lines
+from bipot.results.names import FIELDS, FORMER, GROUPS, Place
 from bipot.results.vtkhdf import FORMAT
+from bipot.typing import Floats
+from bipot.tensors import components
 
 TRIES, PAUSE = 50, 0.02
 """How often a file is read anew that is written meanwhile, and the seconds between."""
+
+READABLE = (1, FORMAT)
+"""Formats of files that are read; only the last one is gone on with."""
 
 T = TypeVar("T")
 
@@ -63,6 +69,24 @@ def _seen(file: Path) -> tuple[object, ...]:
 
 
 @dataclass(frozen=True)
+class Told:
+    """What a ``file`` tells as long as it holds the run whose columns are the ``text``, maybe with further rows."""
+
+    file: Path
+    text: str
+
+    def __call__(self, what: Callable[[Run], T]) -> T:
+        """Read; raises ResultsError as :func:`read`, and where it is another run."""
+
+        def own(run: Run) -> T:
+            if not run.history().startswith(self.text):
+                raise ResultsError(f"{self.file}: holds another run than when it was opened: open it again")
+            return what(run)
+
+        return read(self.file, own)
+
+
+@dataclass(frozen=True)
 class Run:
     """An open run file by its root."""
 
@@ -76,12 +100,17 @@ class Run:
             raise self._refused("VTKHDF/Steps: NSteps", count, "1 at least: step 0 is where the march starts")
         return count
 
+    def format(self) -> int:
+        """That of the layout."""
+        version = self.root.group("bipot").attribute("format")
+        if version not in READABLE:
+            raise self._refused("bipot: format", version, f"one of {READABLE}: another version wrote it")
+        return version
+
     def about(self) -> Mapping[str, Any]:
         """What was asked: parameters, units, the scene in words, names of boundaries."""
+        self.format()
         own = self.root.group("bipot")
-        version = own.attribute("format")
-        if version != FORMAT:
-            raise self._refused("bipot: format", version, f"{FORMAT}: another version wrote it")
         try:
             about = json.loads(own.text("about"))
         except (ValueError, RecursionError) as error:
@@ -116,29 +145,53 @@ class Run:
         group = self.root.group("bipot/mesh")
         names = self.about()["boundaries"]
         edges = {name: group.array(f"boundaries/{k}", "i", (None, None)) for k, name in enumerate(names)}
-        nodes, elements = group.array("nodes", "f", (None, 2)), group.array("elements", "i", (None, None))
+        nodes = group.array("nodes", "f", (None, self._dimension))
+        elements = group.array("elements", "i", (None, None))
         return self._made("bipot/mesh", lambda: Mesh(nodes, elements, edges))
 
-    def field(self, group: str, name: str, step: int) -> NDArray[Any]:
-        """A field of the nodes, "PointData", or of the elements, "CellData", in a step."""
-        known = {"PointData": POINT_FIELDS, "CellData": CELL_FIELDS}[group]
-        require(name in known, "field", name, f"one of {list(known)}")
-        kind, shape, finite = known[name]
-        rows = self.root.group("bipot/mesh").length("nodes" if group == "PointData" else "elements")
-        return self.root.group(f"VTKHDF/{group}").rows(
-            name, kind, step * rows, (step + 1) * rows, shape, finite=finite
-        )
+    @property
+    def _dimension(self) -> int:
+        """3 where nodes have so many coordinates, else 2, which others are then refused for."""
+        return 3 if self.root.group("bipot/mesh").shape("nodes")[1:] == (3,) else 2
+
+    def nodes(self, step: int) -> Floats:
+        """Where the nodes (a, d) are in a step."""
+        points = self.root.group("bipot/mesh").length("nodes")
+        return self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, : self._dimension]
+
+    def field(self, place: Place, name: str, step: int) -> NDArray[Any]:
+        """A field of the nodes or of the elements in a step."""
+        known, group = FIELDS[place][name], self.root.group(f"VTKHDF/{GROUPS[place]}")
+        stored = FORMER.get(name, name) if self.format() < FORMAT else name
+        if self.format() < FORMAT and stored not in group:
+            raise self._refused(f"VTKHDF/{GROUPS[place]}/{name}", "missing", "written by a newer version: run again")
+        rows = self.root.group("bipot/mesh").length("nodes" if place is Place.NODES else "elements")
+        return group.rows(stored, known.kind, step * rows, (step + 1) * rows, known.shape, finite=known.finite)
+
+    def tools(self, first: int, last: int) -> list[list[Line]]:
+        """The lines of the tools in the steps from ``first`` up to and without ``last``."""
+        if self.format() < FORMAT:
+            raise self._refused("bipot/tools", "missing", "written by a newer version: run again")
+        group = self.root.group("bipot/tools")
+        centres, points = group.array("centres", "f", (None, 2)), group.array("points", "f", (None, 2))
+        tool = group.array("tool", "i", (None,), least=0, most=len(centres) - 1)
+        starts = group.array("starts", "i", (len(tool) + 1,), least=0, most=len(points))
+        if (np.diff(starts) < 0).any():
+            raise self._refused("bipot/tools/starts", starts.tolist(), "not decreasing")
+        lines = Lines(points, starts, tool, centres)
+        poses = self.root.group("bipot/steps").rows("pose", "f", first, last, (len(centres), 3))
+        return [lines.at(pose) for pose in poses]
 
     def course(self, step: int) -> Course:
         """Where the march was after a step."""
         own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
         points, cells = mesh.length("nodes"), mesh.length("elements")
-        contacts = self.root.group("bipot/candidates").length("node")
+        contacts, d = self.root.group("bipot/candidates").length("node"), self._dimension
 
         def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
             return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
-        stress = one("stress", (cells, None, 4))
+        stress = one("stress", (cells, None, components(d)))
         at_points = stress.shape[:2]
         translation = one("translation", (None,))
         flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
@@ -146,13 +199,13 @@ class Run:
             f"step {step}",
             lambda: State(
                 tau=float(self.times()[step]),
-                nodes=self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, :2],
+                nodes=self.nodes(step),
                 stress=stress,
                 plastic_strain=one("plastic_strain", stress.shape),
                 peeq=one("peeq", at_points),
-                forces=one("contact_force", (contacts, 2)),
+                forces=one("contact_force", (contacts, d)),
                 gap=one("gap", (contacts,)),
-                du=one("du", (points, 2)),
+                du=one("du", (points, d)),
                 translation=translation,
                 translated=one("translated", translation.shape),
                 length=float(one("length")),
@@ -160,7 +213,7 @@ class Run:
             ),
         )
         tau, middle = one("before_times", (2,), finite=False)
-        velocity = one("before_velocity", (2 * points + len(translation),))
+        velocity = one("before_velocity", (d * points + len(translation),))
         return self._made(
             f"step {step}",
             lambda: Course(

@@ -2,9 +2,10 @@
 
 ``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is where the march
 starts, the body at rest as a rule, step k = accepted increment k: points and vectors padded to three components, nodal
-fields, and cell averages weighted by volume (symmetric tensors in VTK's order xx, yy, zz, xy, yz, xz, the hoop
-component as zz). ``/bipot`` holds the rest: the mesh at rest, full integration-point arrays and what else a march goes
-on from step by step, the text of ``history.csv``, and in ``about`` what was asked, in which units, by which versions.
+fields (:mod:`bipot.results.names`, :mod:`bipot.results.nodal`), and cell averages weighted by volume (symmetric tensors
+in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest, full
+integration-point arrays and what else a march goes on from step by step, the lines and poses of tools, the text of
+``history.csv``, and in ``about`` what was asked, in which units, by which versions, and the names of all fields.
 
 Everything is appended with a checksum a chunk (HDF5's Fletcher filter), counted, then committed
 (:mod:`bipot.hdf5.journal`): what the count ``NSteps`` covers is complete.
@@ -25,7 +26,10 @@ from bipot.hdf5.journal import Journaled
 from bipot.laws.coulomb import CARRIES, Status
 from bipot.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
+from bipot.results.drawn import Lines
 from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields
+from bipot.results.names import FIELDS, GROUPS, described
+from bipot.results.nodal import Averaging
 from bipot.system import System
 from bipot.traction import SLIP_TOLERANCE
 
@@ -51,8 +55,13 @@ GROWING = (
 )
 """Groups whose datasets grow, beside VTKHDF/Steps."""
 
-FORMAT = 1
-"""Of the layout below ``/bipot``: raised where an older reader would misread it."""
+FORMAT = 2
+"""Of the layout: raised where an older reader would misread it. Format 1 had no averages at nodes, and no tools."""
+
+
+OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
+"""Fields of either group: they begin in the same row, so one dataset under their names says where."""
+
 
 class RunFile:
     """An open run file that steps are appended to.
@@ -67,6 +76,7 @@ class RunFile:
         self._rows = {"Points": len(mesh.nodes), "PointData": len(mesh.nodes), "CellData": len(mesh.elements)}
         self._steps: Item = out["VTKHDF/Steps"]
         self._growing: dict[str, Growing] = {}
+        self._averaging = Averaging.of(mesh, system.body.scene.rule)
 
     @staticmethod
     def create(file: Journaled, system: System, parameters: Parameters, units: Mapping[str, str]) -> RunFile:
@@ -140,10 +150,11 @@ class RunFile:
         self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
         for name in ("CellOffsets", "ConnectivityIdOffsets"):
             self._add(f"VTKHDF/Steps/{name}", [[0]])
-        for group, fields in (("PointData", point_fields(system, step)), ("CellData", cell_fields(step))):
+        averaged = point_fields(system, step, self._averaging)
+        for group, fields in (("PointData", averaged), ("CellData", cell_fields(step))):
             for name, values in fields.items():
                 self._add(f"VTKHDF/{group}/{name}", values)
-                self._add(f"VTKHDF/Steps/{group}Offsets/{name}", [number * self._rows[group]])
+            self._add_offset(group, number * self._rows[group])
         for name, values in step_fields(step).items():
             self._add(f"bipot/steps/{name}", np.asarray(values)[None])
         self._add(HISTORY, as_bytes(line))
@@ -163,6 +174,15 @@ class RunFile:
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
 
+    def _add_offset(self, group: str, row: int) -> None:
+        """Where the fields of a group begin in this step."""
+        place = f"VTKHDF/Steps/{group}Offsets"
+        first, *others = OFFSETS[group]
+        self._add(f"{place}/{first}", [row])
+        if row == 0:
+            for name in others:
+                self._out[f"{place}/{name}"] = self._out[f"{place}/{first}"]
+
     def _rows_a_step(self, name: str) -> int:
         """Of a dataset that grows."""
         group = name.removeprefix("VTKHDF/").split("/")[0]
@@ -178,6 +198,7 @@ def _write_static(out: Item, system: System, parameters: Parameters, units: Mapp
     about = {
         "parameters": dict(parameters),
         "units": dict(units),
+        "fields": described(scene.geometry, units),
         "scene": describe(scene),
         "boundaries": list(scene.mesh.boundaries),
         "versions": versions(),
@@ -192,6 +213,9 @@ def _write_static(out: Item, system: System, parameters: Parameters, units: Mapp
     _write_mesh(own.create_group("mesh"), scene.mesh)
     store(own, "candidates/node", system.candidates.node)
     store(own, "candidates/tool", system.candidates.tool)
+    lines = Lines.of(scene)
+    for name in ("points", "starts", "tool", "centres"):
+        store(own, f"tools/{name}", getattr(lines, name))
 
 
 def store(group: Item, name: str, values: ArrayLike) -> None:

@@ -3,43 +3,30 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
-import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from bipot.errors import BipotError
 from bipot.progress import terminal
 from studies.command import command, say
 from studies.files import replacing
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.verification.case import NO, Case, Row, Watch, rows_of
+from studies.verification.case import NO, Case, Row
 from studies.verification.cases import all_cases
+from studies.verification.forms import asked_on, judged_on, measured
 from studies.verification.page import NAME, page
 
 SHOWN = ("case", "quantity", "mesh", "reference", "value", "error", "tolerance", "ok", "seconds")
 
 
-def measure(case: Case, mesh: int) -> list[Row]:
-    """Run a case on a mesh; a run that fails misses all that is asked, and says why."""
-    watch, began = Watch(), time.perf_counter()
-    try:
-        values = case.run(mesh, watch)
-    except BipotError as failed:
-        say(f"{case.name}, {mesh}: {' '.join(str(failed).split())}", sys.stderr)
-        values = [math.nan] * len(case.asked)
-    return rows_of(case, mesh, values, watch, time.perf_counter() - began)
-
-
-def measures(runs: Sequence[tuple[Case, int]]) -> Iterator[list[Row]]:
-    """These runs, with progress."""
+def measures(runs: Sequence[tuple[Case, int]], *, others: bool) -> Iterator[list[Row]]:
+    """These runs, with progress; ``others``, with what other forms find."""
     progress = terminal()
     progress.start(NAME)
     try:
         for done, (case, mesh) in enumerate(runs, 1):
-            yield measure(case, mesh)
+            yield list(measured(case, mesh, others=others))
             progress.advance(done / len(runs), f"{case.name}, {mesh}")
     finally:
         progress.close()
@@ -58,7 +45,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--page", type=Path, help="page to write from the table")
     add_options(parser)
     asked = parser.parse_args(argv)
-    order = [(case.name, mesh, one.quantity) for case in cases.values() for mesh in case.meshes for one in case.asked]
+    keys = [
+        (case.name, mesh, one.quantity)
+        for case in cases.values()
+        for mesh in case.meshes
+        for one in asked_on(case, mesh, others=True)
+    ]
     table = opened(
         asked.out,
         NAME,
@@ -66,23 +58,27 @@ def main(argv: Sequence[str] | None = None) -> int:
         lambda row: (row.case, row.mesh, row.quantity),
         asked.policy,
         parameters={},
-        order=order,
+        order=keys,
     )
     chosen = [cases[name] for name in cases if name in asked.only]
     runs = [(case, mesh) for case in chosen for mesh in (case.meshes[:1] if asked.fast else case.meshes)]
     left = [
-        (case, mesh) for case, mesh in runs if any((case.name, mesh, one.quantity) not in table for one in case.asked)
+        (case, mesh)
+        for case, mesh in runs
+        if any((case.name, mesh, one.quantity) not in table for one in asked_on(case, mesh, others=not asked.fast))
     ]
-    for rows in measures(left):
-        table.add(*rows)
+    for rows in measures(left, others=not asked.fast):
+        table.add(*(row for row in rows if (row.case, row.mesh, row.quantity) not in table))
     say(text([row for row in table.rows if row.case in asked.only], SHOWN))
     if asked.page is not None:
         with replacing(asked.page) as part:
             part.write_text(page(list(cases.values()), table.rows), encoding="utf-8")
-    finest = {(case.name, case.finest) for case in chosen}
-    judged = [row for row in table.rows if (row.case, row.mesh) in finest]
+    judged = [
+        row for row in table.rows if row.case in asked.only and row.mesh == judged_on(cases[row.case], row.quantity)
+    ]
     missed = sorted({row.case for row in judged if row.ok == NO})
-    judgement = f"{len({row.case for row in judged})} of {len(chosen)} cases judged on their finest mesh"
+    whole = {row.case for row in judged if row.mesh == cases[row.case].finest}
+    judgement = f"{len(whole)} of {len(chosen)} cases judged on their finest mesh"
     say(f"{judgement}; missed: {', '.join(missed) or 'none'}")
     return int(bool(missed))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, StrEnum
 
 from bipot import Accepted, Control, Dissipation, Newton, Scene, Schedule, Tangent, march
@@ -63,23 +63,49 @@ class Asked:
         return error
 
 
+@dataclass(frozen=True)
+class Marched:
+    """A march of a run: its scene and the pseudo-times that it reached."""
+
+    scene: Scene
+    times: list[float] = field(default_factory=list)
+
+
 @dataclass
 class Watch:
-    """Sees the marches of a run: worst certificate, passes and cuts; NaN where a case marches nothing."""
+    """Sees the marches of a run: worst certificate, passes and cuts, conic forms; NaN where a case marches nothing.
+
+    ``worst`` is the largest measure of a certificate over its bound, ``conic`` counts the increments that did not end
+    in Newton's form.
+    """
 
     equilibrium: float = math.nan
     relative_gap: float = math.nan
+    worst: float = math.nan
     passes: int = 0
     cuts: int = 0
+    conic: int = 0
+    marches: list[Marched] = field(default_factory=list)
+
+    @property
+    def conic_share(self) -> float:
+        """Increments that ended in a conic form over all of them; NaN where there are none."""
+        count = sum(len(marched.times) for marched in self.marches)
+        return self.conic / count if count else math.nan
 
     def march(self, scene: Scene, schedule: Schedule, control: Control = CONTROL) -> Iterator[Accepted]:
         """The increments of :func:`bipot.march`, counted."""
+        marched = Marched(scene)
+        self.marches.append(marched)
         for accepted in march(scene, schedule, control):
             found = accepted.solved.certificate
-            self.equilibrium = max(found.equilibrium, 0.0 if math.isnan(self.equilibrium) else self.equilibrium)
-            self.relative_gap = max(found.relative_gap, 0.0 if math.isnan(self.relative_gap) else self.relative_gap)
+            self.equilibrium = _larger(self.equilibrium, found.equilibrium)
+            self.relative_gap = _larger(self.relative_gap, found.relative_gap)
+            self.worst = _larger(self.worst, max(found.ratios(control.limits.bounds).values()))
             self.passes += accepted.passes
             self.cuts += accepted.cuts
+            self.conic += accepted.form is not Newton.name
+            marched.times.append(accepted.state.tau)
             yield accepted
 
     def end(self, scene: Scene, schedule: Schedule, control: Control = CONTROL) -> Accepted:
@@ -88,12 +114,19 @@ class Watch:
         return last
 
 
+def _larger(so_far: float, now: float) -> float:
+    """The larger one, of which the first may be unknown."""
+    return now if math.isnan(so_far) else max(so_far, now)
+
+
 @dataclass(frozen=True)
 class Case:
     """A problem with a known answer: its texts, its series of meshes from the coarsest on, and how one is run.
 
     ``counted`` says what the numbers of ``meshes`` count. ``run`` gives the numbers that are asked, in their order.
-    ``note`` is what the page adds, such as why a tolerance is missed.
+    ``note`` is what the page adds, such as why a tolerance is missed. ``marched`` says that a run marches: then more is
+    asked of it (:mod:`studies.verification.forms`). ``beside`` is a run whose marches other forms go through instead of
+    those of ``run``, where these are not for all of them.
     """
 
     name: str
@@ -106,6 +139,8 @@ class Case:
     meshes: tuple[int, ...]
     run: Callable[[int, Watch], Sequence[float]]
     note: str = ""
+    marched: bool = True
+    beside: Callable[[int, Watch], Sequence[float]] | None = None
 
     @property
     def finest(self) -> int:
@@ -136,27 +171,22 @@ class Row:
 YES, NO = "yes", "no"
 
 
-def rows_of(case: Case, mesh: int, values: Sequence[float], watch: Watch, seconds: float) -> list[Row]:
-    """The rows of a run; a value that is NaN misses."""
-    out = []
-    for asked, value in zip(case.asked, values, strict=True):
-        error = asked.error(float(value), mesh)
-        out.append(
-            Row(
-                case.name,
-                case.source,
-                asked.quantity,
-                mesh,
-                asked.exact(mesh),
-                float(value),
-                error,
-                asked.tolerance,
-                YES if abs(error) <= asked.tolerance else NO,
-                watch.equilibrium,
-                watch.relative_gap,
-                watch.passes,
-                watch.cuts,
-                seconds,
-            )
-        )
-    return out
+def row_of(case: Case, asked: Asked, mesh: int, value: float, watch: Watch, seconds: float) -> Row:
+    """The row of a number that a run found; a value that is NaN misses."""
+    error = asked.error(float(value), mesh)
+    return Row(
+        case=case.name,
+        source=case.source,
+        quantity=asked.quantity,
+        mesh=mesh,
+        reference=asked.exact(mesh),
+        value=float(value),
+        error=error,
+        tolerance=asked.tolerance,
+        ok=YES if abs(error) <= asked.tolerance else NO,
+        equilibrium=watch.equilibrium,
+        relative_gap=watch.relative_gap,
+        passes=watch.passes,
+        cuts=watch.cuts,
+        seconds=seconds,
+    )

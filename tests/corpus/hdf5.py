@@ -159,8 +159,6 @@ REPLACED: dict[str, Damage] = {
     "filter scaleoffset": filtered(scaleoffset=3),
     "unknown filter": pipeline(32_000),
     "deflated twice": pipeline(h5py.h5z.FILTER_DEFLATE, h5py.h5z.FILTER_DEFLATE),
-    "chunk that unpacks to a gigabyte": chunk(zlib.compress(bytes(2**26)) * 16, compression="gzip"),
-    "chunk that unpacks to 64 MB": chunk(zlib.compress(bytes(2**26)), compression="gzip"),
     "chunk that unpacks to too little": chunk(zlib.compress(bytes(63)), compression="gzip"),
     "chunk cut short": chunk(zlib.compress(np.random.default_rng(1).bytes(64))[:-20], compression="gzip"),
     "chunk that is no stream": chunk(b"\xff" * 64, compression="gzip"),
@@ -171,6 +169,13 @@ REPLACED: dict[str, Damage] = {
     "two gigabytes in kilobytes": bomb,
 }
 """By what the dataset is replaced."""
+
+if h5py.version.hdf5_version_tuple >= (2,):
+    # Before, HDF5 refused to write so long a chunk of so few numbers.
+    REPLACED |= {
+        "chunk that unpacks to a gigabyte": chunk(zlib.compress(bytes(2**26)) * 16, compression="gzip"),
+        "chunk that unpacks to 64 MB": chunk(zlib.compress(bytes(2**26)), compression="gzip"),
+    }
 
 
 def not_finite(value: float) -> Callable[[h5py.Dataset], None]:

@@ -19,8 +19,9 @@ def read_all(path):
     run = open_results(path)
     mesh = run.mesh
     courses = [run.start, *(run.course(row) for row in range(len(run)))]
-    nodal = [run.nodal(name) for name in ("displacement", "gap", "status")]
-    return run, mesh, courses, nodal, run.cell("stress")
+    nodal = [run.nodal(name) for name in ("displacement", "gap", "status", "stress_zz")]
+    tools = [run.snapshot(row).tools for row in range(len(run))]
+    return run, mesh, courses, nodal, run.cell("stress"), tools
 
 
 def replaced(name, make):
@@ -119,6 +120,11 @@ KINDS = {
         replaced("bipot/steps/stress", lambda old: np.full(old.shape, b"text", dtype="S4")),
         "stress",
     ),
+    "lines of tools beyond their points": (replaced("bipot/tools/starts", at(1, 99)), "starts"),
+    "lines of tools that go back": (replaced("bipot/tools/starts", lambda old: old[::-1]), "starts"),
+    "lines of a tool that is not there": (replaced("bipot/tools/tool", at(0, 1)), "tool"),
+    "a pose of nothing": (replaced("bipot/steps/pose", at((1, 0, 1), np.nan)), "pose"),
+    "an average of nothing": (replaced("VTKHDF/PointData/stress", at((-1, 1), np.nan)), "stress"),
     "fewer steps of one field": (replaced("bipot/steps/du", lambda old: old[:-1]), "du"),
     "elements of other nodes": (replaced("bipot/mesh/elements", lambda old: old + 5), "mesh"),
     "nodes of nothing": (replaced("bipot/mesh/nodes", at((0, 0), np.nan)), "nodes"),

@@ -32,4 +32,5 @@ CASE = Case(
     counted="elements a side",
     meshes=(8, 16, 32),
     run=run,
+    marched=False,
 )

@@ -62,4 +62,5 @@ CASE = Case(
     counted="contacts at most",
     meshes=(2,),
     run=run,
+    marched=False,
 )

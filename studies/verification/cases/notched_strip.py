@@ -29,4 +29,5 @@ CASE = Case(
     counted="elements from the notch to the middle",
     meshes=(4, 8, 16),
     run=run,
+    marched=False,
 )

@@ -38,4 +38,5 @@ CASE = Case(
     counted="points",
     meshes=(7,),
     run=run,
+    marched=False,
 )

@@ -65,4 +65,5 @@ CASE = Case(
     counted="increments",
     meshes=(10, 20, 40, 100),
     run=run,
+    marched=False,
 )

@@ -40,4 +40,5 @@ CASE = Case(
     counted="elements a side",
     meshes=(3,),
     run=run,
+    marched=False,
 )

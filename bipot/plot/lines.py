@@ -1,7 +1,4 @@
-"""Plots of meshes and curves: each takes ``ax=None`` (the current axes) and returns what it drew.
-
-matplotlib is needed only when one of them is called.
-"""
+"""Plots of meshes and curves, which are given as arrays."""
 
 from __future__ import annotations
 
@@ -9,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.mesh import Facets
+from bipot.elements import Element
+from bipot.facets import Facets
 from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:
@@ -28,11 +26,12 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of elements (e, k), curved as they are; ``style`` is matplotlib's."""
+    """The edges of plane elements (e, k), curved as they are; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
-    lines = LineCollection(list(curved(nodes, Facets.of(elements).nodes)), **{"color": "0.6", "lw": 0.5, **style})
-    axes = _axes(ax)
+    edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
+    lines = LineCollection(list(curved(nodes, edges)), **{"color": "0.6", "lw": 0.5, **style})
+    axes = axes_of(ax)
     axes.add_collection(lines)
     axes.autoscale_view()
     return lines
@@ -43,7 +42,7 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
     from matplotlib.collections import LineCollection
 
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})
-    _axes(ax).add_collection(lines)
+    axes_of(ax).add_collection(lines)
     return lines
 
 
@@ -51,12 +50,12 @@ def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float
     """Nodal vectors (a, 2) drawn from the nodes; ``length`` is what a unit vector takes, in data units."""
     kept = {"width": 0.002, "headwidth": 3.5, "headlength": 4.5, "headaxislength": 4.0, "zorder": 3, **style}
     scaled = values * length
-    return _axes(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)
+    return axes_of(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)
 
 
 def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style: Any) -> Line2D:
     """Force over stroke, from the origin."""
-    (line,) = _axes(ax).plot(np.append(0.0, stroke), np.append(0.0, force), **style)
+    (line,) = axes_of(ax).plot(np.append(0.0, stroke), np.append(0.0, force), **style)
     return line
 
 
@@ -75,7 +74,7 @@ def traction_profile(
     """
     from matplotlib.collections import LineCollection
 
-    axes = _axes(ax)
+    axes = axes_of(ax)
     levels = np.stack([ends, np.broadcast_to(means.reshape(len(ends), -1), ends.shape)], axis=-1)
     steps = LineCollection(list(levels), **{"lw": 2.2, **style})
     axes.add_collection(steps)
@@ -84,7 +83,8 @@ def traction_profile(
     return steps, marks
 
 
-def _axes(ax: Axes | None) -> Axes:
+def axes_of(ax: Axes | None) -> Axes:
+    """The axes given, or the current ones of pyplot, which is imported only then."""
     if ax is not None:
         return ax
     from matplotlib import pyplot

@@ -1,0 +1,154 @@
+"""The command ``bipot``: what a run holds, and pictures of it. Here alone does the library print.
+
+bipot info RUN
+bipot picture RUN [--field mises | --traction TOOL] [--at VALUE] [--by COLUMN] [--out FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+from bipot import plot
+from bipot.errors import BipotError, ResultsError, SceneError
+from bipot.plot.animation import GIF
+from bipot.replacing import replace
+from bipot.results import History
+from bipot.results import open as open_results
+from bipot.results.history import FIELDS
+
+REFUSED = 2
+"""Exit code where something is refused, as argparse has it."""
+
+FIELD = "mises"
+DPI = 150
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command: 0, or 2 with one sentence on stderr where something is refused."""
+    asked = _parser().parse_args(argv)
+    try:
+        _say(asked.run_command(asked))
+    except (BipotError, OSError) as error:
+        # One line, whatever a name in it holds.
+        print("error: " + " ".join(str(error).split()), file=sys.stderr)
+        return REFUSED
+    return 0
+
+
+def info(result: History) -> str:
+    """What a run holds: how far it came, what was asked, its columns with their last values, its fields with units."""
+    return "\n".join(_lines(result))
+
+
+def add_picture_options(parser: argparse.ArgumentParser) -> None:
+    """What :func:`picture` takes."""
+    parser.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--field", default=FIELD, help=f"nodal field or component, as stress_zz (default {FIELD})")
+    what.add_argument(
+        "--traction", type=int, metavar="TOOL", help="contact traction of the tool of that number, from 0"
+    )
+    parser.add_argument("--at", type=float, help="reduction, or tau where a run has none (default the last increment)")
+    parser.add_argument("--by", help="column whose value --at is, or tau")
+    parser.add_argument("--out", type=Path, help="file; its ending says the format, .gif animates the field")
+
+
+def picture(asked: argparse.Namespace) -> Path:
+    """Draw what the options of :func:`add_picture_options` ask for; returns the file.
+
+    Raises:
+        SceneError: a field, a value, a tool or a format that there is not.
+        ResultsError: no run, a file that cannot be written, matplotlib is missing.
+    """
+    if find_spec("matplotlib") is None:
+        raise ResultsError("a picture needs matplotlib: pip install bipot[studies]")
+    result = opened(asked.run)
+    name = asked.field if asked.traction is None else f"traction_{asked.traction}"
+    path = asked.out or result.folder / f"{name}{'' if asked.at is None else f'_{asked.at:g}'}.png"
+    if path.suffix.lower() == GIF:
+        if asked.traction is not None or asked.at is not None or asked.by is not None:
+            raise SceneError(f"--out = {path}: must not end in {GIF} with --traction, --at or --by: it shows all steps")
+        return plot.animate(result, asked.field, path)
+    replace(path, _drawn(result, asked, path), ResultsError)
+    return path
+
+
+def opened(path: Path) -> History:
+    """The run of a folder; where runs are in folders of it, the message says in which.
+
+    Raises:
+        ResultsError: there is none.
+    """
+    below = sorted(found.parent.name for found in path.glob(f"*/{FIELDS}")) if path.is_dir() else []
+    if below and not (path / FIELDS).is_file():
+        raise ResultsError(f"{path}: holds runs in {', '.join(below)}: name one of these")
+    return open_results(path)
+
+
+def _drawn(result: History, asked: argparse.Namespace, path: Path) -> bytes:
+    """The picture's bytes in the format of the path's ending."""
+    from matplotlib.backend_bases import FigureCanvasBase
+    from matplotlib.figure import Figure
+
+    known = FigureCanvasBase.get_supported_filetypes()
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in known:
+        raise SceneError(f"--out = {path}: must end in one of {', '.join(sorted({*known, GIF[1:]}))}")
+    figure, memory = Figure(layout="constrained"), io.BytesIO()
+    axes = figure.add_subplot()
+    if asked.traction is None:
+        plot.contour(result, asked.field, asked.at, axes, by=asked.by)
+    else:
+        plot.contact_traction(result, asked.at, axes, tool=asked.traction, by=asked.by)
+    figure.savefig(memory, format=kind, dpi=DPI)
+    return memory.getvalue()
+
+
+def _lines(result: History) -> Iterator[str]:
+    state = "complete" if result.complete else "not complete"
+    yield f"{result.file}: {state}, {len(result)} increments to tau = {result.times[-1]:g}"
+    if result.note:
+        yield result.note
+    mesh = result.mesh
+    kind = f"{result.scene['element'].upper()} elements, {result.geometry.value.replace('_', ' ')}"
+    yield f"mesh: {len(mesh.nodes)} nodes, {len(mesh.elements)} {kind}; boundaries {', '.join(mesh.boundaries)}"
+    yield f"material: {result.scene['material']}"
+    yield f"tools: {len(result.scene['tools'])}"
+    yield "parameters:"
+    yield from (f"  {name} = {value}" for name, value in result.parameters.items())
+    yield "columns, with the last value:"
+    width = max(map(len, result.columns))
+    yield from (f"  {name:{width}}  {values[-1] if len(values) else ''}" for name, values in result.columns.items())
+    for place, fields in result.fields.items():
+        yield f"fields of {place}:"
+        width = max(map(len, fields))
+        for name, field in fields.items():
+            parts = " ".join(map(str, field["components"]))  # type: ignore[arg-type]
+            yield f"  {name:{width}}  {field['unit']}: {field['meaning']}{f' ({parts})' if parts else ''}"
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="bipot", description="Look at runs of bipot.", allow_abbrev=False)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    told = commands.add_parser("info", help="what a run holds", allow_abbrev=False)
+    told.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
+    told.set_defaults(run_command=lambda asked: info(opened(asked.run)))
+    drawn = commands.add_parser("picture", help="draw a field or the contact traction of a run", allow_abbrev=False)
+    add_picture_options(drawn)
+    drawn.set_defaults(run_command=lambda asked: str(picture(asked)))
+    return parser
+
+
+def _say(text: str) -> None:
+    """Print, in the letters that the terminal knows; where nobody reads it any more, the rest goes nowhere."""
+    encoding = sys.stdout.encoding or "utf-8"
+    try:
+        print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,0 +1,59 @@
+"""Axes of nodes: the coordinates' own, but where a support holds a direction between them.
+
+The unknowns of a node are the components of its displacement along its axes, so that what a support holds is one
+unknown, which is left out, and all others are free.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.surfaces import ACROSS
+from bipot.tensors import norm
+from bipot.typing import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Axes:
+    """``rows`` (t, d, d) of right-angled unit vectors at the ``nodes`` (t,), in rising order; all others have the
+    coordinates' own.
+    """
+
+    nodes: Ints
+    rows: Floats
+
+    @property
+    def turned(self) -> bool:
+        """Whether any are not the coordinates' own."""
+        return len(self.nodes) > 0
+
+    def components(self, field: Floats) -> Floats:
+        """Of a nodal field (a, d) the components (a, d) along the axes."""
+        return self._turned(field, self.rows) if self.turned else field
+
+    def field(self, components: Floats) -> Floats:
+        """The nodal field (a, d) of components (a, d) along the axes."""
+        return self._turned(components, self.rows.transpose(0, 2, 1)) if self.turned else components
+
+    def at(self, nodes: Ints, vectors: Floats) -> Floats:
+        """Components (p, d) of vectors (p, d) at nodes (p,); where they are turned, zero what is round-off of zero."""
+        if not self.turned:
+            return vectors
+        place = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)
+        own = self.nodes[place] == nodes
+        found = np.einsum("pij,pj->pi", self.rows[place[own]], vectors[own])
+        found[np.abs(found) <= ACROSS * norm(found)[:, None]] = 0.0
+        out = vectors.copy()
+        out[own] = found
+        return out
+
+    def _turned(self, field: Floats, rows: Floats) -> Floats:
+        out = field.copy()
+        out[self.nodes] = np.einsum("tij,tj->ti", rows, field[self.nodes])
+        return out
+
+
+STRAIGHT = Axes(np.empty(0, np.intp), np.empty((0, 0, 0)))
+"""The coordinates' own at all nodes."""

@@ -1,0 +1,146 @@
+r"""Polynomials over whole elements by their Bernstein coefficients: bounds of their least values.
+
+Least and largest coefficient are bounds of the polynomial. Halved along its sides into 2^d parts (de Casteljau),
+an element has coefficients that come to the values with the square of its size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from math import comb, factorial, prod
+
+import numpy as np
+
+from bipot.elements import Element
+from bipot.typing import Bools, Floats, Ints
+
+LEVELS = 12
+"""Halvings before a sign is given up: det J below some 4^-12 of its mean is then told from zero no more."""
+
+ROUND_OFF, PLAIN = 1e-12, 25.0
+"""Of extent times derivative, in space times its square: above 5000 units in the last place, what products of sums of
+eight terms can gather. More where values make coefficients of more than so many times their size: in H20 9261 times.
+"""
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Bernstein polynomials in c coefficients: how they follow from values on the ``grid`` (c, d), and on 2^d parts.
+
+    ``from_values`` (c, c) takes values (c,), a row, to coefficients. Those at ``corners`` are values themselves. Part k
+    is what ``turns`` (2^d, d, d) and ``shifts`` (2^d, d) make of the reference shape, turn x + shift; ``parts``
+    (2^d, c, c) are its coefficients.
+    """
+
+    grid: Floats
+    from_values: Floats
+    corners: Ints
+    turns: Floats
+    shifts: Floats
+    parts: Floats
+
+    @cached_property
+    def round_off(self) -> float:
+        """Of coefficients, over extent times derivatives."""
+        return ROUND_OFF * max(1.0, float(np.abs(self.from_values).sum(axis=0).max()) / PLAIN)
+
+    @staticmethod
+    def of(degree: int, element: Element) -> Basis:
+        """Of ``degree`` in each coordinate on the element's square or cube, in all together on other shapes."""
+        cube, d = element.shape.cube, element.dimension
+        at, shape = (_chebyshev(degree), _cube) if cube else (np.linspace(0, 1, degree + 1), _simplex)
+        grid = at[_powers(degree, d, cube)]
+        inverse = np.asarray(np.linalg.inv(shape(grid, degree)), dtype=np.float64)
+        turns, shifts = _halves(element)
+        # Of dyadic numbers: what the inverse has of round-off is taken off again.
+        whole = 2 ** (d * degree)
+        halves = [grid @ turn.T + shift for turn, shift in zip(turns, shifts, strict=True)]
+        parts = np.round(whole * np.stack([inverse @ shape(half, degree) for half in halves])) / whole
+        places = np.flatnonzero(((grid == 0) | (grid == 1)).all(axis=1))
+        return Basis(grid, inverse.T, places, turns, shifts, parts)
+
+
+def _chebyshev(degree: int) -> Floats:
+    """Chebyshev's points (degree + 1,) of [0, 1], with its ends: dyadic where they can be."""
+    return np.round((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2, 15)
+
+
+def _powers(degree: int, dimension: int, cube: bool) -> Ints:
+    """Powers (c, d) of each coordinate in the polynomials: up to ``degree`` each, or all together."""
+    every = np.array(list(product(range(degree + 1), repeat=dimension)))
+    return every if cube else every[every.sum(axis=1) <= degree]
+
+
+def _halves(element: Element) -> tuple[Floats, Floats]:
+    """Into which parts (2^d, d, d), (2^d, d) halved sides cut the element's shape (:class:`Basis`)."""
+    d = element.dimension
+    if element.shape.cube:
+        shifts = np.array(list(product((0.0, 0.5), repeat=d)))
+        return np.broadcast_to(np.eye(d) / 2, (2**d, d, d)), shifts
+    middle = element.places[np.array(element.shape.edges)].mean(axis=1)
+    # What the parts at the corners leave: one triangle, or four tetrahedra around a line between two mid-sides.
+    left = middle[[(1, 2, 0)]] if d == 2 else middle[[(2, 4, 0, 3), (2, 4, 3, 5), (2, 4, 5, 1), (2, 4, 1, 0)]]
+    corner = np.vstack([np.zeros(d), np.eye(d)]) / 2
+    vertices = np.concatenate([[corner[k] + corner for k in range(d + 1)], left])
+    return (vertices[:, 1:] - vertices[:, :1]).swapaxes(1, 2), vertices[:, 0]
+
+
+def _cube(points: Floats, degree: int) -> Floats:
+    """Bernstein polynomials (p, (degree + 1)^d) at points (p, d) of the square or cube."""
+    n = np.arange(degree + 1)
+    some = np.array([comb(degree, k) for k in n])
+    out = np.ones((len(points), 1))
+    for t in points.T:
+        along = some * t[:, None] ** n * (1 - t[:, None]) ** (degree - n)
+        out = (out[:, :, None] * along[:, None, :]).reshape(len(points), -1)
+    return out
+
+
+def _simplex(points: Floats, degree: int) -> Floats:
+    """Bernstein polynomials of total ``degree`` at points (p, d) of the triangle or tetrahedron, (p, c)."""
+    powers = _powers(degree, points.shape[1], cube=False)
+    every = np.column_stack([powers, degree - powers.sum(axis=1)])
+    many = [factorial(degree) // prod(map(factorial, some)) for some in every.tolist()]
+    weights = np.column_stack([points, 1 - points.sum(axis=1)])
+    return np.array(many) * np.prod(weights[:, None] ** every, axis=2)
+
+
+@dataclass(frozen=True)
+class Least:
+    """Bounds of the least value (e,) of each element; ``upper`` is taken at ``at`` (e, d)."""
+
+    lower: Floats
+    upper: Floats
+    at: Floats
+
+
+def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
+    """Bounds of the least value of each polynomial with coefficients D (e, c) in a basis.
+
+    A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
+    """
+    count, d = len(D), form.grid.shape[1]
+    lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, d))
+    element, origin, turn = np.arange(count), np.zeros((count, d)), np.tile(np.eye(d), (count, 1, 1))
+    for level in range(LEVELS + 1):
+        corners = D[:, form.corners]
+        high = corners.min(axis=1)
+        # From the highest down: what is written last, and stays, is the least of its element.
+        order = np.argsort(-high)
+        order = order[high[order] < upper[element[order]]]
+        corner = form.grid[form.corners[corners[order].argmin(axis=1)]]
+        upper[element[order]] = high[order]
+        at[element[order]] = origin[order] + (turn[order] @ corner[..., None])[..., 0]
+        low = D.min(axis=1)
+        done = settled(low, upper[element], element) | (level == LEVELS)
+        np.minimum.at(lower, element[done], low[done])
+        if done.all():
+            break
+        left = ~done
+        D = (form.parts @ D[left].T).transpose(2, 0, 1).reshape(-1, D.shape[1])
+        origin = (origin[left][:, None] + form.shifts @ turn[left].swapaxes(1, 2)).reshape(-1, d)
+        element, turn = np.repeat(element[left], 2**d), (turn[left][:, None] @ form.turns).reshape(-1, d, d)
+    return Least(lower, upper, at)

@@ -1,0 +1,142 @@
+"""A field of a run in colours on the deformed body, its tools beside it."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bipot.elements import Element
+from bipot.errors import require
+from bipot.fem.elements import tabulated_at
+from bipot.plot.lines import axes_of, boundary
+from bipot.results import History
+from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit
+from bipot.results.snapshot import Snapshot
+from bipot.typing import Floats, Ints
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection, TriMesh
+
+PIECES = 4
+"""Into which the side of an element is cut, that curved sides and fields look so."""
+
+SHRUNK = 0.8
+"""A bar of colours, beside a body that seldom is as high as its axes."""
+
+MARGIN = 0.08
+"""Of the body's size: what is seen around it."""
+
+
+def contour(
+    result: History,
+    field: str = "mises",
+    at: float | None = None,
+    ax: Axes | None = None,
+    *,
+    by: str | None = None,
+    limits: tuple[float, float] | None = None,
+    colorbar: bool = True,
+    **style: Any,
+) -> TriMesh:
+    """Draw a nodal ``field`` of a run on the deformed body, with its outline, its tools and a bar of colours.
+
+    ``at`` is found by :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
+    None is the last step. ``field`` may be a component, "stress_zz"; of a vector it is the magnitude. Between nodes the
+    element's shape functions are drawn. ``limits`` are those of the colours; ``style`` is matplotlib's.
+
+    Raises:
+        SceneError: an unknown field, one that is not known all over the body, a tensor as a whole, a value that is not
+            recorded.
+    """
+    snapshot = result.at(at, by)
+    values = nodal_values(snapshot, field)
+    axes, shown = axes_of(ax), {"cmap": "viridis", **style}
+    mesh, nodes = result.mesh, snapshot.nodes
+    points, triangles = tessellation(mesh.element)
+    shapes = tabulated_at(mesh.element, points).values
+    x, y = (shapes @ nodes[mesh.elements]).reshape(-1, 2).T
+    fine = (shapes @ values[mesh.elements][..., None]).ravel()
+    every = (triangles + len(points) * np.arange(len(mesh.elements))[:, None, None]).reshape(-1, 3)
+    low, high = limits or (float(fine.min()), float(fine.max()))
+    coloured: Any = axes.tripcolor  # Its overloads know no colours of nodes by position.
+    drawn = coloured(x, y, every, fine, shading="gouraud", vmin=low, vmax=high, **shown)
+    boundary(nodes, mesh.outline, axes)
+    tools(snapshot, axes)
+    frame(axes, result, nodes)
+    axes.set_title(moment(result, snapshot))
+    if colorbar:
+        axes.figure.colorbar(drawn, ax=axes, label=label(result, field), shrink=SHRUNK)
+    return drawn
+
+
+def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineCollection:
+    """Draw the lines of the tools in a step; axes keep their limits."""
+    from matplotlib.collections import LineCollection
+
+    lines = LineCollection([line.points for line in snapshot.tools], **{"color": "tab:red", "lw": 1.8, **style})
+    axes_of(ax).add_collection(lines, autolim=False)
+    return lines
+
+
+def moment(result: History, snapshot: Snapshot) -> str:
+    """Which step it is, in words: by its reduction where the run has that, else by its pseudo-time."""
+    if "reduction" in result.columns and snapshot.step > 0:
+        return f"increment {snapshot.step}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
+    return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
+
+
+def label(result: History, field: str) -> str:
+    """A field with its unit."""
+    base, part = split(Place.NODES, field, result.geometry)
+    known = FIELDS[Place.NODES][base]
+    name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
+    return f"{name} ({unit(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
+
+
+def axis_labels(result: History) -> tuple[str, ...]:
+    """What the coordinates are called, with the unit of length."""
+    return tuple(f"{axis} ({unit(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
+
+
+@cache
+def tessellation(element: Element) -> tuple[Floats, Ints]:
+    """Points (p, 2) on the reference shape of an element, and the triangles (t, 3) between them.
+
+    >>> [len(part) for part in tessellation(Element.T3)]
+    [15, 16]
+    """
+    side = np.arange(PIECES + 1)
+    grid = [(i, j) for j in side.tolist() for i in side.tolist() if element.corners == 4 or i + j <= PIECES]
+    number = {place: k for k, place in enumerate(grid)}
+    cells = [(i, j) for i, j in grid if {(i + 1, j), (i, j + 1)} <= number.keys()]
+    lower = [(number[i, j], number[i + 1, j], number[i, j + 1]) for i, j in cells]
+    upper = [(number[i + 1, j], number[i + 1, j + 1], number[i, j + 1]) for i, j in cells if (i + 1, j + 1) in number]
+    return np.array(grid) / PIECES, np.array(lower + upper)
+
+
+def nodal_values(snapshot: Snapshot, field: str) -> Floats:
+    """What is drawn of a field, at the nodes (a,); raises SceneError as :func:`contour`."""
+    base, part = split(Place.NODES, field, snapshot.geometry)
+    known = FIELDS[Place.NODES][base]
+    require(_everywhere(known), "field", field, "one of the whole body; contact_traction() draws those of candidates")
+    whole = known.rank is Rank.TENSOR and not part
+    require(not whole, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}" if whole else "")
+    values = snapshot.nodal(field)
+    return np.linalg.norm(values, axis=1) if values.ndim == 2 else values
+
+
+def _everywhere(field: Field) -> bool:
+    """Whether it has a value at every node."""
+    return field.finite and field.quantity is not Quantity.STATUS
+
+
+def frame(axes: Axes, result: History, nodes: Floats) -> None:
+    """Room for a body with the ``nodes`` (a, d) alone: tools may go on without an end."""
+    low, high = nodes.min(axis=0), nodes.max(axis=0)
+    margin = MARGIN * float((high - low).max())
+    axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
+    across, up = axis_labels(result)
+    axes.set(xlabel=across, ylabel=up)

@@ -1,0 +1,61 @@
+r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
+
+A line is kept at rest; in the pose (a_1, a_2, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being
+the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.poses import rotation
+from bipot.scene import Scene
+from bipot.typing import Floats, Ints
+
+REACH = 1.25
+"""Of the body's size: how far from the middle of the body at rest a plane is drawn."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line with the ``points`` (p, d) of the tool of that number; the tool is on the right of who follows it."""
+
+    tool: int
+    points: Floats
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Lines at rest: ``points`` (p, d), where each begins and the last ends (l + 1,), whose it is (l,).
+
+    Tools turn about their ``centres`` (k, d).
+    """
+
+    points: Floats
+    starts: Ints
+    tool: Ints
+    centres: Floats
+
+    @staticmethod
+    def of(scene: Scene) -> Lines:
+        """Those of a scene's tools."""
+        nodes = scene.mesh.nodes
+        middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
+        found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
+        centres = [(0.0, 0.0) if tool.turn is None else tool.turn.centre for tool in scene.tools]
+        return Lines(
+            np.concatenate([np.empty((0, 2)), *(line for _, line in found)]),
+            np.cumsum([0, *(len(line) for _, line in found)]),
+            np.array([k for k, _ in found], dtype=np.intp),
+            np.array(centres).reshape(-1, 2),
+        )
+
+    def at(self, poses: Floats) -> list[Line]:
+        """The lines where the tools are in the ``poses`` (k, 3)."""
+        lines = []
+        for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
+            out = self.points[first:last] - self.centres[k]
+            lines.append(Line(k, self.centres[k] + poses[k, :2] + out @ rotation(poses[k, 2]).T))
+        return lines

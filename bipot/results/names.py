@@ -1,0 +1,156 @@
+"""The fields of a run by name: where they are known, what they are, in which unit, and what their components are called."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from bipot.components import NAMES
+from bipot.errors import require
+from bipot.fem.reduction import Geometry
+
+
+class Place(StrEnum):
+    """Where a field has its values."""
+
+    NODES = "nodes"
+    ELEMENTS = "elements"
+    POINTS = "integration points"
+
+
+GROUPS: Mapping[Place, str] = {Place.NODES: "PointData", Place.ELEMENTS: "CellData"}
+"""What VTK calls them."""
+
+
+class Quantity(StrEnum):
+    """What a field measures."""
+
+    LENGTH = "length"
+    RATE = "length per unit of pseudo-time"
+    FORCE = "force"
+    STRESS = "stress"
+    RATIO = "ratio"
+    STATUS = "status"
+
+
+class Rank(StrEnum):
+    """How many components a field has at a place."""
+
+    SCALAR = "scalar"
+    VECTOR = "vector"
+    TENSOR = "symmetric tensor"
+
+
+SHAPES: Mapping[Rank, tuple[int, ...]] = {Rank.SCALAR: (), Rank.VECTOR: (3,), Rank.TENSOR: (6,)}
+"""At a node or an element, as VTK has them."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """What a field is; ``finite`` says whether it has a number everywhere, ``kind`` of what type (NumPy's letter)."""
+
+    quantity: Quantity
+    rank: Rank
+    meaning: str
+    finite: bool = True
+    kind: str = "f"
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """At a node or an element."""
+        return SHAPES[self.rank]
+
+
+STRESSES: Mapping[str, Field] = {
+    "stress": Field(Quantity.STRESS, Rank.TENSOR, "Cauchy stress"),
+    "plastic_strain": Field(Quantity.RATIO, Rank.TENSOR, "plastic strain, turned with the body"),
+    "mises": Field(Quantity.STRESS, Rank.SCALAR, "equivalent stress of von Mises"),
+    "pressure": Field(Quantity.STRESS, Rank.SCALAR, "mean pressure, minus a third of the trace of the stress"),
+    "peeq": Field(Quantity.RATIO, Rank.SCALAR, "equivalent plastic strain"),
+}
+"""Fields of the material: computed at integration points, averaged over elements and at nodes."""
+
+FIELDS: Mapping[Place, Mapping[str, Field]] = {
+    Place.NODES: {
+        "displacement": Field(Quantity.LENGTH, Rank.VECTOR, "displacement since rest"),
+        "velocity": Field(Quantity.RATE, Rank.VECTOR, "displacement of the increment over its length"),
+        "contact_force": Field(Quantity.FORCE, Rank.VECTOR, "force of the tools on the body at a candidate"),
+        "contact_pressure": Field(Quantity.STRESS, Rank.SCALAR, "normal traction of a candidate, recovered", False),
+        "contact_shear": Field(Quantity.STRESS, Rank.SCALAR, "tangential traction of a candidate, recovered", False),
+        "gap": Field(Quantity.LENGTH, Rank.SCALAR, "distance of a candidate from its tool", False),
+        "status": Field(Quantity.STATUS, Rank.SCALAR, "what a candidate does in the increment", kind="i"),
+        **STRESSES,
+    },
+    Place.ELEMENTS: STRESSES,
+    Place.POINTS: STRESSES,
+}
+
+FORMER = {"contact_pressure": "recovered_pressure", "contact_shear": "recovered_shear"}
+"""What fields were called in files of format 1."""
+
+AXES: Mapping[Geometry, tuple[str, ...]] = {
+    Geometry.AXISYMMETRIC: ("r", "z"),
+    Geometry.PLANE_STRAIN: ("x", "y"),
+    Geometry.SOLID: ("x", "y", "z"),
+}
+"""What the components of a vector are called."""
+
+
+def components(field: Field, geometry: Geometry) -> tuple[str, ...]:
+    """Names of a field's components in the order of the file; those behind them are zero.
+
+    >>> components(STRESSES["stress"], Geometry.AXISYMMETRIC)
+    ('rr', 'zz', 'tt', 'rz')
+    """
+    return {Rank.SCALAR: (), Rank.VECTOR: AXES[geometry], Rank.TENSOR: NAMES[geometry]}[field.rank]
+
+
+def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
+    """The field that is asked for by ``name``, and which component of it, "" for all: "stress_zz" is one of "stress".
+
+    Raises:
+        SceneError: there is none of that name; the message says which there are.
+
+    >>> split(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)
+    ('stress', 'rz')
+    """
+    known = FIELDS[place]
+    if name in known:
+        return name, ""
+    single = {f"{own}_{part}": (own, part) for own, field in known.items() for part in components(field, geometry)}
+    require(name in single, "field", name, f"one of {[*known, *single]}")
+    return single[name]
+
+
+def unit(quantity: Quantity, units: Mapping[str, str]) -> str:
+    """The unit of a quantity in a run's ``units``; in words where they do not say it.
+
+    >>> unit(Quantity.RATE, {"length": "mm"}), unit(Quantity.STRESS, {"force": "N", "length": "mm"})
+    ('mm per unit of pseudo-time', 'N/mm^2')
+    """
+    if quantity in (Quantity.RATIO, Quantity.STATUS):
+        return "1"
+    length, force = (str(units.get(q, f"unit of {q}")) for q in (Quantity.LENGTH, Quantity.FORCE))
+    derived = {
+        Quantity.LENGTH: length,
+        Quantity.RATE: f"{length} per unit of pseudo-time",
+        Quantity.FORCE: force,
+        Quantity.STRESS: f"{force}/{length}^2" if {"length", "force"} <= units.keys() else "unit of stress",
+    }
+    return str(units.get(quantity, derived[quantity]))
+
+
+def described(geometry: Geometry, units: Mapping[str, str]) -> dict[str, dict[str, dict[str, object]]]:
+    """All fields in plain words: meaning, unit and components, by place and name."""
+    return {
+        place.value: {
+            name: {
+                "meaning": field.meaning,
+                "unit": unit(field.quantity, units),
+                "components": list(components(field, geometry)),
+            }
+            for name, field in fields.items()
+        }
+        for place, fields in FIELDS.items()
+    }

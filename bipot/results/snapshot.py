@@ -1,0 +1,77 @@
+"""A step of a run read back: where body and tools are, and every field by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from bipot.components import Components
+from bipot.course import Course
+from bipot.fem.reduction import Geometry
+from bipot.response import State
+from bipot.results.drawn import Line
+from bipot.results.names import Place, components, split
+from bipot.results.names import FIELDS, Rank
+from bipot.results.stored import Told
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """Step number ``step`` of a run, 0 where it starts, k after its k-th recorded increment, at pseudo-time ``tau``.
+
+    What is asked for is read from the file then. A name may be a component's: "stress_zz", "displacement_r".
+    """
+
+    told: Told
+    geometry: Geometry
+    step: int
+    tau: float
+
+    @property
+    def course(self) -> Course:
+        """Where the march was: ``march(start=...)`` goes on from it."""
+        return self.told(lambda run: run.course(self.step))
+
+    @property
+    def state(self) -> State:
+        """The state of the body, its integration points included."""
+        return self.course.state
+
+    @property
+    def nodes(self) -> Floats:
+        """Where the nodes (a, d) are."""
+        return self.told(lambda run: run.nodes(self.step))
+
+    @property
+    def tools(self) -> list[Line]:
+        """Lines (p, d) of the tools where they are."""
+        (lines,) = self.told(lambda run: run.tools(self.step, self.step + 1))
+        return lines
+
+    def nodal(self, name: str) -> NDArray[Any]:
+        """Field of the nodes: (a,), a vector (a, 3) or a tensor (a, 6); NaN (status: -1) off the candidates.
+
+        Stress, plastic strain and what is made of them are averages (:mod:`bipot.results.nodal`).
+        """
+        return self._field(Place.NODES, name)
+
+    def cell(self, name: str) -> NDArray[Any]:
+        """Field of the elements, an average over the volume of each: (e,) or a tensor (e, 6)."""
+        return self._field(Place.ELEMENTS, name)
+
+    def points(self, name: str) -> Any:
+        """Field of the integration points, as it was solved for: (e, q), or of a tensor its :class:`Components`."""
+        base, part = split(Place.POINTS, name, self.geometry)
+        values = getattr(self.state, base)
+        if FIELDS[Place.POINTS][base].rank is not Rank.TENSOR:
+            return values
+        tensors = Components(values, self.geometry)
+        return tensors[part] if part else tensors
+
+    def _field(self, place: Place, name: str) -> NDArray[Any]:
+        base, part = split(place, name, self.geometry)
+        values = self.told(lambda run: run.field(place, base, self.step))
+        return values[:, components(FIELDS[place][base], self.geometry).index(part)] if part else values

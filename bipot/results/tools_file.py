@@ -1,0 +1,60 @@
+"""The file ``tools.vtkhdf`` beside a run's: its tools as lines that move, for ParaView and other readers of VTK.
+
+A second file, because readers that take steps take one grid of one kind. It holds nothing that the run's file does not:
+it is written when the recorder is done, and anew whenever it is asked for.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bipot.errors import ResultsError
+from bipot.replacing import replace
+from bipot.results.drawn import Line
+from bipot.results.fields import padded
+from bipot.results.vtkhdf import VERSIONS, store
+from bipot.typing import Floats
+
+POLY_LINE = 4
+"""VTK's number of a line through points."""
+
+
+def write_tools(path: Path, times: Floats, steps: Sequence[Sequence[Line]]) -> None:
+    """Write the lines of the tools at all pseudo-times; raises ResultsError where that fails."""
+    replace(path, _content(times, steps), ResultsError)
+
+
+def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
+    """The file's bytes: an unstructured grid whose points move from step to step."""
+    # h5py takes long to import, and only files need it.
+    import h5py
+
+    lines, count = steps[0], len(times)
+    lengths = [len(line.points) for line in lines]
+    points, rows = sum(lengths), np.arange(count)
+    memory = io.BytesIO()
+    with h5py.File(memory, "w", libver=VERSIONS) as out:
+        vtk = out.create_group("VTKHDF")
+        vtk.attrs["Version"] = np.array([2, 2])
+        vtk.attrs.create("Type", b"UnstructuredGrid", dtype="S16")
+        sizes = {"NumberOfPoints": points, "NumberOfCells": len(lines), "NumberOfConnectivityIds": points}
+        for name, size in sizes.items():
+            store(vtk, name, [size])
+        store(vtk, "Connectivity", np.arange(points))
+        store(vtk, "Offsets", np.cumsum([0, *lengths]))
+        store(vtk, "Types", np.full(len(lines), POLY_LINE, dtype=np.uint8))
+        store(vtk, "Points", padded(np.concatenate([line.points for step in steps for line in step])))
+        store(vtk, "CellData/tool", [line.tool for line in lines])
+        store(vtk, "Steps/Values", times)
+        store(vtk, "Steps/NumberOfParts", np.ones(count, dtype=int))
+        store(vtk, "Steps/PartOffsets", 0 * rows)
+        store(vtk, "Steps/PointOffsets", points * rows)
+        for name in ("CellOffsets", "ConnectivityIdOffsets"):
+            store(vtk, f"Steps/{name}", np.zeros((count, 1), dtype=int))
+        store(vtk, "Steps/CellDataOffsets/tool", 0 * rows)
+        vtk["Steps"].attrs["NSteps"] = count
+    return memory.getbuffer()

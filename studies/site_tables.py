@@ -1,0 +1,59 @@
+"""Tables of the documentation that are no study's own: the columns of a history, and where results were made."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bipot.errors import ResultsError
+from bipot.results.names import FIELDS
+from studies import provenance
+from studies.tables import read_csv
+from studies.upsetting import history_columns
+
+UNKNOWN = "not stored"
+SHOWN = (("elements", 5), ("elements", 10), ("elements", 20), ("increments", 15), ("increments", 120))
+"""Knobs and their values in the table of what mesh and increments cost."""
+
+
+def of_convergence(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: the force at two reductions over the mesh, and over the increments on 10 x 10."""
+    lines = read_csv(results / "convergence.csv", f"python -m studies.convergence --out {results}")
+    found = {(line["mu"], line["knob"], line["value"]): line for line in lines}
+    named = {"elements": "{0} x {0}", "increments": "10 x 10 in {0} increments"}
+    rows = [
+        [f"{mu:g}, {reduction} %", *(f"{found[mu, *knob][f'force_{reduction}_N']:.0f}" for knob in SHOWN)]
+        for reduction in (20, 45)
+        for mu in dict.fromkeys(line["mu"] for line in lines)
+    ]
+    return ["mu", *(named[knob].format(value) for knob, value in SHOWN)], rows
+
+
+def of_columns(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: every column of the main study's histories, with its meaning."""
+    return ["column", "meaning"], [[f"`{column.name}`", column.meaning] for column in history_columns(1.0)]
+
+
+def of_fields(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: every field of a run by place and name, with what it is."""
+    rows = [
+        [f"`{name}`", place.value, field.rank.value, field.quantity.value, field.meaning]
+        for place, fields in FIELDS.items()
+        for name, field in fields.items()
+    ]
+    return ["field", "at", "rank", "quantity", "meaning"], rows
+
+
+def of_provenance(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: day, commit, machine and versions of every table.
+
+    Raises:
+        ResultsError: a table has no row.
+    """
+    rows = provenance.stored(results)
+    if missing := [name for name in provenance.tables(results) if name not in rows]:
+        raise ResultsError(f"{results / missing[0]}: has no row in {provenance.NAME}.csv: see studies.provenance")
+    head = ["table", "day", "commit", "machine", "versions"]
+    return head, [
+        [f"[{row.table}](results/{row.table})", row.day, row.commit, row.machine or UNKNOWN, row.versions or UNKNOWN]
+        for row in rows.values()
+    ]

@@ -1,0 +1,284 @@
+"""A run opened: a frame of its columns, steps by value, fields by name at nodes and points; tools as moving lines."""
+
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+import bipot
+from bipot import (
+    Circle,
+    Elasticity,
+    Geometry,
+    Perfect,
+    Profile,
+    Schedule,
+    ShapedTool,
+    Turn,
+    Union,
+    VonMises,
+    block,
+    march,
+)
+from bipot.elements import Element
+from bipot.errors import ResultsError, SceneError
+from bipot.fem.elements import RULES, node_places, tabulated
+from bipot.results import Existing, Recorder
+from bipot.results.nodal import Averaging
+from bipot.surfaces import Plane
+from tests.recording import SCENE, recorder
+from tests.scenes import scene
+
+
+@pytest.fixture(scope="module")
+def run(recorded):
+    return bipot.results.open(recorded)
+
+
+def test_columns_are_a_frame_of_pandas(run):
+    frame = run.frame()
+    assert list(frame.columns) == list(run.columns)
+    assert len(frame) == len(run)
+    np.testing.assert_array_equal(frame["work_J"].to_numpy(), run["work_J"])
+
+
+def test_importing_and_opening_needs_no_pandas_and_a_frame_says_so(recorded, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setattr("bipot.results.history.find_spec", lambda name: None)
+    opened = bipot.results.open(recorded)
+    with pytest.raises(ResultsError, match=r"frame\(\) needs pandas: pip install bipot\[frames\]"):
+        opened.frame()
+
+
+def test_a_step_is_the_recorded_one_nearest_to_a_value(run, marched):
+    reductions = run["reduction"]
+    for row, reduction in enumerate(reductions):
+        snapshot = run.at(float(reduction))
+        assert snapshot.step == row + 1
+        assert snapshot.tau == marched[row].state.tau
+        np.testing.assert_array_equal(snapshot.nodes, marched[row].state.nodes)
+    between = 0.4 * reductions[1] + 0.6 * reductions[2]
+    assert run.at(between).step == 3
+    assert run.at((reductions[1] + reductions[2]) / 2 - 1e-9).step == 2
+    assert run.at().step == len(run)
+    assert run.at(2, by="increment").step == 2
+    assert run.at(0.0, by="tau").step == 0
+    np.testing.assert_array_equal(run.at(0.0, by="tau").nodes, SCENE.mesh.nodes)
+
+
+@pytest.mark.parametrize(
+    ("value", "by", "words"),
+    [
+        (0.3, None, r"reduction = 0\.3: must be in \[0\.001, 0\.2\], what is recorded"),
+        (0.0, None, r"reduction = 0\.0: must be in \[0\.001"),
+        (-0.1, "tau", r"tau = -0\.1: must be in \[0, 1\]"),
+        (1, "passes", r"by = 'passes': must be tau, or a column of numbers that increase"),
+        (1, "form", r"by = 'form': must be tau"),
+        (1, "temperature", r"column = 'temperature': must be one of"),
+        (np.nan, "tau", "tau = nan"),
+        ("end", None, "reduction = 'end'"),
+    ],
+)
+def test_values_that_are_not_recorded_are_refused(run, value, by, words):
+    with pytest.raises(SceneError, match=words):
+        run.at(value, by)
+
+
+def test_fields_of_integration_points_are_those_of_the_state(run, marched):
+    last, state = run.at(), marched[-1].state
+    for name in ("mises", "pressure", "peeq"):
+        np.testing.assert_array_equal(last.points(name), getattr(state, name))
+    for name in ("stress", "plastic_strain"):
+        tensors = last.points(name)
+        assert tensors.names == ("rr", "zz", "tt", "rz")
+        for part in tensors.names:
+            np.testing.assert_array_equal(last.points(f"{name}_{part}"), getattr(marched[-1], name)[part])
+    np.testing.assert_array_equal(run.points("mises", 0), marched[0].mises)
+
+
+def test_components_of_nodes_and_elements_have_the_names_of_the_geometry(run):
+    last = run.at()
+    for k, part in enumerate(("rr", "zz", "tt", "rz")):
+        np.testing.assert_array_equal(last.nodal(f"stress_{part}"), last.nodal("stress")[:, k])
+        np.testing.assert_array_equal(last.cell(f"stress_{part}"), last.cell("stress")[:, k])
+    np.testing.assert_array_equal(last.nodal("displacement_r"), last.nodes[:, 0] - run.mesh.nodes[:, 0])
+    assert (last.nodal("stress_zz") < 0).all()
+
+
+@pytest.mark.parametrize("place", ["nodal", "cell", "points"])
+@pytest.mark.parametrize("name", ["temperature", "stress_xx", "stress_", "mises_zz", ""])
+def test_unknown_fields_are_refused_with_the_known_ones(run, place, name):
+    with pytest.raises(SceneError, match=rf"field = '{name}': must be one of .*'stress'.*'stress_zz'"):
+        getattr(run.at(), place)(name)
+
+
+def test_fields_have_a_meaning_and_the_runs_units(run):
+    nodes = run.fields["nodes"]
+    assert nodes["displacement"]["unit"] == "mm"
+    assert nodes["velocity"]["unit"] == "mm per unit of pseudo-time"
+    assert nodes["mises"]["unit"] == nodes["contact_pressure"]["unit"] == "N/mm^2"
+    assert nodes["stress"]["components"] == ["rr", "zz", "tt", "rz"]
+    assert run.fields["integration points"]["peeq"]["unit"] == "1"
+    assert all(field["meaning"] for fields in run.fields.values() for field in fields.values())
+
+
+def test_averages_at_nodes_are_near_the_points_around(run):
+    """Perfect plasticity: the stress at every node of the yielding body is the yield stress, as at all points."""
+    last = run.at()
+    assert (last.points("peeq") > 0).all()
+    np.testing.assert_allclose(last.nodal("mises"), 300.0, rtol=1e-6)
+    np.testing.assert_allclose(last.nodal("plastic_strain")[:, :3].sum(axis=1), 0, atol=1e-6)
+
+
+@pytest.mark.parametrize("element", Element)
+def test_linear_functions_come_back_at_the_nodes(element):
+    """And constants alone by a rule of one point; in elements of one shape, whose volumes tell nothing."""
+    mesh = block(3.0, 2.0, 3, 2, element=element)
+    for rule in RULES[element]:
+        reference = tabulated(element, rule)
+        at_points = np.einsum("qk,ekd->eqd", reference.values, mesh.nodes[mesh.elements])
+        values = np.concatenate([np.ones_like(at_points[..., :1]), at_points @ [[2.0], [-3.0]]], axis=-1)
+        volume = np.ones(values.shape[:2]) / len(reference.weights)
+        found = Averaging.of(mesh, rule)(volume, values)
+        np.testing.assert_allclose(found[:, 0], 1.0, rtol=1e-13)
+        if len(reference.weights) > 1:
+            np.testing.assert_allclose(found[:, 1], mesh.nodes @ [2.0, -3.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("element", Element)
+def test_places_of_nodes_are_where_their_shape_functions_are_one(element):
+    from bipot.fem.elements import tabulated_at
+
+    found = tabulated_at(element, node_places(element)).values
+    np.testing.assert_allclose(found, np.eye(element.nodes), atol=1e-14)
+
+
+def to_format_1(path):
+    """What the older layout lacks, taken away."""
+    with h5py.File(path, "r+") as file:
+        file["bipot"].attrs["format"] = 1
+        for name in ("mises", "pressure", "peeq", "stress", "plastic_strain"):
+            del file[f"VTKHDF/PointData/{name}"]
+        del file["VTKHDF/CellData/pressure"], file["bipot/tools"], file["bipot/steps/pose"]
+        for name in ("pressure", "shear"):
+            file.move(f"VTKHDF/PointData/contact_{name}", f"VTKHDF/PointData/recovered_{name}")
+
+
+def test_a_file_of_format_1_is_read_as_far_as_it_goes_and_not_gone_on_with(recorded, run, tmp_path):
+    path = tmp_path / "run.vtkhdf"
+    path.write_bytes((recorded / "run.vtkhdf").read_bytes())
+    to_format_1(path)
+    old = bipot.results.open(path)
+    np.testing.assert_array_equal(old.nodal("contact_pressure"), run.nodal("contact_pressure"))
+    np.testing.assert_array_equal(old.cell("stress_zz"), run.cell("stress_zz"))
+    np.testing.assert_array_equal(old.points("mises"), run.points("mises"))
+    for ask in (lambda: old.nodal("mises"), lambda: old.cell("pressure"), lambda: old.at().tools, old.write_tools):
+        with pytest.raises(ResultsError, match=r"run\.vtkhdf: .* missing: must be written by a newer version: run"):
+            ask()
+    for existing in (Existing.RESUME, Existing.REFUSE):
+        with pytest.raises(ResultsError, match="was written by an older version and is not gone on with"):
+            recorder(tmp_path, existing)
+
+
+def test_the_lines_of_a_plane_are_where_it_goes(run):
+    for step, travelled in ((run.at(0.0, by="tau"), 0.0), (run.at(), 1.0)):
+        (line,) = step.tools
+        assert line.tool == 0
+        np.testing.assert_allclose(line.points[:, 1], 5 - travelled * 0.2 * 5, atol=1e-14)
+        # The tool, above, is on the right.
+        assert line.points[0, 0] > step.nodes[:, 0].max() > step.nodes[:, 0].min() > line.points[1, 0]
+
+
+SURFACES = {
+    "plane": Plane((0.0, 2.0), (0.6, -0.8)),
+    "circle": Circle((0.5, 3.0), 1.0),
+    "hollow": Circle((0.5, 3.0), 1.0, concave=True),
+    "punch": Profile(((1.0, 4.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, 4.0)), fillets=(0.5, 0.0)),
+    "closed": Profile(((0.0, 0.0), (0.0, 2.0), (3.0, 2.0), (3.0, 0.0)), fillets=0.4, closed=True),
+    "die": Profile(((-1.0, 0.0), (0.0, 0.0), (1.0, 1.0), (3.0, 1.0)), fillets=0.3),
+}
+
+
+@pytest.mark.parametrize("surface", SURFACES.values(), ids=SURFACES)
+def test_lines_are_on_the_surface_with_the_tool_on_the_right(surface):
+    (line,) = surface.lines(np.array([0.0, 1.0]), 5.0)
+    np.testing.assert_allclose(surface.distance(line).gap, 0.0, atol=1e-12)
+    along = np.diff(line, axis=0)
+    length = np.linalg.norm(along, axis=1)
+    assert (length > 0).all()
+    right = np.stack([along[:, 1], -along[:, 0]], axis=1) / length[:, None]
+    middle = (line[1:] + line[:-1]) / 2
+    # The chord of a round is off it by its sagitta.
+    assert (np.abs(surface.distance(middle).gap) < 1e-3).all()
+    assert (surface.distance(middle + 1e-2 * right).gap < 0).all()
+    assert (surface.distance(middle - 1e-2 * right).gap > 0).all()
+
+
+def test_lines_of_a_profile_hold_its_corners_and_its_whole_length():
+    (line,) = SURFACES["closed"].lines(np.zeros(2), 1.0)
+    np.testing.assert_array_equal(line[0], line[-1])
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    assert length == pytest.approx(2 * (2.2 + 1.2) + 2 * np.pi * 0.4, rel=1e-3)
+    (open_,) = SURFACES["punch"].lines(np.zeros(2), 1.0)
+    np.testing.assert_array_equal(open_[[0, -1]], [(1.0, 4.0), (-1.0, 4.0)])
+    assert (np.abs(open_ - (-1.0, 2.0)).max(axis=1) == 0).sum() == 1
+    two = Union((SURFACES["circle"], SURFACES["hollow"]))
+    assert [len(one) for one in two.lines(np.zeros(2), 1.0)] == [121, 121]
+
+
+def test_the_lines_of_a_tool_that_turns_turn_about_its_centre(tmp_path):
+    roll = ShapedTool(
+        surface=Profile(((2.0, 4.0), (0.0, 2.0), (-2.0, 4.0)), fillets=0.5),
+        travel=(0.1, -0.2),
+        candidates=("top",),
+        mu=0.1,
+        turn=Turn(-0.2, (0.0, 4.0)),
+    )
+    given = scene(
+        geometry=Geometry.PLANE_STRAIN,
+        mesh=block(1.0, 1.0, 2, 2),
+        material=VonMises(Elasticity(1000.0, 0.3), Perfect(5.0)),
+        tools=(roll,),
+    )
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    history = bipot.results.open(tmp_path)
+    for step in (history.at(0.0, by="tau"), history.at(0.5), history.at()):
+        (line,) = step.tools
+        pose = roll.pose(step.tau)
+        np.testing.assert_allclose(roll.distance(line.points, pose), 0.0, atol=1e-12)
+    (path,) = tmp_path.glob("tools.vtkhdf")
+    written = path.read_bytes()
+    path.unlink()
+    assert history.write_tools() == path
+    assert path.read_bytes() == written
+
+
+def test_a_run_without_tools_has_no_file_of_them(tmp_path):
+    given = scene(tools=(), mesh=block(1.0, 1.0, 1, 1))
+    with Recorder(tmp_path, given, (), {}, {}):
+        pass
+    assert bipot.results.open(tmp_path).at().tools == []
+    assert bipot.results.open(tmp_path).write_tools() is None
+    assert [path.name for path in tmp_path.iterdir() if "tools" in path.name] == []
+
+
+def test_the_file_of_tools_of_an_overwritten_run_goes_with_it(recorded, tmp_path):
+    (tmp_path / "tools.vtkhdf").write_bytes(b"of another run")
+    with recorder(tmp_path, Existing.OVERWRITE):
+        assert not (tmp_path / "tools.vtkhdf").exists()
+    assert (tmp_path / "tools.vtkhdf").stat().st_size > 1000
+
+
+def test_a_file_of_tools_that_cannot_be_written_is_said(tmp_path, monkeypatch):
+    def full(*_):
+        raise ResultsError("tools.vtkhdf: cannot be written (no space)")
+
+    monkeypatch.setattr("bipot.results.history.write_tools", full)
+    with pytest.raises(ResultsError, match="no space"), recorder(tmp_path):
+        pass
+    with pytest.raises(ZeroDivisionError), recorder(tmp_path, Existing.RESUME):
+        raise ZeroDivisionError
+    assert len(bipot.results.open(tmp_path)) == 0

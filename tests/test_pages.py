@@ -1,0 +1,52 @@
+"""The blocks of the documentation's pages run as printed and print what the page says; the site is built from them."""
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from tests.pages import DOCS, PAGES, REFERENCE, ROOT, blocks, printed, written
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_a_page_prints_what_it_says(page, tmp_path):
+    said = [block.printed for block in blocks(page.read_text(encoding="utf-8"))]
+    assert printed(page, tmp_path) == said
+
+
+@pytest.mark.parametrize("page", REFERENCE, ids=lambda page: page.stem)
+def test_the_blocks_of_a_page_run(page, tmp_path):
+    assert any(printed(page, tmp_path))
+
+
+def test_every_task_has_a_page_with_something_to_run():
+    empty = [page.stem for page in PAGES if not blocks(page.read_text(encoding="utf-8"))]
+    assert empty == ["index"]
+    listed = (DOCS / "howto" / "index.md").read_text(encoding="utf-8").split()
+    assert [page.stem for page in PAGES[1:] if page.stem not in ("index", *listed)] == []
+
+
+def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
+    page = "```python\nprint(1)\n```\n\n```text\n2\n```\n\n```python\na = 3\n```\n\nEnd.\n"
+    right = page.replace("\n2\n", "\n1\n")
+    assert written(page, ["1\n", ""]) == right
+    assert [block.printed for block in blocks(right)] == ["1\n", ""]
+
+
+@pytest.mark.parametrize("reference", [0, pytest.param(2, marks=pytest.mark.slow)])
+def test_the_site_is_built_without_a_warning(reference, tmp_path):
+    """Every link and name is checked, and by the long one every docstring; the gallery is not run."""
+    pytest.importorskip("sphinx_gallery")
+    for name in ("docs", "examples"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("_build", "gallery", "reference"))
+    for name in ("CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md"):
+        shutil.copy(ROOT / name, tmp_path)
+    for name in ("bipot", "tests"):
+        (tmp_path / name).symlink_to(ROOT / name)
+    quick = ["-D", "plot_gallery=0", "-D", f"reference_groups={reference}"]
+    command = [sys.executable, "-m", "sphinx", "-b", "dummy", "-q", "-W", "--keep-going", *quick, "docs", "built"]
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")

@@ -1,0 +1,258 @@
+"""Pictures of a run: what is drawn is what the run holds, and pyplot is left alone; the commands that make them."""
+
+import tomllib
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from matplotlib import pyplot
+from matplotlib.figure import Figure
+from PIL import Image
+
+from bipot import Circle, Schedule, ShapedTool, block, march, plot
+from bipot.command import main
+from bipot.elements import Element
+from bipot.errors import SceneError
+from bipot.fem.elements import tabulated_at
+from bipot.plot.contours import tessellation
+from bipot.plot.surface import chains
+from bipot.results import Recorder
+from bipot.results import open as open_results
+from studies import picture
+from tests.scenes import scene
+
+
+@pytest.fixture(scope="module")
+def run(recorded):
+    return open_results(recorded)
+
+
+@pytest.fixture
+def ax():
+    """Axes of a figure that pyplot does not know."""
+    yield Figure().add_subplot()
+    assert pyplot.get_fignums() == []
+
+
+def test_a_contour_has_the_values_of_the_nodes_where_they_are(run, ax):
+    drawn = plot.contour(run, "pressure", 0.1, ax)
+    step = run.at(0.1)
+    values, corners = step.nodal("pressure"), drawn.get_paths()
+    assert corners is not None
+    triangulation = drawn._triangulation
+    places = np.column_stack([triangulation.x, triangulation.y])
+    for node, value in zip(step.nodes, values, strict=True):
+        here = np.abs(places - node).max(axis=1) < 1e-9
+        assert here.any()
+        np.testing.assert_allclose(drawn.get_array()[here], value, rtol=1e-6, atol=1e-3)
+    assert drawn.get_clim() == pytest.approx((drawn.get_array().min(), drawn.get_array().max()))
+    area = np.abs(np.linalg.det(np.diff(places[triangulation.triangles], axis=1))).sum() / 2
+    assert area == pytest.approx(shoelace(step.nodes, run.mesh.outline), rel=1e-3)
+
+
+def shoelace(nodes, outline):
+    """Area inside edges that run anticlockwise, their middle nodes taken as corners."""
+    pieces = np.concatenate([outline[:, k : k + 2] for k in range(outline.shape[1] - 1)])
+    (x, y), (u, v) = nodes[pieces[:, 0]].T, nodes[pieces[:, 1]].T
+    return np.sum(x * v - u * y) / 2
+
+
+def test_a_contour_says_what_it_shows(run, ax):
+    plot.contour(run, "stress_zz", 0.1, ax)
+    assert (
+        ax.get_title()
+        == f"increment {run.at(0.1).step}, reduction {100 * run['reduction'][run.at(0.1).step - 1]:.4g} %"
+    )
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("r (mm)", "z (mm)")
+    assert [bar.get_ylabel() for bar in ax.figure.axes[1:]] == ["stress_zz (N/mm^2)"]
+    low, high = run.at(0.1).nodes.min(axis=0), run.at(0.1).nodes.max(axis=0)
+    for (first, last), own, other in zip((ax.get_xlim(), ax.get_ylim()), low, high, strict=True):
+        assert first < own < other < last
+    plot.contour(run, "displacement", ax=ax, limits=(0.0, 2.0), colorbar=False)
+    assert ax.collections[-3].get_clim() == (0.0, 2.0)
+    assert ax.get_title() == f"increment {len(run)}, reduction 20 %"
+
+
+def test_the_tools_are_drawn_where_they_are(run, ax):
+    plot.contour(run, "mises", 0.0, ax, by="tau")
+    (line,) = ax.collections[-1].get_segments()
+    np.testing.assert_allclose(line[:, 1], 5.0)
+    assert ax.get_title() == "step 0, tau = 0"
+
+
+@pytest.mark.parametrize(
+    ("field", "at", "words"),
+    [
+        ("temperature", None, "field = 'temperature': must be one of"),
+        ("contact_pressure", None, "field = 'contact_pressure': must be one of the whole body; contact_traction"),
+        ("status", None, "must be one of the whole body"),
+        ("stress", None, "field = 'stress': must be a component, as in stress_rr"),
+        ("mises", 0.7, r"reduction = 0\.7: must be in"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(run, ax, field, at, words):
+    with pytest.raises(SceneError, match=words):
+        plot.contour(run, field, at, ax)
+
+
+@pytest.mark.parametrize("element", Element)
+def test_the_pieces_of_an_element_are_the_whole_of_it(element):
+    points, triangles = tessellation(element)
+    doubled = np.linalg.det(np.diff(points[triangles], axis=1))
+    assert (doubled > 0).all()
+    assert doubled.sum() / 2 == pytest.approx(1.0 if element.corners == 4 else 0.5)
+    np.testing.assert_allclose(tabulated_at(element, points).values.sum(axis=1), 1.0)
+
+
+def test_tractions_are_drawn_from_the_axis_outwards(run, ax):
+    pressure, shear = plot.contact_traction(run, 0.1, ax)
+    step = run.at(0.1)
+    top = np.flatnonzero(step.nodal("status") >= 0)
+    x, values = pressure.get_data()
+    known = ~np.isnan(values)
+    assert 1 < known.sum() <= len(top)
+    # On the flat punch the arc is the radius.
+    for radius, value, other in zip(x[known], values[known], shear.get_ydata()[known], strict=True):
+        node = top[np.argmin(np.abs(step.nodes[top] - (radius, 5 * (1 - run["reduction"][step.step - 1]))).max(axis=1))]
+        assert value == step.nodal("contact_pressure")[node]
+        assert other == step.nodal("contact_shear")[node]
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["pressure", "shear"]
+    assert ax.get_ylabel() == "traction (N/mm^2)"
+    with pytest.raises(SceneError, match=r"tool = 1: must be in \[0, 1\)"):
+        plot.contact_traction(run, ax=ax, tool=1)
+
+
+@pytest.mark.parametrize("element", [Element.Q4, Element.T6])
+def test_boundaries_are_followed_along_the_surface(element):
+    mesh = block(3.0, 1.0, 3, 2, element=element)
+    (around,) = chains(mesh, ["left", "top", "right"], mesh.nodes)
+    np.testing.assert_array_equal(mesh.nodes[around[[0, -1]]], [(0.0, 0.0), (3.0, 0.0)])
+    assert np.linalg.norm(np.diff(mesh.nodes[around], axis=0), axis=1).sum() == pytest.approx(5.0)
+    assert sorted(len(path) for path in chains(mesh, ["left", "right"], mesh.nodes)) == [3, 3] or element.quadratic
+    (closed,) = chains(mesh, list(mesh.boundaries), mesh.nodes)
+    assert closed[0] == closed[-1]
+
+
+def test_a_round_tool_is_drawn_and_pictures_of_every_step_move(tmp_path, ax):
+    ball = ShapedTool(Circle((0.0, 2.0), 1.0), (0.0, -0.01), ("top",), 0.0)
+    given = scene(mesh=block(1.0, 1.0, 2, 2), tools=(ball,))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        for accepted in march(given, Schedule(2)):
+            out.record(accepted)
+    result = open_results(tmp_path)
+    plot.contour(result, "mises", ax=ax)
+    (line,) = ax.collections[-1].get_segments()
+    np.testing.assert_allclose(np.hypot(line[:, 0], line[:, 1] - 1.99), 1.0)
+    path = plot.animate(result, "mises", tmp_path / "mises.gif", frames=2)
+    with Image.open(path) as image:
+        assert (image.format, image.n_frames) == ("GIF", 2)
+    assert ax.get_xlabel().endswith("(unit of length)")
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [({"path": "film.mp4"}, r"path = 'film\.mp4': must be one that ends in \.gif"), ({"frames": 0}, "frames = 0")],
+)
+def test_animations_that_cannot_be_are_refused(run, tmp_path, given, words):
+    with pytest.raises(SceneError, match=words):
+        plot.animate(run, "mises", **{"path": tmp_path / "film.gif", **given})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_study_draws_as_the_command_does(recorded, tmp_path, capsys):
+    pictures = [tmp_path / "one.png", tmp_path / "other.png"]
+    asked = [str(recorded), "--field", "mises", "--at", "0.1", "--out"]
+    assert picture.main([*asked, str(pictures[0])]) == main(["picture", *asked, str(pictures[1])]) == 0
+    assert capsys.readouterr().out == f"{pictures[0]}\n{pictures[1]}\n"
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+def test_the_command_draws_and_says_where(recorded, tmp_path, capsys):
+    for name, options in {
+        "traction.pdf": ["--traction", "0"],
+        "by.svg": ["--field", "stress_zz", "--at", "0.5", "--by", "tau"],
+    }.items():
+        assert main(["picture", str(recorded), *options, "--out", str(tmp_path / name)]) == 0
+        assert capsys.readouterr().out == f"{tmp_path / name}\n"
+        assert (tmp_path / name).stat().st_size > 5000
+
+
+def test_without_a_place_the_picture_is_in_the_folder_of_the_run(recorded, tmp_path, capsys):
+    (tmp_path / "run.vtkhdf").write_bytes((recorded / "run.vtkhdf").read_bytes())
+    assert main(["picture", str(tmp_path), "--field", "peeq", "--at", "0.2"]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'peeq_0.2.png'}\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--field", "temperature"], "error: field = 'temperature': must be one of"),
+        (["--at", "0.9"], "error: reduction = 0.9: must be in [0.001, 0.2]"),
+        (["--by", "form"], "error: by = 'form': must be tau, or a column"),
+        (["--traction", "3"], "error: tool = 3: must be in [0, 1)"),
+        (["--out", "picture.xyz"], "error: --out = picture.xyz: must end in one of"),
+        (["--out", "picture"], "error: --out = picture: must end in one of"),
+        (["--out", "nowhere/picture.png"], "error: nowhere/picture.png: cannot be written"),
+        (["--at", "0.1", "--out", "a.gif"], "error: --out = a.gif: must not end in .gif with --traction, --at or --by"),
+    ],
+)
+def test_bad_pictures_end_with_one_sentence(recorded, tmp_path, monkeypatch, capsys, options, words):
+    monkeypatch.chdir(tmp_path)
+    assert main(["picture", str(recorded), *options]) == 2
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert told.err.startswith(words)
+    assert told.err.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("argv", [[], ["draw"], ["info"], ["picture", "x", "--at", "half"], ["info", "x", "--fie"]])
+def test_a_command_line_that_is_none_ends_with_code_2(argv, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main(argv)
+    assert stop.value.code == 2
+    assert "usage: bipot" in capsys.readouterr().err
+
+
+def test_info_says_what_the_run_holds(recorded, run, capsys):
+    assert main(["info", str(recorded)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith(f"{recorded / 'run.vtkhdf'}: complete, {len(run)} increments to tau = 1\n")
+    for words in ("elements = 2", "Q8 elements, axisymmetric", "MPa" if "stress" in run.units else "N/mm^2"):
+        assert words in told
+    for name in run.columns:
+        assert f"\n  {name} " in told
+    assert f"  {run['work_J'][-1]}\n" in told
+
+
+def test_info_of_what_is_no_run_is_one_sentence(recorded, tmp_path, capsys):
+    (tmp_path / "mu0.1").mkdir()
+    assert main(["info", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"error: {tmp_path}: no results (run.vtkhdf missing)\n"
+    (tmp_path / "mu0.1" / "run.vtkhdf").write_bytes(b"")
+    assert main(["info", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"error: {tmp_path}: holds runs in mu0.1: name one of these\n"
+    assert main(["info", str(tmp_path / "mu0.1")]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("error: ")
+    assert told.count("\n") == 1
+    with h5py.File(tmp_path / "run.vtkhdf", "w") as file:
+        file["a\nb"] = 1
+    assert main(["info", str(tmp_path)]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("package", ["matplotlib", "PIL"])
+def test_what_is_not_installed_is_said(recorded, tmp_path, monkeypatch, capsys, package):
+    for module in ("bipot.command", "bipot.plot.animation"):
+        monkeypatch.setattr(f"{module}.find_spec", lambda name: None if name == package else object())
+    assert main(["picture", str(recorded), "--out", str(tmp_path / "a.gif")]) == 2
+    told = capsys.readouterr().err
+    assert {"matplotlib": "a picture needs matplotlib", "PIL": "needs pillow"}[package] in told
+    assert "pip install bipot[studies]" in told
+
+
+def test_the_console_entry_point_is_the_command():
+    told = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
+    assert told["project"]["scripts"] == {"bipot": f"{main.__module__}:{main.__name__}"}
