@@ -117,6 +117,11 @@ class Surface(Protocol):
         ...
 
 
+STRAIGHT = np.array([[-1.0], [1.0]])
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+"""How planes are drawn, along their tangents, in a plane and in space."""
+
+
 @dataclass(frozen=True)
 class Plane:
     """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
@@ -187,10 +192,11 @@ class Plane:
         )
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
-        """As :meth:`Surface.lines`: one straight, around the foot of the ``middle``."""
-        normal, tangent = frames(np.array(self.normal))
-        foot = middle - self.gap(middle, np.zeros(2)) * normal
-        return [foot + np.outer((-reach, reach), tangent)]
+        """As :meth:`Surface.lines`: one straight around the foot of the ``middle``, in space a square."""
+        normal, *tangents = frames(np.array(self.normal))
+        foot = middle - self.gap(middle, np.zeros(len(middle))) * normal
+        ends = STRAIGHT if len(tangents) == 1 else SQUARE
+        return [foot + reach * ends @ np.array(tangents)]
 
 
 @dataclass(frozen=True)

@@ -130,7 +130,7 @@ class Broken:
     def distance(self, *x: Any) -> Any:
         return self.said(*x)
 
-    gap = size = passed = crossed = beyond = tips = mirrored = image = same = distance
+    gap = size = passed = crossed = beyond = tips = mirrored = image = same = lines = distance
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ from bipot.errors import ResultsError, SceneError
 from bipot.fem.elements import RULES, node_places, tabulated
 from bipot.results import Existing, Recorder
 from bipot.results.nodal import Averaging
+from bipot.solids import brick
 from bipot.surfaces import Plane
 from tests.recording import SCENE, recorder
 from tests.scenes import scene
@@ -134,16 +135,18 @@ def test_averages_at_nodes_are_near_the_points_around(run):
 @pytest.mark.parametrize("element", Element)
 def test_linear_functions_come_back_at_the_nodes(element):
     """And constants alone by a rule of one point; in elements of one shape, whose volumes tell nothing."""
-    mesh = block(3.0, 2.0, 3, 2, element=element)
+    flat = element.dimension == 2
+    mesh = block(3.0, 2.0, 3, 2, element=element) if flat else brick(3.0, 2.0, 1.0, 3, 2, 1, element=element)
+    slopes = np.array([2.0, -3.0, 5.0])[: element.dimension]
     for rule in RULES[element]:
         reference = tabulated(element, rule)
         at_points = np.einsum("qk,ekd->eqd", reference.values, mesh.nodes[mesh.elements])
-        values = np.concatenate([np.ones_like(at_points[..., :1]), at_points @ [[2.0], [-3.0]]], axis=-1)
+        values = np.concatenate([np.ones_like(at_points[..., :1]), at_points @ slopes[:, None]], axis=-1)
         volume = np.ones(values.shape[:2]) / len(reference.weights)
         found = Averaging.of(mesh, rule)(volume, values)
         np.testing.assert_allclose(found[:, 0], 1.0, rtol=1e-13)
         if len(reference.weights) > 1:
-            np.testing.assert_allclose(found[:, 1], mesh.nodes @ [2.0, -3.0], atol=1e-12)
+            np.testing.assert_allclose(found[:, 1], mesh.nodes @ slopes, atol=1e-12)
 
 
 @pytest.mark.parametrize("element", Element)

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot import (
     Circle,
@@ -32,8 +33,11 @@ from bipot import (
     VonMises,
     brick,
     march,
+    plot,
 )
 from bipot.forms import Delassus, Penalty, Uzawa
+from bipot.results import Recorder
+from bipot.results import open as open_results
 from bipot.surfaces import frames
 from tests.solids import turned
 
@@ -169,3 +173,24 @@ def test_tools_of_a_plane_are_refused_on_a_body_in_space():
         replace(scene, tools=(flat,))
     with pytest.raises(SceneError, match=r"tools\[0\].surface = Circle.*a plane that does not turn"):
         replace(scene, tools=(ShapedTool(Circle((0.0, 6.0), 1.0), (0.0, 0.0, 0.0), ("top",), 0.1),))
+
+
+def test_a_run_under_a_tool_is_read_back_with_the_tool_as_a_square_and_is_not_drawn_flat(tmp_path):
+    scene = upset()
+    with Recorder(tmp_path, scene, (), {}, {}) as out:
+        for increment in march(scene, Schedule(2), Control(Newton(), ())):
+            out.record(increment)
+    history = open_results(tmp_path)
+    last = history.at()
+    (square,) = last.tools
+    np.testing.assert_allclose(square.points[:, 2], 5.0 - 0.1, rtol=1e-12)
+    assert (np.ptp(square.points, axis=0)[:2] > 10.0).all()
+    reader = vtkHDFReader()
+    reader.SetFileName(str(tmp_path / "tools.vtkhdf"))
+    reader.Update()
+    assert reader.GetOutput().GetNumberOfCells() == 1
+    forces = last.nodal("contact_force")
+    np.testing.assert_allclose(forces.sum(axis=0)[2], increment.solved.iterate.tool_forces(increment.solved.r)[0, 2])
+    for draw in (lambda: plot.contour(history), lambda: plot.contact_traction(history)):
+        with pytest.raises(SceneError, match="of a body in a plane"):
+            draw()

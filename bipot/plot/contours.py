@@ -10,6 +10,7 @@ import numpy as np
 from bipot.elements import Element
 from bipot.errors import require
 from bipot.fem.elements import tabulated_at
+from bipot.fem.reduction import Geometry
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit
@@ -49,8 +50,9 @@ def contour(
 
     Raises:
         SceneError: an unknown field, one that is not known all over the body, a tensor as a whole, a value that is not
-            recorded.
+            recorded; a body in space.
     """
+    require_plane(result)
     snapshot = result.at(at, by)
     values = nodal_values(snapshot, field)
     axes, shown = axes_of(ax), {"cmap": "viridis", **style}
@@ -101,9 +103,21 @@ def axis_labels(result: History) -> tuple[str, ...]:
     return tuple(f"{axis} ({unit(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
 
 
+def require_plane(result: History) -> None:
+    """Refuse what is not drawn flat.
+
+    Raises:
+        SceneError: a body in space.
+    """
+    flat = result.geometry is not Geometry.SOLID
+    require(
+        flat, "result", result.geometry, "of a body in a plane: ParaView and PyVista draw run.vtkhdf of one in space"
+    )
+
+
 @cache
 def tessellation(element: Element) -> tuple[Floats, Ints]:
-    """Points (p, 2) on the reference shape of an element, and the triangles (t, 3) between them.
+    """Points (p, 2) on the reference shape of a plane element, and the triangles (t, 3) between them.
 
     >>> [len(part) for part in tessellation(Element.T3)]
     [15, 16]

@@ -8,7 +8,7 @@ import numpy as np
 
 from bipot.errors import require, require_count
 from bipot.mesh import Mesh
-from bipot.plot.contours import moment
+from bipot.plot.contours import moment, require_plane
 from bipot.plot.lines import axes_of
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
@@ -31,8 +31,9 @@ def contact_traction(
     end there. Where two tools share a node it has the traction of the one that pushes harder.
 
     Raises:
-        SceneError: a number that is no tool's, a value that is not recorded.
+        SceneError: a number that is no tool's, a value that is not recorded, a body in space.
     """
+    require_plane(result)
     count = len(result.scene["tools"])
     require_count(tool, "tool", 0)
     require(tool < count, "tool", tool, f"in [0, {count}), the run's tools")

@@ -1,7 +1,8 @@
 r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
 
-A line is kept at rest; in the pose (a_1, a_2, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being
-the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body.
+A line is kept at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being the
+point that the tool turns about (:mod:`bipot.poses`); in space no tool turns. Straight tools without an end are drawn
+around the body.
 """
 
 from __future__ import annotations
@@ -44,18 +45,19 @@ class Lines:
         nodes = scene.mesh.nodes
         middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
         found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
-        centres = [(0.0, 0.0) if tool.turn is None else tool.turn.centre for tool in scene.tools]
+        d = scene.mesh.dimension
+        centres = [(0.0,) * d if tool.turn is None else tool.turn.centre for tool in scene.tools]
         return Lines(
-            np.concatenate([np.empty((0, 2)), *(line for _, line in found)]),
+            np.concatenate([np.empty((0, d)), *(line for _, line in found)]),
             np.cumsum([0, *(len(line) for _, line in found)]),
             np.array([k for k, _ in found], dtype=np.intp),
-            np.array(centres).reshape(-1, 2),
+            np.array(centres).reshape(-1, d),
         )
 
     def at(self, poses: Floats) -> list[Line]:
-        """The lines where the tools are in the ``poses`` (k, 3)."""
-        lines = []
+        """The lines where the tools are in the ``poses`` (k, p)."""
+        d, lines = self.points.shape[1], []
         for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
             out = self.points[first:last] - self.centres[k]
-            lines.append(Line(k, self.centres[k] + poses[k, :2] + out @ rotation(poses[k, 2]).T))
+            lines.append(Line(k, self.centres[k] + poses[k, :d] + (out @ rotation(poses[k, 2]).T if d == 2 else out)))
         return lines

@@ -20,9 +20,6 @@ from bipot.fem.elements import Quadrature, node_places, tabulated
 from bipot.mesh import Mesh
 from bipot.typing import Floats
 
-LINEAR = 3
-"""Points from which on a rule tells a linear function."""
-
 
 @dataclass(frozen=True)
 class Averaging:
@@ -52,7 +49,8 @@ class Averaging:
 def _extrapolation(mesh: Mesh, rule: Quadrature) -> Floats:
     """E (k, q)."""
     reference, nodes = tabulated(mesh.element, rule), node_places(mesh.element)
-    if len(reference.weights) < LINEAR:
+    # As many points as a linear function has coefficients tell one.
+    if len(reference.weights) < 1 + nodes.shape[1]:
         return np.full((len(nodes), len(reference.weights)), 1 / len(reference.weights))
     at_points, at_nodes = (np.column_stack([np.ones(len(x)), x]) for x in (reference.points, nodes))
     weighted = at_points.T * reference.weights
