@@ -70,12 +70,12 @@ class Active:
     drag: Floats
 
     @staticmethod
-    def of(iterate: Iterate, r: Floats) -> Active:
-        """By force, gap and slip."""
+    def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
+        """By force, gap and slip; of the forces r (c, d) those up to ``noise`` are none."""
         rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
         largest = float(np.abs(r).max(initial=0.0))
-        closed = rows.tied | carries(r) | touches(motion[:, 0], size)
-        sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - STICKS * largest)
+        closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
+        sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - max(STICKS * largest, noise))
         slip = norm(motion[:, 1:])
         still = closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0)))
         return Active(closed, sticking, still, rows.limit_slope(r))
@@ -85,18 +85,26 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
     """The answer whose free rigid motion is the least, and what is not determined, in words."""
     iterate, r = examined.iterate, examined.r
     words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
-    loose = loose_motions(iterate, r)
+    noise = _noise(examined)
+    loose = loose_motions(iterate, r, noise)
     if loose.shape[1]:
         words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
-        x = settled(iterate, r, loose)
+        x = settled(iterate, r, loose, noise)
         if norm(x - iterate.x) > SETTLED * norm(x):
             examined = replace(examined, iterate=iterate.increment.at(x))
-    else:
-        # Forces up to what round-off makes of the law are none.
-        present = max(float(np.abs(forces).max(initial=0.0)) for forces in (r, iterate.increment.start.forces))
-        if may_leave(iterate, r, examined.certificate.resolution.law * present):
-            words.append("position: nothing keeps the body at contacts that carry nothing")
+    elif may_leave(iterate, r, noise):
+        words.append("position: nothing keeps the body at contacts that carry nothing")
     return examined, tuple(words)
+
+
+def _noise(examined: Examined) -> float:
+    """Up to which contact forces are none: what round-off makes of the law, or STICKS of the largest of the run.
+
+    Where contacts have opened forms may leave all of them such a remainder, which holds nothing.
+    """
+    start = examined.increment.start.forces
+    present = max(float(np.abs(forces).max(initial=0.0)) for forces in (examined.r, start))
+    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
 
 
 def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
@@ -120,12 +128,15 @@ def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
     return tuple(int(a) for a in np.flatnonzero(suspect) if _undetermined(iterate, active, node == a).size)
 
 
-def loose_motions(iterate: Iterate, r: Floats) -> Floats:
-    """Motions N (n, m) without strain, orthonormal, that neither supports nor closed contacts prevent."""
+def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
+    """Motions N (n, m) without strain, orthonormal, that neither supports nor closed contacts prevent.
+
+    Contacts that carry no more than ``noise`` hold nothing along them.
+    """
     rigid = _rigid(iterate)
     if not rigid.size:
         return rigid
-    active = Active.of(iterate, r)
+    active = Active.of(iterate, r, noise)
     return _unstopped(iterate.rows, rigid, active.closed, active.sticking)
 
 
@@ -155,14 +166,17 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
 
 
-def settled(iterate: Iterate, r: Floats, N: Floats) -> Floats:
-    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction."""
+def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
+
+    Those of contacts that carry no more than ``noise`` cost none.
+    """
     rows, motion, x = iterate.rows, iterate.motion, iterate.x
     if norm(N.T @ x) <= SETTLED * norm(x):
         return x
     slip = motion[rows.frictional, 1:]
     length = norm(slip)
-    rubs = carries(r)[rows.frictional]
+    rubs = carries(r, noise)[rows.frictional]
     # At the edge of the cone without a slip, one would go against the friction.
     pull, still = r[rows.frictional, 1:], length == 0
     ahead = np.where(still[:, None], -pull, slip)
