@@ -83,10 +83,11 @@ def random_problem(rng, deficient):
     return root @ root.T, rng.integers(-4, 5, size=2 * c).astype(float), rng.choice([0.0, 0.3, 1.0, 2.0], size=c)
 
 
-def test_random_problems_against_the_enumeration_of_their_modes():
+@pytest.mark.parametrize("count", [100, pytest.param(300, marks=pytest.mark.slow)])
+def test_random_problems_against_the_enumeration_of_their_modes(count):
     rng = np.random.default_rng(7)
     counts = {"solved": 0, "refused": 0, "not converged": 0}
-    for k in range(300):
+    for k in range(count):
         W, q, mu = random_problem(rng, deficient=k % 2 == 0)
         known = solution_by_modes(W, q, mu)
         try:
@@ -99,8 +100,7 @@ def test_random_problems_against_the_enumeration_of_their_modes():
         assert not answer.converged or obeys_the_law(W, q, mu, answer.r), k
         assert answer.converged or "has no solution" in answer.reason
         counts["solved" if answer.converged else "not converged"] += 1
-    assert counts["not converged"] >= 5
-    assert counts["refused"] >= 5
+    assert min(counts["not converged"], counts["refused"]) >= count // 60
 
 
 @pytest.mark.parametrize("solver", SOLVERS, ids=lambda solver: solver.name)

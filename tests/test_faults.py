@@ -11,6 +11,7 @@ ROOT = Path(__file__).parents[1]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="processes are forked and stopped by signals")
+@pytest.mark.slow
 def test_whatever_happens_to_a_study_what_it_reported_is_there_and_it_goes_on(tmp_path):
     command = [sys.executable, "-m", "studies.faults", "--fast", "--out", str(tmp_path)]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)

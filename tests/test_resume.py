@@ -25,6 +25,9 @@ STUDIES = (
     (solvers, "solvers.csv", []),
     (verification, "verification.csv", ["--only", "shear_lag", "bar_under_weight"]),
 )
+LONG = {"coupling.csv", "paced.csv"}
+
+EACH = [pytest.param(*one, marks=[pytest.mark.slow] * (one[1] in LONG), id=one[1]) for one in STUDIES]
 
 
 def test_every_study_with_a_table_has_both_options():
@@ -52,7 +55,7 @@ def timeless(path):
     return [{name: str(v) for name, v in row.items() if "seconds" not in name} for row in read_csv(path, "")]
 
 
-@pytest.mark.parametrize(("study", "file", "asked"), STUDIES, ids=[file for _, file, _ in STUDIES])
+@pytest.mark.parametrize(("study", "file", "asked"), EACH)
 def test_a_study_leaves_goes_on_with_or_replaces_its_results(study, file, asked, tmp_path, capsys):
     line, path = [*asked, *FAST, str(tmp_path)], tmp_path / file
     code = study.main(line)

@@ -26,7 +26,17 @@ from tests.courses import (
     upset,
 )
 
-EACH = [pytest.param(make, name, id=f"{make.__name__}, {name}") for make in EVENTS for name in FORMS]
+
+def marks(make, name):
+    """Of what tells least: forms that take the longest, where nothing lands."""
+    return [pytest.mark.slow] * (name in ("penalty", "uzawa") and make is not landing)
+
+
+EACH = [
+    pytest.param(make, name, id=f"{make.__name__}, {name}", marks=marks(make, name))
+    for make in EVENTS
+    for name in FORMS
+]
 
 
 def goes_on(asked: March) -> None:
