@@ -42,6 +42,9 @@ GRAZED = 0.02
 """Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
 
 
+SQUARE = ((-1, 1, 1, -1, -1), (-1, -1, 1, 1, -1))
+"""Corners of a square by the first and the second tangent, anticlockwise for who looks against the normal."""
+
 ROUND = 120
 """Straights by which a whole circle is drawn."""
 
@@ -187,10 +190,11 @@ class Plane:
         )
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
-        """As :meth:`Surface.lines`: one straight, around the foot of the ``middle``."""
-        normal, tangent = frames(np.array(self.normal))
-        foot = middle - self.gap(middle, np.zeros(2)) * normal
-        return [foot + np.outer((-reach, reach), tangent)]
+        """As :meth:`Surface.lines`: one straight around the foot of the ``middle``, in space a square."""
+        normal, *tangents = frames(np.array(self.normal))
+        foot = middle - self.gap(middle, np.zeros(len(normal))) * normal
+        ways = ((-1, 1),) if len(tangents) == 1 else SQUARE
+        return [foot + reach * np.transpose(ways) @ np.array(tangents)]
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,8 @@
 r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
 
 A line is kept at rest; in the pose (a_1, a_2, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being
-the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body.
+the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body. In
+space a plane is drawn by an outline, and no tool turns.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ REACH = 1.25
 
 @dataclass(frozen=True)
 class Line:
-    """A line with the ``points`` (p, d) of the tool of that number; the tool is on the right of who follows it."""
+    """A line with the ``points`` (p, d) of the tool of that number, in a plane on the right of who follows it."""
 
     tool: int
     points: Floats
@@ -41,21 +42,23 @@ class Lines:
     @staticmethod
     def of(scene: Scene) -> Lines:
         """Those of a scene's tools."""
-        nodes = scene.mesh.nodes
+        nodes, d = scene.mesh.nodes, scene.mesh.dimension
         middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
         found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
-        centres = [(0.0, 0.0) if tool.turn is None else tool.turn.centre for tool in scene.tools]
+        centres = [(0.0,) * d if tool.turn is None else tool.turn.centre for tool in scene.tools]
         return Lines(
-            np.concatenate([np.empty((0, 2)), *(line for _, line in found)]),
+            np.concatenate([np.empty((0, d)), *(line for _, line in found)]),
             np.cumsum([0, *(len(line) for _, line in found)]),
             np.array([k for k, _ in found], dtype=np.intp),
-            np.array(centres).reshape(-1, 2),
+            np.array(centres).reshape(-1, d),
         )
 
     def at(self, poses: Floats) -> list[Line]:
-        """The lines where the tools are in the ``poses`` (k, 3)."""
-        lines = []
+        """The lines where the tools are in the ``poses`` (k, p)."""
+        lines, d = [], self.centres.shape[1]
         for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
             out = self.points[first:last] - self.centres[k]
-            lines.append(Line(k, self.centres[k] + poses[k, :2] + out @ rotation(poses[k, 2]).T))
+            if d == 2:
+                out = out @ rotation(poses[k, 2]).T
+            lines.append(Line(k, self.centres[k] + poses[k, :d] + out))
         return lines

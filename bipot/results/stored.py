@@ -20,6 +20,7 @@ from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.mesh import Mesh
+from bipot.poses import pose_size
 from bipot.response import State
 from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place
@@ -173,13 +174,14 @@ class Run:
         if self.format() < FORMAT:
             raise self._refused("bipot/tools", "missing", "written by a newer version: run again")
         group = self.root.group("bipot/tools")
-        centres, points = group.array("centres", "f", (None, 2)), group.array("points", "f", (None, 2))
+        d = self._dimension
+        centres, points = group.array("centres", "f", (None, d)), group.array("points", "f", (None, d))
         tool = group.array("tool", "i", (None,), least=0, most=len(centres) - 1)
         starts = group.array("starts", "i", (len(tool) + 1,), least=0, most=len(points))
         if (np.diff(starts) < 0).any():
             raise self._refused("bipot/tools/starts", starts.tolist(), "not decreasing")
         lines = Lines(points, starts, tool, centres)
-        poses = self.root.group("bipot/steps").rows("pose", "f", first, last, (len(centres), 3))
+        poses = self.root.group("bipot/steps").rows("pose", "f", first, last, (len(centres), pose_size(d)))
         return [lines.at(pose) for pose in poses]
 
     def course(self, step: int) -> Course:
