@@ -4,8 +4,8 @@ r"""A block upset between rigid platens with exact Coulomb friction, as the eigh
 
 A cube of 10 mm, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa; ``--width``, ``--depth``, ``--height`` and what
 :mod:`studies.upsetting` takes of a material ask for others. For each mu the folder ``DIR/mu{mu}`` receives what that of
-the cylinder does, with the same columns for the full block; radii are distances from the axis of pressing. Candidates
-are those of the sides too: they roll onto the platen.
+the cylinder does, with the same columns for the full block, and ``line`` (:mod:`studies.block_line`) besides; radii
+are distances from the axis of pressing. Candidates are those of the sides too: they roll onto the platen.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from bipot.columns import Column
 from bipot.errors import require, require_positive
 from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
@@ -25,6 +26,7 @@ from bipot.scene import Scene
 from bipot.solids import brick
 from bipot.supports import Symmetry
 from bipot.tools import FlatTool
+from studies.block_line import LINE
 from studies.command import command
 from studies.element_types import SolidType
 from studies.outputs import add_options
@@ -72,6 +74,10 @@ class Block(Upset):
             volume=self.element.volume,
             configuration=self.configuration,
         )
+
+    def columns(self) -> list[Column]:
+        """Those of the cylinder and :data:`~studies.block_line.LINE`."""
+        return [*super().columns(), LINE]
 
 
 def parser() -> argparse.ArgumentParser:

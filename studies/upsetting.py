@@ -28,7 +28,7 @@ from bipot.scene import Scene
 from studies.command import command, say
 from studies.upsetting_beside import BESIDE, trustworthy
 from studies.upsetting_case import cases, parser
-from studies.upsetting_columns import UNITS, history_columns
+from studies.upsetting_columns import UNITS
 from studies.upsetting_limits import against_limits
 from studies.upsetting_march import Upset
 from studies.upsetting_table import Result, table
@@ -49,8 +49,8 @@ class Planned:
     def of(case: Upset, out: Path, existing: Existing = Existing.REFUSE, fclib: bool = False) -> Planned:
         """Make them; raises SceneError or ResultsError."""
         scene, schedule, control = case.scene(), case.schedule(), case.control()
-        columns, parameters = history_columns(case.reduction), case.parameters()
-        recorder = Recorder(out / case.folder, scene, columns, parameters, UNITS, existing=existing)
+        parameters = case.parameters()
+        recorder = Recorder(out / case.folder, scene, case.columns(), parameters, UNITS, existing=existing)
         return Planned(case, scene, schedule, control, recorder, fclib)
 
     def run(self) -> Result:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
+from bipot.columns import Column
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import ConicSolver
@@ -36,6 +37,7 @@ from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene
 from studies.element_types import AnyType
 from studies.hardening_words import hardening_from_text, hardening_usage
+from studies.upsetting_columns import history_columns
 
 # First yield with friction defeats larger increments (fraction of the height).
 FIRST, SETTLING = 0.001, 5
@@ -106,6 +108,10 @@ class Upset(ABC):
     @abstractmethod
     def scene(self) -> Scene:
         """The body between its platens; raises SceneError on bad input."""
+
+    def columns(self) -> list[Column]:
+        """The columns of ``history.csv``."""
+        return history_columns(self.reduction)
 
     @property
     def folder(self) -> str:
