@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from bipot.fem.surface import facet_mass
+from bipot.marching import Schedule, march, system_of
 from bipot.results import open as open_results
 from studies import block
+from studies.block_line import line
 from studies.upsetting_columns import history_columns
 
 SMALL = ["--elements", "2", "--increments", "3", "--reduction", "0.1"]
@@ -99,7 +101,7 @@ def test_work_is_that_of_both_platens_on_the_full_block(rubbed):
     np.testing.assert_allclose(spent[2:], (force * np.diff(history["reduction"]) * 10.0 * 1e-3)[2:], rtol=1e-3)
 
 
-def test_the_alternation_is_the_amplitude_of_an_alternating_pressure(tmp_path):
+def test_the_alternation_is_the_amplitude_of_an_alternating_pressure():
     """Forces of the pressure 7 + 0.5 (-1)^i along x by the consistent mass of a flat face of 4 x 4 elements."""
     (case,) = block.cases(block.parser().parse_args(["--mu", "0", "--elements", "4", "--increments", "1"]))
     scene = case.scene()
