@@ -174,3 +174,17 @@ def test_fast_mode_is_of_the_issue_s_cube(tmp_path):
     assert history["reduction"][-1] == 0.3
     assert (history.scene["element"], history.scene["volume"]) == ("h8", "p0")
     np.testing.assert_array_equal(history.mesh.nodes.max(axis=0), [5.0, 5.0, 5.0])
+
+
+def test_a_block_whose_corners_roll_onto_the_platen_goes_on_to_the_end_and_is_gone_on_with(tmp_path):
+    """Three faces of the corner's element are on the platen then, and det J is zero there alone."""
+    asked = ["--mu", "0.3", "--elements", "6", "--increments", "8", "--out", str(tmp_path)]
+    assert block.main(asked) == 0
+    history = open_results(tmp_path / "mu0.3")
+    assert not history["cuts"].any()
+    assert set(history["form"]) == {"newton"}
+    landed = int(np.flatnonzero(np.abs(history["min_jacobian"]) < 1e-9)[0])
+    assert landed < len(history) - 1
+    (case,) = block.cases(block.parser().parse_args(asked))
+    again = next(march(case.scene(), case.schedule(), case.control(), history.course(landed)))
+    np.testing.assert_array_equal(again.state.nodes, history.state(landed + 1).nodes)
