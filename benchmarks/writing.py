@@ -23,8 +23,8 @@ from bipot.marching import march, system_of
 from bipot.response import State
 from bipot.results import Recorder
 from studies.command import command, say
-from studies.upsetting import UNITS, history_columns
 from studies.upsetting_case import Case, cases, parser
+from studies.upsetting_columns import UNITS, history_columns
 
 FORMS, SIDES = ("tangent", "newton"), (10, 20)
 INCREMENTS = 10

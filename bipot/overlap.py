@@ -8,15 +8,20 @@ parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through 
 least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. To a curved tool the gap along an edge has no
 such form: it is sampled, and where it is least its slope n . x'(s) is bisected to zero. Overlap is an error of
 discretisation, which no certificate of the nodal law holds.
+
+In space the edges are those of the faces. A face of straight ones is a mean of its nodes everywhere, so that it is
+nearest to a flat tool at one of them; between the curved edges of a face nothing is looked at.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from bipot.elements import Element
+from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.tools import Tool
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 SAMPLES = 17
 """Of the gap along an edge to a curved tool: it has one dip at most between three of them."""
@@ -26,18 +31,27 @@ HALVINGS = 52
 
 
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
-    """Largest penetration of ``nodes`` (a, 2) and edges into the tools, over the body size; 0 if none.
+    """Largest penetration of ``nodes`` (a, d) and edges into the tools, over the body size; 0 if none.
 
-    The tools are in the poses ``placed`` (k, 3).
+    The tools are in the poses ``placed`` (k, p).
 
     All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
-        edges = nodes[scene.mesh.edges(*tool.candidates)]
+        edges = nodes[_edges(scene.mesh, tool)]
         gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
         deepest = max(deepest, -float(gap.min()))
     return deepest / scene.mesh.size
+
+
+def _edges(mesh: Mesh, tool: Tool) -> Ints:
+    """Edges (f, n) of the boundaries of a tool, end (middle) end; those of faces one by one, shared ones twice."""
+    facets = mesh.edges(*tool.candidates)
+    if mesh.dimension == 2:
+        return facets
+    own = Element.of(facets.shape[1]).edges
+    return facets[:, own].reshape(-1, own.shape[1])
 
 
 def least(gap: Floats) -> Floats:

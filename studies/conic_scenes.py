@@ -40,7 +40,7 @@ from bipot.cells import graded
 from bipot.forms import FormName
 from bipot.landing import newly_closed
 from studies.element_scenes import tensor
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 from studies.verification.cases.ring_constant_shear import upper_half
 from studies.verification.cases.wedge_extrusion import extruded
 

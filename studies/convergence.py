@@ -24,8 +24,8 @@ from bipot.scene import upsetting
 from studies.command import command, say
 from studies.options import coefficient
 from studies.outputs import add_options, opened
-from studies.upsetting import JOULE, force
-from studies.upsetting_case import FIRST
+from studies.upsetting_columns import JOULE, force
+from studies.upsetting_march import FIRST
 
 REDUCTION, EARLY = 0.45, 0.20
 INCREMENTS, ELEMENTS = "increments", "elements"

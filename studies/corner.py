@@ -48,7 +48,7 @@ from bipot.typing import Floats
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "corner"
 COMMAND = "python -m studies.corner --out {out}"

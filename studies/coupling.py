@@ -32,7 +32,7 @@ from studies.command import command, say
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "coupling"
 FORM = Tangent(coupled=False)

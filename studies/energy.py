@@ -30,7 +30,7 @@ from bipot.scene import Scene, upsetting
 from studies.command import command, say
 from studies.outputs import Table, add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "energy"
 BEGIN, END, SMALL = 0.05, 0.20, 0.01

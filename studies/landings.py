@@ -32,7 +32,7 @@ from studies.command import command, say
 from studies.options import count
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "landings"
 COMMAND = "python -m studies.landings --out {out}"

@@ -28,7 +28,7 @@ from bipot.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "optimisers"
 MU, REDUCTION, FACTOR = 0.3, 0.1, 30.0

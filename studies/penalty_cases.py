@@ -14,7 +14,7 @@ from bipot.increment import Limits, System
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene, upsetting
 from studies.runs import Run, record
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 REDUCTION, EARLY = 0.45, 0.20
 UZAWA = 1e2

@@ -24,7 +24,7 @@ from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.runs import record
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "penalty_round_off"
 MU, REDUCTION, INCREMENTS = 0.1, 0.2, 7

@@ -8,7 +8,7 @@ from bipot.errors import ResultsError
 from bipot.results.names import FIELDS
 from studies import provenance
 from studies.tables import read_csv
-from studies.upsetting import history_columns
+from studies.upsetting_columns import history_columns
 
 UNKNOWN = "not stored"
 SHOWN = (("elements", 5), ("elements", 10), ("elements", 20), ("increments", 15), ("increments", 120))

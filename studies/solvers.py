@@ -30,7 +30,7 @@ from bipot.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME = "solvers"
 MU, REDUCTION, INCREMENTS, PROGRAMS = 0.3, 0.1, 10, 10

@@ -11,7 +11,7 @@ from bipot.fem.elements import Quadrature
 from bipot.marching import Schedule
 from bipot.scene import Scene, upsetting
 from studies.methods import Method, Setting
-from studies.upsetting_case import FIRST, SETTLING
+from studies.upsetting_march import FIRST, SETTLING
 
 EARLY, FULL = 0.20, 0.45
 COARSE = 10

@@ -10,8 +10,8 @@ from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.errors import BipotError, SceneError, require
 from bipot.marching import Schedule, march
-from studies.upsetting import force
 from studies.upsetting_case import Case
+from studies.upsetting_columns import force
 
 SAME = 1e-9
 """Reductions nearer to each other are one."""

@@ -18,15 +18,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from bipot import columns
 from bipot.accepted import Accepted
-from bipot.closeness import carries
-from bipot.columns import Column
 from bipot.exchange import export_fclib
-from bipot.fem.kinematics import gradients
-from bipot.increment import System
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
 from bipot.results import Existing, Recorder
@@ -34,73 +27,18 @@ from bipot.results import open as open_results
 from bipot.scene import Scene
 from studies.command import command, say
 from studies.upsetting_beside import BESIDE, trustworthy
-from studies.upsetting_case import Case, cases, parser
+from studies.upsetting_case import cases, parser
+from studies.upsetting_columns import UNITS
 from studies.upsetting_limits import against_limits
+from studies.upsetting_march import Upset
 from studies.upsetting_table import Result, table
-
-UNITS = {"length": "mm", "force": "N", "stress": "MPa", "energy": "N mm"}
-JOULE = 1e-3
-
-
-def history_columns(reduction: float) -> list[Column]:
-    """The columns of ``history.csv``, for the full cylinder."""
-
-    def height_lost(_: System, accepted: Accepted) -> float:
-        # Exactly the asked value at the end of the path.
-        return accepted.state.tau * reduction
-
-    return [
-        columns.INCREMENT,
-        Column("reduction", "reduction in height, fraction", height_lost),
-        Column("force_N", "force on the upper punch, N", force),
-        Column("contact_radius_mm", "outermost candidate with force, mm", contact_radius),
-        Column("top_corner_radius_mm", "radius of the top edge's node, mm", top_corner_radius),
-        Column("max_radius_mm", "largest radius, mm", lambda _, a: float(a.state.nodes[:, 0].max())),
-        Column("max_peeq", "largest equivalent plastic strain", lambda _, a: float(a.state.peeq.max())),
-        Column("volume_ratio", "volume over initial volume", volume_ratio),
-        *columns.energies("J", JOULE),
-        *columns.COURSE,
-        *columns.certificate("J", JOULE),
-        columns.OVERLAP,
-        columns.MIN_JACOBIAN,
-        columns.FLOW_GAP,
-        columns.ERROR_ESTIMATE,
-        columns.SECONDS,
-    ]
-
-
-def force(system: System, accepted: Accepted) -> float:
-    """Force on the upper punch, N: that of the quarter model is the full one."""
-    return float(-accepted.tool_force(0)[1])
-
-
-def contact_radius(system: System, accepted: Accepted) -> float:
-    """Radius of the outermost candidate that carries a force, mm."""
-    return float(accepted.state.nodes[system.candidates.node[carries(accepted.solved.r)], 0].max(initial=0.0))
-
-
-def top_corner_radius(system: System, accepted: Accepted) -> float:
-    """Radius of the node that top and side share, mm."""
-    mesh = system.body.scene.mesh
-    corner = np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes("side"))[0]
-    return float(accepted.state.nodes[corner, 0])
-
-
-def volume_ratio(system: System, accepted: Accepted) -> float:
-    """Volume of the deformed mesh over the initial one."""
-    scene, reference = system.body.scene, system.body.space.reference
-    now, start = (
-        gradients(nodes, scene.mesh.elements, reference, scene.geometry).volume.sum()
-        for nodes in (accepted.state.nodes, scene.mesh.nodes)
-    )
-    return float(now / start)
 
 
 @dataclass(frozen=True)
 class Planned:
     """A case with everything that can be refused already made: scene, schedule, control, recorder."""
 
-    case: Case
+    case: Upset
     scene: Scene
     schedule: Schedule
     control: Control
@@ -108,11 +46,11 @@ class Planned:
     fclib: bool
 
     @staticmethod
-    def of(case: Case, out: Path, existing: Existing = Existing.REFUSE, fclib: bool = False) -> Planned:
+    def of(case: Upset, out: Path, existing: Existing = Existing.REFUSE, fclib: bool = False) -> Planned:
         """Make them; raises SceneError or ResultsError."""
         scene, schedule, control = case.scene(), case.schedule(), case.control()
-        columns, parameters = history_columns(case.reduction), case.parameters()
-        recorder = Recorder(out / case.folder, scene, columns, parameters, UNITS, existing=existing)
+        parameters = case.parameters()
+        recorder = Recorder(out / case.folder, scene, case.columns(), parameters, UNITS, existing=existing)
         return Planned(case, scene, schedule, control, recorder, fclib)
 
     def run(self) -> Result:
@@ -140,15 +78,9 @@ class Planned:
         export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", accepted)
 
 
-@command
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run all cases and print one table, of those that are complete where one is not."""
-    asked = parser().parse_args(argv)
+def complete(planned: Sequence[Planned], out: Path) -> int:
+    """Run all and print one table, of those that are complete where one is not."""
     done: list[Result] = []
-    asked_for = [(case, asked.out) for case in cases(asked)]
-    if asked.beside:
-        asked_for += [(trustworthy(case), asked.out / BESIDE) for case, _ in asked_for]
-    planned = [Planned.of(case, out, asked.policy, asked.fclib) for case, out in asked_for]
     try:
         done.extend(one.run() for one in planned)
     finally:
@@ -156,8 +88,18 @@ def main(argv: Sequence[str] | None = None) -> int:
             say(table(done))
             if forces := against_limits([result.history for result in done]):
                 say(forces)
-            say(f"results in {asked.out.resolve()}")
+            say(f"results in {out.resolve()}")
     return 0
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run all cases, and those beside them."""
+    asked = parser().parse_args(argv)
+    asked_for = [(case, asked.out) for case in cases(asked)]
+    if asked.beside:
+        asked_for += [(trustworthy(case), asked.out / BESIDE) for case, _ in asked_for]
+    return complete([Planned.of(case, out, asked.policy, asked.fclib) for case, out in asked_for], asked.out)
 
 
 if __name__ == "__main__":

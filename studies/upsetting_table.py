@@ -19,7 +19,7 @@ HEADER = (
     *("equil.", "cone", "gap", "overlap", "seconds"),
 )
 MEANINGS = (
-    "side: elements along a side of the quarter",
+    "side: elements along a side of the modelled part",
     "equil., cone, gap: worst equilibrium, cone violation and relative bipotential gap of the run",
     "overlap: deepest that an edge goes into the punch, between its nodes too, over the body size",
     "seconds: of the increments",

@@ -113,3 +113,46 @@ def test_a_fold_is_placed_and_a_scene_refuses_it_by_name(element):
     x = element.every_place.copy()
     x[0] = 0.9
     assert "here: Jacobian determinant -" in refusal(x)
+
+
+def brick_with(**moved):
+    """The unit cube with nodes, by their numbers, at other places."""
+    x = np.array(Element.H8.shape.corners, dtype=float)
+    for node, place in moved.items():
+        x[int(node.removeprefix("n"))] = place
+    return x
+
+
+STRAIGHT = {
+    "a corner with three faces in a plane": brick_with(n6=(2 / 3, 2 / 3, 2 / 3)),
+    "an edge with two": brick_with(n1=(2.0, 0.0, 1.0), n2=(2.0, 1.0, 1.0)),
+    "a corner with one edge in the plane of a face": brick_with(n1=(2.0, 0.0, 1.0)),
+}
+
+
+@pytest.mark.parametrize("x", STRAIGHT.values(), ids=STRAIGHT)
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_bricks_whose_faces_lie_on_one_plane_are_no_folds_where_they_may(x, scale):
+    """As where a corner, or an edge, of a block has rolled onto a flat tool; the rest of det J is positive."""
+    nodes = scale * x @ turned((1.0, 2.0, 3.0), 0.7).T
+    values = determinants_of(Element.H8, x[None], grid_of(Element.H8, 21))
+    assert np.isclose(values.min(), 0.0, atol=1e-14)
+    assert np.sort(values.ravel())[21] > 0
+    refuse_folded({"now": nodes}, np.arange(8)[None], Geometry.SOLID, straight=True)
+    with pytest.raises(InvertedElement, match="Jacobian determinant"):
+        refuse_folded({"now": nodes}, np.arange(8)[None], Geometry.SOLID)
+
+
+@pytest.mark.parametrize(
+    "x",
+    [
+        brick_with(n6=(0.66, 0.66, 0.66)),
+        brick_with(n1=(2.0, 0.0, 1.001), n2=(2.0, 1.0, 1.001)),
+        brick_with(n1=(2.0, 0.0, 1.0), n2=(2.0, 1.0, 1.001)),
+        brick_with(n4=(0.0, 0.5, 1.0), n5=(1.0, 0.5, 1.0), n6=(1.0, 0.5, 1.0), n7=(0.0, 0.5, 1.0)),
+    ],
+    ids=["corner beyond the plane", "edge beyond it", "one end of it", "collapsed face"],
+)
+def test_more_than_straight_is_a_fold_of_a_brick(x):
+    with pytest.raises(InvertedElement, match="Jacobian determinant"):
+        refuse_folded({"now": x}, np.arange(8)[None], Geometry.SOLID, straight=True)

@@ -12,7 +12,9 @@ halved (:mod:`bipot.fem.bernstein`).
 
 Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that
 corner alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up
-to :data:`STRAIGHT` of its mean. At rest none may.
+to :data:`STRAIGHT` of its mean. Of a brick of eight nodes it is a corner whose three faces lie on the tool, or an edge
+whose two faces do: coefficients there may be as small, wherever they are not at all corners of a face, and where they
+are lifted to that bound the element is asked as any other. At rest none may.
 
 Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
 negative on the edges, where it is a parabola or linear. End nodes and whole edges may lie on the axis, r = 0; the rest
@@ -27,7 +29,7 @@ from functools import cache
 
 import numpy as np
 
-from bipot.elements import Element
+from bipot.elements import Element, same_places
 from bipot.errors import InvertedElement
 from bipot.fem.bernstein import Basis, least
 from bipot.fem.elements import tabulated_at
@@ -127,7 +129,7 @@ def refuse_folded(
     """Refuse nodes (a, d) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
 
     The ``placements`` are told apart in words. What no halving decides is refused too. With ``straight`` a corner
-    between straight edges may have a straight angle.
+    between straight edges may have a straight angle, an edge of a brick between its faces.
 
     Raises:
         InvertedElement: naming an element, the placement, the place and the value.
@@ -163,6 +165,9 @@ def _folded(x: Floats, straight: bool) -> Fault | None:
         # its coefficients are the values at its corners
         flat = np.abs(D) <= STRAIGHT * D.mean(axis=1, keepdims=True)
         positive |= flat & (positive.sum(axis=1, keepdims=True) == D.shape[1] - 1)
+    elif straight and _element(x) is Element.H8:
+        D = _lifted(D)
+        positive = D > noise[:, None]
     suspect = np.flatnonzero(~positive.all(axis=1))
     D, noise = D[suspect], noise[suspect]
     form = basis(_element(x))
@@ -174,6 +179,34 @@ def _folded(x: Floats, straight: bool) -> Fault | None:
     value = found.upper[worst]
     known = "is not positive" if value <= noise[worst] else f"is not known to be above {found.lower[worst]:.3g}"
     return Fault(int(suspect[worst]), found.at[worst], f"Jacobian determinant {value:.3g} {known}")
+
+
+def _lifted(D: Floats) -> Floats:
+    """D (e, c) of bricks with straight corners, and edges between two of them, lifted from zero to the bound of that.
+
+    Faces of which every corner is straight have collapsed: their elements are left as they are.
+    """
+    at_corner, ends, faces = _on_edges()
+    bound = STRAIGHT * D.mean(axis=1, keepdims=True)
+    flat = np.abs(D) <= bound
+    corners = flat[:, at_corner]
+    allowed = np.zeros_like(flat)
+    allowed[:, at_corner] = corners
+    for middle, (a, b) in ends:
+        allowed[:, middle] = corners[:, a] & corners[:, b] & flat[:, middle]
+    allowed &= ~corners[:, faces].all(axis=2).any(axis=1)[:, None]
+    return np.where(allowed, bound, D)
+
+
+@cache
+def _on_edges() -> tuple[Ints, tuple[tuple[int, tuple[int, int]], ...], Ints]:
+    """Of a brick's coefficients: those at its corners (8,), those in the middle of edges with both ends, its faces."""
+    form, shape = basis(Element.H8), Element.H8.shape
+    places = np.array(shape.corners, dtype=float)
+    at_corner = same_places(places, form.grid)
+    middles = same_places(np.array([places[list(edge)].mean(axis=0) for edge in shape.edges]), form.grid)
+    edges = [(a, b) for a, b in shape.edges]
+    return at_corner, tuple(zip(middles.tolist(), edges, strict=True)), np.array(shape.faces)
 
 
 def _parabolas(x: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:

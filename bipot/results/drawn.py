@@ -1,8 +1,8 @@
 r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
 
-A line is kept at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being the
-point that the tool turns about (:mod:`bipot.poses`); in space no tool turns. Straight tools without an end are drawn
-around the body.
+A line is kept at rest; in the pose (a_1, a_2, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being
+the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body. In
+space a plane is drawn by an outline, and no tool turns.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ REACH = 1.25
 
 @dataclass(frozen=True)
 class Line:
-    """A line with the ``points`` (p, d) of the tool of that number; the tool is on the right of who follows it."""
+    """A line with the ``points`` (p, d) of the tool of that number, in a plane on the right of who follows it."""
 
     tool: int
     points: Floats
@@ -42,10 +42,9 @@ class Lines:
     @staticmethod
     def of(scene: Scene) -> Lines:
         """Those of a scene's tools."""
-        nodes = scene.mesh.nodes
+        nodes, d = scene.mesh.nodes, scene.mesh.dimension
         middle, reach = (nodes.min(axis=0) + nodes.max(axis=0)) / 2, REACH * scene.mesh.size
         found = [(k, line) for k, tool in enumerate(scene.tools) for line in tool.face.lines(middle, reach)]
-        d = scene.mesh.dimension
         centres = [(0.0,) * d if tool.turn is None else tool.turn.centre for tool in scene.tools]
         return Lines(
             np.concatenate([np.empty((0, d)), *(line for _, line in found)]),
@@ -56,8 +55,10 @@ class Lines:
 
     def at(self, poses: Floats) -> list[Line]:
         """The lines where the tools are in the ``poses`` (k, p)."""
-        d, lines = self.points.shape[1], []
+        lines, d = [], self.centres.shape[1]
         for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
             out = self.points[first:last] - self.centres[k]
-            lines.append(Line(k, self.centres[k] + poses[k, :d] + (out @ rotation(poses[k, 2]).T if d == 2 else out)))
+            if d == 2:
+                out = out @ rotation(poses[k, 2]).T
+            lines.append(Line(k, self.centres[k] + poses[k, :d] + out))
         return lines

@@ -22,7 +22,7 @@ from studies.accuracy.choice import Choice, Pace
 from studies.command import command, say
 from studies.element_types import ElementType
 from studies.methods import Method, Setting, configured
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 REDUCTION = 0.45
 CUTS = 3

@@ -44,7 +44,7 @@ from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.pool import completed
 from studies.tables import text, write_csv
-from studies.upsetting_case import FIRST
+from studies.upsetting_march import FIRST
 
 NAME, REDUCTION = "mesh", 0.45
 CUTS = 3

@@ -1,0 +1,117 @@
+r"""A block upset between rigid platens with exact Coulomb friction, as the eighth that three planes of symmetry leave.
+
+    python -m studies.block --mu 0.1 0.3 --elements 8 --element-type h8p0 --reduction 0.3 --out DIR
+
+A cube of 10 mm, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa; ``--width``, ``--depth``, ``--height`` and what
+:mod:`studies.upsetting` takes of a material ask for others. For each mu the folder ``DIR/mu{mu}`` receives what that of
+the cylinder does, with the same columns for the full block, and ``line`` (:mod:`studies.block_line`) besides; radii
+are distances from the axis of pressing. Candidates are those of the sides too: they roll onto the platen.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from bipot.columns import Column
+from bipot.errors import require, require_positive
+from bipot.fem.elements import RULES
+from bipot.fem.reduction import Geometry
+from bipot.forms import FormName
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.scene import Scene
+from bipot.solids import brick
+from bipot.supports import Symmetry
+from bipot.tools import FlatTool
+from studies.block_line import LINE
+from studies.command import command
+from studies.element_types import SolidType
+from studies.outputs import add_options
+from studies.upsetting import Planned, complete
+from studies.upsetting_march import ABOUT_SOLVERS, Size, Upset, add_march_options, common
+
+FAST = Size(elements=3, increments=6)
+DEFAULT = Size(elements=8, increments=30)
+PLANES = (Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2))
+CANDIDATES = ("top", "right", "back")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block(Upset):
+    """One run of the block."""
+
+    element: SolidType
+    width: float = 10.0
+    depth: float = 10.0
+
+    def scene(self) -> Scene:
+        """The eighth x, y, z >= 0 of the block; raises SceneError on bad input.
+
+        >>> (block, *_) = cases(parser().parse_args([]))
+        >>> block.scene().tools[0].travel
+        (0.0, 0.0, -1.5)
+        """
+        require(0 < self.reduction < 1, "reduction", self.reduction, "in (0, 1)")
+        require_positive(width=self.width, depth=self.depth, height=self.height)
+        half, n = self.height / 2, self.elements
+        platen = FlatTool(
+            point=(0.0, 0.0, half),
+            normal=(0.0, 0.0, -1.0),
+            travel=(0.0, 0.0, -self.reduction * half),
+            candidates=CANDIDATES,
+            mu=self.mu,
+        )
+        return Scene(
+            mesh=brick(self.width / 2, self.depth / 2, half, n, n, n, element=self.element.element),
+            geometry=Geometry.SOLID,
+            material=VonMises(Elasticity(self.young, self.poisson), self.curve()),
+            supports=PLANES,
+            tools=(platen,),
+            quadrature=self.quadrature,
+            volume=self.element.volume,
+            configuration=self.configuration,
+        )
+
+    def columns(self) -> list[Column]:
+        """Those of the cylinder and :data:`~studies.block_line.LINE`."""
+        return [*super().columns(), LINE]
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line; names are those of the library's enums."""
+    p = argparse.ArgumentParser(
+        prog="studies.block",
+        description="Upset a block between platens, an eighth of it modelled.",
+        epilog=ABOUT_SOLVERS,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    add_march_options(p, DEFAULT, FAST, reduction=0.3, form=FormName.NEWTON)
+    p.add_argument("--element-type", choices=[kind.value for kind in SolidType], default=SolidType.H8P0.value)
+    rules = sorted({rule.value for kind in SolidType for rule in RULES[kind.element]})
+    p.add_argument("--quadrature", choices=rules, help="default the element's own")
+    p.add_argument("--width", type=float, default=10.0, help="of the block, mm (default 10)")
+    p.add_argument("--depth", type=float, default=10.0, help="of the block, mm (default 10)")
+    add_options(p)
+    p.add_argument("--out", type=Path, default=Path("results/block"))
+    return p
+
+
+def cases(arguments: argparse.Namespace) -> list[Block]:
+    """One case a coefficient; raises SceneError naming an option that would have no effect."""
+    asked = common(arguments, DEFAULT, FAST, SolidType(arguments.element_type))
+    return [Block(mu=mu, width=arguments.width, depth=arguments.depth, **asked) for mu in arguments.mu]
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run all cases."""
+    asked = parser().parse_args(argv)
+    return complete([Planned.of(case, asked.out, asked.policy, asked.fclib) for case in cases(asked)], asked.out)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

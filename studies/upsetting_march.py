@@ -1,0 +1,260 @@
+"""What every upsetting study is asked beside its body: friction, material, increments, form; and what follows.
+
+An option that the chosen form does not use is refused, not ignored.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any
+
+from bipot.columns import Column
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.qoco import Qoco
+from bipot.conic.solver import ConicSolver
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.errors import SceneError, require
+from bipot.fem.elements import Quadrature
+from bipot.fem.strain import Configuration
+from bipot.forms import (
+    Delassus,
+    Dissipation,
+    Form,
+    FormName,
+    Newton,
+    Penalty,
+    Tangent,
+    Uzawa,
+    contact_penalty,
+)
+from bipot.laws.hardening import Hardening
+from bipot.marching import Control, Schedule, system_of
+from bipot.scene import Scene
+from studies.element_types import AnyType
+from studies.hardening_words import hardening_from_text, hardening_usage
+from studies.upsetting_columns import history_columns
+
+# First yield with friction defeats larger increments (fraction of the height).
+FIRST, SETTLING = 0.001, 5
+PAPERS_CURVE = "perfect:300"
+# Refreshing the traction converges the faster the larger the penalty; it costs no accuracy there.
+UZAWA_FACTOR = 1e4
+
+
+PENALISED = (FormName.PENALTY, FormName.UZAWA)
+ROUTED = (FormName.TANGENT, FormName.DISSIPATION)
+"""Forms that pose conic programs, which any solver may take."""
+
+DIRECT: Mapping[str, ConicSolver] = {"clarabel": Clarabel()} | ({"qoco": Qoco()} if find_spec("qoco") else {})
+THROUGH = "cvxpy:"
+DEFAULT_SOLVER = f"{THROUGH}clarabel"
+ABOUT_SOLVERS = f"""\
+solvers: a conic program reaches its solver by one of two routes, of equal answers. {THROUGH}NAME poses each increment
+as the cvxpy statement of its program and gives it to the solver of that name, which is what this study does by default
+({DEFAULT_SOLVER}). clarabel and qoco take the same data without cvxpy; the library's Tangent() and Dissipation() go
+to clarabel unless told otherwise. newton, penalty, uzawa and delassus solve their passes directly; fallbacks of newton
+and delassus take --solver's default. The route is stored with the run's parameters.
+"""
+
+
+def solver_of(text: str) -> ConicSolver:
+    """clarabel, qoco, or cvxpy:NAME of a solver that cvxpy finds installed; raises SceneError."""
+    if text in DIRECT:
+        return DIRECT[text]
+    name = text.removeprefix(THROUGH).upper()
+    if text.startswith(THROUGH):
+        import cvxpy
+
+        installed = cvxpy.installed_solvers()
+        require(name in installed, "--solver", text, f"{THROUGH} and one of {', '.join(installed).lower()}")
+        return Cvxpy(name)
+    raise SceneError(f"--solver = {text!r}: must be one of {', '.join(DIRECT)}, or {THROUGH}NAME")
+
+
+@dataclass(frozen=True)
+class Size:
+    """Elements a side and uniform increments."""
+
+    elements: int
+    increments: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class Upset(ABC):
+    """One run: the choices of the march and of the material, as asked on the command line; a study adds its body's."""
+
+    mu: float
+    elements: int
+    element: AnyType
+    quadrature: Quadrature
+    increments: int | None
+    form: FormName
+    solver: str
+    configuration: Configuration
+    reduction: float
+    hardening: str
+    kn: float | None = None
+    kt: float | None = None
+    accuracy: float | None = None
+    height: float = 10.0
+    young: float = 210_000.0
+    poisson: float = 0.3
+
+    @abstractmethod
+    def scene(self) -> Scene:
+        """The body between its platens; raises SceneError on bad input."""
+
+    def columns(self) -> list[Column]:
+        """The columns of ``history.csv``."""
+        return history_columns(self.reduction)
+
+    @property
+    def folder(self) -> str:
+        """Where its results are: no two coefficients share one."""
+        short = f"{self.mu:g}"
+        return f"mu{short if float(short) == self.mu else repr(self.mu)}"
+
+    def curve(self) -> Hardening:
+        """The hardening curve asked for."""
+        return hardening_from_text(self.hardening)
+
+    def schedule(self) -> Schedule:
+        """As an accuracy asks; else start-up increments of 0.1 % of the height under friction, none without."""
+        if self.accuracy is not None:
+            return Schedule(accuracy=self.accuracy)
+        if self.mu == 0:
+            return Schedule(self.increments)
+        shortest = FIRST * SETTLING
+        require(
+            self.reduction > shortest,
+            "reduction",
+            self.reduction,
+            f"> {shortest}, the start-up under friction",
+        )
+        return Schedule(self.increments, FIRST / self.reduction, SETTLING)
+
+    def control(self) -> Control:
+        """The form with its fallbacks; a penalised one has none, because an exact one would change the law."""
+        solver = solver_of(self.solver)
+        tangent, dissipation = Tangent(solver=solver), Dissipation(solver=solver)
+        choices: dict[FormName, tuple[Form, tuple[Form, ...]]] = {
+            FormName.TANGENT: (tangent, (dissipation,)),
+            FormName.DISSIPATION: (dissipation, ()),
+            FormName.NEWTON: (Newton(), (tangent, dissipation)),
+            FormName.DELASSUS: (Delassus(), (dissipation,)),
+            FormName.PENALTY: (Penalty(*self.penalties(1.0)), ()),
+            FormName.UZAWA: (Uzawa(*self.penalties(UZAWA_FACTOR)), ()),
+        }
+        form, fallbacks = choices[self.form]
+        return Control(form, fallbacks)
+
+    def penalties(self, factor: float) -> tuple[float, float]:
+        """K_n and K_t, N/mm per contact point; unless asked ``factor`` E/h of its edges (:func:`contact_penalty`)."""
+        default = contact_penalty(system_of(self.scene()).candidates, factor)
+        return default if self.kn is None else self.kn, default if self.kt is None else self.kt
+
+    def parameters(self) -> dict[str, Any]:
+        """What identifies the run in its folder."""
+        asked = {k: getattr(v, "value", v) for k, v in vars(self).items()}
+        return asked | {"solver": self.route()}
+
+    def route(self) -> str:
+        """How the run's conic programs reach their solver, in words."""
+        if self.form in ROUTED:
+            return self.solver
+        fallbacks = f", fallbacks {self.solver}" if self.control().fallbacks else ""
+        return f"direct{fallbacks}"
+
+
+def add_march_options(p: argparse.ArgumentParser, default: Size, fast: Size, reduction: float, form: FormName) -> None:
+    """The options that :func:`common` answers, but for the element's, with a study's own defaults."""
+    p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
+    sides = f"elements a side (default {default.elements}, --fast {fast.elements})"
+    p.add_argument("--elements", type=int, help=sides)
+    uniform = f"uniform increments after the start-up (default {default.increments}, --fast {fast.increments})"
+    p.add_argument("--increments", type=int, help=uniform)
+    p.add_argument(
+        "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
+    )
+    p.add_argument("--form", choices=[f.value for f in FormName], default=form.value)
+    p.add_argument(
+        "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
+    )
+    p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
+    p.add_argument("--reduction", type=float, default=reduction, help="reduction in height, in (0, 1)")
+    p.add_argument("--height", type=float, default=10.0, help="of the body, mm (default 10)")
+    p.add_argument("--E", type=float, default=210_000.0, help="Young's modulus, MPa (default 210000)")
+    p.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio (default 0.3)")
+    p.add_argument("--sigma-Y", type=float, help="yield stress, MPa, of perfect plasticity (default 300)")
+    p.add_argument("--hardening", help=f"a curve instead of --sigma-Y: {hardening_usage()}")
+    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per point (default about E/h)")
+    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per point (default about E/h)")
+    p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
+    p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
+
+
+def common(arguments: argparse.Namespace, default: Size, fast: Size, kind: AnyType) -> dict[str, Any]:
+    """The fields of :class:`Upset` but for the coefficient, as keywords.
+
+    Raises:
+        SceneError: naming an option that would have no effect.
+    """
+    refuse_without_effect(arguments)
+    solver_of(arguments.solver or DEFAULT_SOLVER)
+    chosen = fast if arguments.fast else default
+    increments = chosen.increments if arguments.increments is None else arguments.increments
+    return {
+        "elements": chosen.elements if arguments.elements is None else arguments.elements,
+        "element": kind,
+        "quadrature": kind.quadrature if arguments.quadrature is None else Quadrature(arguments.quadrature),
+        "increments": increments if arguments.accuracy is None else None,
+        "form": FormName(arguments.form),
+        "solver": arguments.solver or DEFAULT_SOLVER,
+        "configuration": Configuration(arguments.configuration),
+        "reduction": arguments.reduction,
+        "hardening": _curve(arguments),
+        "kn": arguments.kn,
+        "kt": arguments.kt,
+        "accuracy": arguments.accuracy,
+        "height": arguments.height,
+        "young": arguments.E,
+        "poisson": arguments.nu,
+    }
+
+
+def _curve(arguments: argparse.Namespace) -> str:
+    """The hardening curve in a word."""
+    if arguments.sigma_Y is not None:
+        return f"perfect:{arguments.sigma_Y!r}"
+    return PAPERS_CURVE if arguments.hardening is None else arguments.hardening
+
+
+def refuse_without_effect(arguments: argparse.Namespace) -> None:
+    """Refuse options that the form does not use, a --fast that changes nothing, and two runs of one folder."""
+    form, a = FormName(arguments.form), arguments
+    penalised = " or ".join(name.value for name in PENALISED)
+    routed = " or ".join(name.value for name in ROUTED)
+    for option, value, used, by in (
+        ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
+        ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
+        ("--increments", a.increments, a.accuracy is None, "no --accuracy beside it"),
+        ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
+        ("--sigma-Y", a.sigma_Y, a.hardening is None, "no --hardening beside it"),
+        ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
+    ):
+        if value is not None and not used:
+            raise SceneError(f"{option} has no effect on --form {form.value} as asked: it needs {by}")
+    require(len(set(a.mu)) == len(a.mu), "--mu", a.mu, "different, a folder each")
+    welds = [mu for mu in a.mu if math.isinf(mu)]
+    require(
+        not (welds and (form in PENALISED or form is FormName.DELASSUS)),
+        "--mu",
+        "inf",
+        f"finite: {form.value} does not weld",
+    )
+    require(not (welds and a.fclib), "--mu", "inf", "finite with --fclib: a welded point is no Coulomb problem")
