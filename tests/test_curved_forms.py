@@ -126,6 +126,7 @@ def test_delassus_agrees_within_the_default_bounds(geometry):
     assert apart(forces(other), forces(one)) < 1e-5
 
 
+@pytest.mark.slow
 def test_forms_agree_where_the_punch_goes_aside():
     whole = [forces(marched(dragged(), form, bounds=TIGHT)) for form in (Newton(), Tangent(), Dissipation())]
     assert abs(whole[0][-1, 0]) > 0.05 * abs(whole[0][-1, 1])

@@ -74,6 +74,7 @@ def test_the_law_holds_between_positions(geometry):
     assert slid > 10
 
 
+@pytest.mark.slow
 def test_energies_balance_to_order_two():
     errors = []
     for increments in (10, 20, 40):

@@ -40,7 +40,7 @@ def test_fields_that_do_not_fit_are_refused(tmp_path):
 
 
 @posix
-@pytest.mark.parametrize("field", ["fclib_local/W/x", "fclib_local/vectors/mu"])
+@pytest.mark.parametrize("field", [pytest.param("fclib_local/W/x", marks=pytest.mark.slow), "fclib_local/vectors/mu"])
 def test_datasets_that_are_not_what_they_should_be_are_refused(field, tmp_path):
     valid = fclib.local(tmp_path / "valid.hdf5")
     (tmp_path / "damaged").mkdir()
@@ -71,6 +71,7 @@ def test_chunks_of_another_size_than_declared_are_refused(tmp_path):
     refused("bipot.coulomb:read_fclib", valid, list(damaged(valid, tmp_path / "damaged", damages, field)))
 
 
+@pytest.mark.slow
 @posix
 def test_no_damaged_bytes_end_the_process_or_raise_what_is_no_error_of_this_package(tmp_path):
     """A short form of ``python -m tests.corpus.flips``."""

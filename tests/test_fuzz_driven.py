@@ -204,6 +204,7 @@ def test_a_body_that_is_pushed_together_with_a_tool_it_does_not_touch_yet_never_
     assert (refuted(scene, Claim(system_of(scene).rest(), up, 0.0, 1.0)) == []) == proved
 
 
+@pytest.mark.slow
 def test_forces_and_motions_are_drawn_without_changing_other_scenes(monkeypatch):
     seeds = range(710100, 710200)
     drawn = [draw(seed) for seed in seeds]

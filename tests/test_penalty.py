@@ -118,6 +118,7 @@ def test_condensing_changes_nothing():
     assert psi.condition(whole) == pytest.approx(np.linalg.cond(psi.hessian(whole).toarray(), 1), rel=0.5)
 
 
+@pytest.mark.slow
 def test_the_optimisers_agree_on_every_pass_of_every_increment():
     """10 % at mu = 0.3, K = 30 E/h."""
     compared = compare(elements=3, increments=2)

