@@ -3,6 +3,7 @@
 import matplotlib as mpl
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkIOHDF import vtkHDFReader
@@ -74,8 +75,8 @@ def test_vtk_has_the_cells_with_our_shape_functions(run):
 
 def test_plots_draw_every_edge_as_it_is(run):
     element, given, accepted, _ = run
-    nodes = accepted[-1].state.nodes
-    lines = plot.mesh(nodes, given.mesh.elements)
+    nodes, ax = accepted[-1].state.nodes, Figure().add_subplot()
+    lines = plot.mesh(nodes, given.mesh.elements, ax)
     count = len(given.mesh.elements) * element.corners
     outer = sum(len(edges) for edges in given.mesh.boundaries.values())
     assert len(lines.get_segments()) == (count + outer) / 2
@@ -84,7 +85,7 @@ def test_plots_draw_every_edge_as_it_is(run):
     np.testing.assert_allclose(drawn[:, [0, -1]], nodes[edges[:, [0, -1]]])
     middle = nodes[edges[:, 1]] if element.quadratic else nodes[edges].mean(axis=1)
     np.testing.assert_allclose(drawn[:, 1], middle, atol=1e-15)
-    assert len(plot.boundary(nodes, edges).get_segments()) == len(edges)
+    assert len(plot.boundary(nodes, edges, ax).get_segments()) == len(edges)
 
 
 def test_overlap_and_edge_tractions_hold_what_the_forces_say(run):
