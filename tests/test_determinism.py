@@ -89,7 +89,9 @@ def resident():
 
 
 @pytest.mark.serial
-@pytest.mark.parametrize("form", [Newton(), Dissipation()], ids=lambda form: form.name.value)
+@pytest.mark.parametrize(
+    "form", [Newton(), pytest.param(Dissipation(), marks=pytest.mark.slow)], ids=lambda form: form.name.value
+)
 def test_a_thousand_increments_keep_the_last_alone_and_take_as_long_as_the_first(form):
     states, memory, clock = list[weakref.ref](), dict[int, float](), list[float]()
     for accepted in long(form):

@@ -244,6 +244,7 @@ def test_case_8_has_a_row_for_every_form():
     assert loaded(1.1, next(iter(FORMS))).outcome is Outcome.UNBOUNDED
 
 
+@pytest.mark.slow
 def test_the_rows_of_case_8_are_written_as_expected(tmp_path):
     assert hard_cases.main(["--only", "8 ", "--out", str(tmp_path)]) == 0
     with (tmp_path / "hard_cases.csv").open(encoding="utf-8") as file:

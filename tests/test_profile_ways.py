@@ -80,6 +80,7 @@ def test_around_a_closed_line_slips_are_those_of_the_shorter_way():
     assert square.passed(end, start - end)[1] == pytest.approx(-0.3, rel=1e-14)
 
 
+@settings(max_examples=50)
 @given(SEEDS)
 def test_who_slides_along_a_profile_does_not_cross_it(seed):
     """From place to place, by a part of the least radius, and off it outwards."""
@@ -177,7 +178,7 @@ def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
     assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored((1.0, 0.0), 0.5, 1e-12)
 
 
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(SEEDS)
 def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
     profile, (x, by) = drawn(seed), around(seed)

@@ -29,7 +29,9 @@ from tests.courses import (
 
 def marks(make, name):
     """Of what tells least: forms that take the longest, where nothing lands."""
-    return [pytest.mark.slow] * (name in ("penalty", "uzawa") and make is not landing)
+    return [pytest.mark.slow] * (
+        name in ("delassus", "penalty", "tangent through cvxpy", "uzawa") and make is not landing
+    )
 
 
 EACH = [

@@ -53,6 +53,7 @@ def speed(tmp_path_factory, seconds):
 
 
 @pytest.mark.serial
+@pytest.mark.slow
 def test_both_comparisons_take_less_than_a_minute(penalty, speed, seconds):
     assert len(seconds) == 2
     assert sum(seconds.values()) < 60
