@@ -1,12 +1,12 @@
 r"""What all supports together hold of the nodes, and where those go that are driven.
 
-Where one support holds a node along a unit vector n_1, the displacement is v_1 n_1 and what the node does across it.
-Where two do, along different ones, both components are held,
+Where supports hold a node along independent unit vectors n_i the displacement is, but for what the node does across
+them all,
 
-    u = v_1 w_1 + v_2 w_2,    n_i . w_j = delta_ij,
+    u = sum_i v_i w_i,    n_i . w_j = delta_ij,    w_j in their span,
 
-and more have to agree with that. The axes of a node (:mod:`bipot.fem.axes`) are its n_1 and what is across it where
-one support holds it along a direction between the coordinates' axes, and these everywhere else.
+and more supports have to agree with that. The axes of a node (:mod:`bipot.fem.axes`) are a basis of the span that
+begins with n_1, and what is across it, where the span is not one of coordinates' axes, and these everywhere else.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from bipot.fem.axes import Axes
 from bipot.mesh import Mesh
 from bipot.supports import Prescribed, Support, named
 from bipot.surfaces import ACROSS
+from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, read_only
 
 PARALLEL = 1e-9
@@ -69,7 +70,7 @@ class Holding:
         kinds, kind = np.unique(member, axis=0, return_inverse=True)
         for k in np.flatnonzero(kinds.any(axis=1)).tolist():
             alike, own = np.flatnonzero(kind.ravel() == k), np.flatnonzero(kinds[k])
-            joint = (_joint if d == 2 else _on_axes)(supports, own, int(alike[0]))
+            joint = _joint(supports, own, int(alike[0]), d)
             ways[np.ix_(alike, own)], rows[alike], held[alike] = joint.ways, joint.axes, joint.held
         turned = np.flatnonzero((rows != np.eye(d)).any(axis=(1, 2)))
         moving = [(k, support) for k, support in enumerate(supports) if isinstance(support, Prescribed)]
@@ -113,40 +114,44 @@ class _Joint(NamedTuple):
     held: Bools
 
 
-def _joint(supports: Sequence[Support], own: Ints, node: int) -> _Joint:
+def _joint(supports: Sequence[Support], own: Ints, node: int, dimension: int) -> _Joint:
     """Of those of the supports that are the node's ``own``."""
     given = [supports[k] for k in own.tolist()]
-    vectors, ways = np.array([support.vector for support in given]), np.zeros((len(given), 2))
-    (x, y), both = vectors[0], np.array([True, True])
-    sine = x * vectors[:, 1] - y * vectors[:, 0]
-    other = int(np.argmax(np.abs(sine)))
-    if abs(sine[other]) > PARALLEL:
-        moving = any(isinstance(support, Prescribed) and support.displacement for support in given)
-        apart = f"such that directions that hold node {node}, one of them driven, are one or at an angle"
-        clear = not moving or abs(sine[other]) >= LEAST_SINE
-        require(clear, "scene.supports", supports, f"{apart} above {LEAST_SINE:g}, not {abs(sine[other]):.2g}")
-        u, v = vectors[other]
-        ways[0], ways[other] = np.array([v, -u]) / sine[other], np.array([-y, x]) / sine[other]
-        joint = _Joint(ways, np.eye(2), both)
-    else:
-        ways[0] = x, y
-        on_axis = x == 0 or y == 0
-        axes = np.eye(2) if on_axis else np.array([[x, y], [-y, x]])
-        joint = _Joint(ways, axes, np.array([x, y]) != 0 if on_axis else both & (True, False))
-    _require_agreeing(supports, given, joint.ways, node)
-    return joint
+    vectors = np.array([support.along(dimension) for support in given])
+    moving = any(isinstance(support, Prescribed) and support.displacement for support in given)
+    chosen, sine = _independent(vectors)
+    apart = f"such that directions that hold node {node}, one of them driven, are one or at an angle"
+    require(
+        not moving or sine >= LEAST_SINE, "scene.supports", supports, f"{apart} above {LEAST_SINE:g}, not {sine:.2g}"
+    )
+    whole, triangle = np.linalg.qr(vectors[chosen].T, mode="complete")
+    count, ways = len(chosen), np.zeros(vectors.shape)
+    if moving:
+        # n = Q R, hence w = Q R'^-1
+        ways[chosen] = np.linalg.solve(triangle[:count], whole[:, :count].T)
+    _require_agreeing(supports, given, ways, node)
+    span = whole[:, :count] @ whole[:, :count].T
+    held = np.diag(span) > 0.5
+    if np.abs(span - np.diag(held)).max() <= ACROSS:
+        return _Joint(ways, np.eye(dimension), held)
+    axes = whole.T
+    # the first is n_1, not its opposite
+    axes[:count] *= np.sign(np.diag(triangle))[:, None]
+    return _Joint(ways, axes, np.arange(dimension) < count)
 
 
-def _on_axes(supports: Sequence[Support], own: Ints, node: int) -> _Joint:
-    """The same in space, where supports hold along axes alone."""
-    given = [supports[k] for k in own.tolist()]
-    vectors = np.array([support.along(3) for support in given])
-    # The first along an axis takes the node there; others have to agree.
-    axis = np.argmax(vectors, axis=1)
-    first = np.argmax(axis[:, None] == axis, axis=1) == np.arange(len(given))
-    joint = _Joint(np.where(first[:, None], vectors, 0.0), np.eye(3), np.asarray(vectors.any(axis=0)))
-    _require_agreeing(supports, given, joint.ways, node)
-    return joint
+def _independent(vectors: Floats) -> tuple[list[int], float]:
+    """Which of unit vectors (s, d) span them all, and the least sine of the angle of one with those before it.
+
+    The first, and then who is farthest off those chosen, while anyone is by more than :data:`PARALLEL`.
+    """
+    chosen, least, rest = [0], 1.0, vectors - np.outer(vectors @ vectors[0], vectors[0])
+    while len(chosen) < vectors.shape[1] and norm(rest).max() > PARALLEL:
+        chosen.append(int(np.argmax(norm(rest))))
+        sine = float(norm(rest)[chosen[-1]])
+        way, least = rest[chosen[-1]] / sine, min(least, sine)
+        rest = rest - np.outer(rest @ way, way)
+    return chosen, least
 
 
 def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], ways: Floats, node: int) -> None:

@@ -39,30 +39,22 @@ class Support:
             require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
 
     def along(self, dimension: int) -> Vector:
-        """The direction as a unit vector of so many dimensions.
+        """The direction as a unit vector of so many dimensions, on an axis where it is off it by round-off.
 
         Raises:
             SceneError: there is no such axis, or a vector of a plane in space.
+
+        >>> Support("top", 1).along(2), Support("top", (-0.6, 0.8)).along(2), Support("top", (6e-17, -1.0)).along(2)
+        ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
         """
         if isinstance(self.direction, tuple):
             axis = "the number of an axis in space"
-            require(dimension == 2, "support.direction", self.direction, axis)
-            return self.vector
+            require(dimension == len(self.direction), "support.direction", self.direction, axis)
+            parts = np.where(np.abs(self.direction) <= surfaces.ACROSS, 0.0, self.direction)
+            return tuple((np.sign(parts) if np.count_nonzero(parts) == 1 else parts).tolist())
         axes = list(range(dimension))
         require(self.direction < dimension, "support.direction", self.direction, f"one of {axes}, as the mesh has")
         return tuple(float(self.direction == k) for k in axes)
-
-    @property
-    def vector(self) -> Vector:
-        """The direction in a plane as a unit vector, on an axis where it is off it by round-off.
-
-        >>> Support("top", 1).vector, Support("top", (-0.6, 0.8)).vector, Support("top", (6e-17, -1.0)).vector
-        ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
-        """
-        if not isinstance(self.direction, tuple):
-            return self.along(2)
-        x, y = (0.0 if abs(part) <= surfaces.ACROSS else part for part in self.direction)
-        return (float(np.sign(x)), float(np.sign(y))) if x == 0 or y == 0 else (x, y)
 
 
 @dataclass(frozen=True)

@@ -37,7 +37,7 @@ def turned(scene: Scene, angle: float = ANGLE) -> Scene:
     return replace(
         scene,
         mesh=Mesh(places(mesh.nodes, angle), mesh.elements, mesh.boundaries),
-        supports=tuple(replace(s, direction=_vector(s.vector, angle)) for s in scene.supports),
+        supports=tuple(replace(s, direction=_vector(s.along(2), angle)) for s in scene.supports),
         tools=tuple(_tool(tool, angle) for tool in scene.tools),
         loads=tuple(
             load if isinstance(load, Pressure) else replace(load, vector=_vector(load.vector, angle))

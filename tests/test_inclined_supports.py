@@ -85,7 +85,7 @@ def taken(scene, force):
     out, sides = np.zeros(force.shape), {s: set(scene.mesh.boundary_nodes(s.boundary).tolist()) for s in scene.supports}
     for support, nodes in sides.items():
         both = sorted(nodes & set().union(*(others for other, others in sides.items() if other is not support)))
-        out[sorted(nodes)] = np.outer(force[sorted(nodes)] @ support.vector, support.vector)
+        out[sorted(nodes)] = np.outer(force[sorted(nodes)] @ support.along(2), support.along(2))
         out[both] = force[both]
     return out
 
@@ -96,8 +96,8 @@ def test_supports_hold_and_drive_nodes_along_their_direction_and_leave_them_free
         asked = (0.0, 0.0, -0.06 * scene.supports[2].amplitude.at(accepted.state.tau))
         for support, value in zip(scene.supports, asked, strict=True):
             moved = accepted.displacement[scene.mesh.boundary_nodes(support.boundary)]
-            np.testing.assert_allclose(moved @ support.vector, value, atol=1e-12)
-            x, y = support.vector
+            np.testing.assert_allclose(moved @ support.along(2), value, atol=1e-12)
+            x, y = support.along(2)
             assert np.ptp(moved @ (-y, x)) > 1e-3 * abs(accepted.state.tau)
 
 

@@ -65,7 +65,10 @@ def forces(accepted: Accepted) -> Floats:
     """Of all tools, component by component, and of each support along its direction, on the modelled part."""
     solved, scene = accepted.solved, accepted.solved.iterate.increment.system.body.scene
     reactions = solved.iterate.reactions(solved.r)
-    held = [(reactions[scene.mesh.boundary_nodes(one.boundary)] @ one.vector).sum() for one in scene.supports]
+    held = [
+        (reactions[scene.mesh.boundary_nodes(one.boundary)] @ one.along(scene.mesh.dimension)).sum()
+        for one in scene.supports
+    ]
     return np.array([*accepted.tool_forces.ravel(), *held])
 
 
