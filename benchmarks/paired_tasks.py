@@ -70,7 +70,7 @@ def _wide(size: int) -> Scene:
     from dataclasses import replace
 
     from bipot import Element, FlatTool, Geometry, Support, upsetting
-    from bipot.mesh import block
+    from bipot.sections import block
 
     return replace(
         upsetting(mu=0.1, elements=1),

@@ -27,6 +27,7 @@ True
 
 from bipot.accepted import Accepted
 from bipot.certificate import Bounds, Certificate
+from bipot.circle import Circle
 from bipot.components import Components
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.file import FileError
@@ -68,7 +69,7 @@ from bipot.layout import Layout
 from bipot.limit_analysis import LimitLoad, limit_load
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
 from bipot.paths import Amplitude
 from bipot.poses import Turn
 from bipot.profiles import Profile, Union, flat_punch, wedge
@@ -77,9 +78,10 @@ from bipot.response import State
 from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
+from bipot.sections import block, cylinder, ring
 from bipot.solids import brick, cylinder_3d
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.surfaces import Circle, Plane
+from bipot.surfaces import Plane
 from bipot.tools import FlatTool, Sampling, ShapedTool
 
 __version__ = "0.1.0"

@@ -28,10 +28,10 @@ from bipot.coupling import Coupled, Pushed, coupled
 from bipot.fem.assembly import Space
 from bipot.meeting import Faces, Meeting
 from bipot.mobility import mirrored, movable, moving
+from bipot.operators import Operators, without_zeros
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
 from bipot.scene import Scene
-from bipot.surfaces import ACROSS
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
@@ -134,7 +134,7 @@ class Candidates:
         Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
         """
         arms = self.faces.arms(self.mean(nodes), placed)
-        normal, tangents = self._operators(self.frames_at(nodes, placed), arms)
+        normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
     def add_bending(self, K: Floats, bending: Floats) -> None:
@@ -201,7 +201,7 @@ class Candidates:
 
     def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
         """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
-        operators = self._operators(meeting.frames, meeting.arm)
+        operators = self._matrices(meeting.frames, meeting.arm)
         motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
         return self._rows(gap, operators, motion)
 
@@ -238,38 +238,21 @@ class Candidates:
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
     @cached_property
+    def _operators(self) -> Operators:
+        return Operators.of(self.space, self.scene.drives, self.weights, self._owned[self.scene.drives.tool])
+
+    @cached_property
     def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Normal and tangential rows of every candidate at rest."""
-        return self._operators(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
+        return self._matrices(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
 
-    def _operators(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d)."""
-        count, d, _ = frames.shape
-        across = np.repeat(np.arange(count), d - 1)
-        return self._operator(frames[:, 0], np.arange(count), arm), self._operator(
-            frames[:, 1:].reshape(-1, d), across, arm[across]
-        )
+    def _matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d).
 
-    def _operator(self, direction: Floats, number: Ints, arm: Floats) -> sp.csr_matrix:
-        """Rows ``direction . (dU_point - dU_tool)`` of the candidates of that ``number``, along directions (m, d).
-
-        Seen at ``arm`` (m, d). Held nodes and what paths prescribe of tools are apart.
+        A normal that turns keeps its zeros: rows have the same entries at all iterates.
         """
-        W, (count, d) = self.weights, direction.shape
-        if count > len(self.node):
-            W = W[number]
-        owner = np.repeat(np.arange(count), np.diff(W.indptr))
-        coordinate, led = np.nonzero(self._owned[self.scene.drives.tool][:, number])
-        row = np.concatenate([np.repeat(owner, d), led])
-        moved = self.space.position[d * W.indices[:, None] + np.arange(d)].ravel()
-        column = np.concatenate([moved, len(self.space.free) + coordinate])
-        by_tool = -np.vecdot(direction[led], self.scene.drives.motion(coordinate, arm[led]))
-        by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        along = self.space.axes.at(np.asarray(W.indices, np.intp), direction[owner])
-        entries = np.concatenate([(W.data[:, None] * along).ravel(), by_tool])
-        # A normal that turns keeps its zeros: rows have the same entries at all iterates.
-        kept = (column >= 0) & ((entries != 0) | self.curved)
-        return sp.csr_matrix((entries[kept], (row[kept], column[kept])), shape=(count, self.space.size))
+        normal, tangents = self._operators.matrices(frames, arm)
+        return (normal, tangents) if self.curved else (without_zeros(normal), without_zeros(tangents))
 
 
 def candidates(scene: Scene, space: Space) -> Candidates:

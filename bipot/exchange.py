@@ -13,7 +13,7 @@ from bipot.closeness import near_tools
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
-from bipot.forms.conic import tangent_program
+from bipot.forms.answers import tangent_program
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Stopwatch

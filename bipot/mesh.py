@@ -1,4 +1,4 @@
-"""Meshes of one kind of element with named boundaries, and those of rectangles; those of space are in `bipot.solids`.
+"""Meshes of one kind of element with named boundaries; `bipot.sections` and `bipot.solids` make those of simple shapes.
 
 A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
 :class:`~bipot.elements.Element`, and a boundary is an array of its facets (f, n): in a plane edges as end, middle, end,
@@ -20,20 +20,12 @@ from bipot.errors import (
     LARGEST_LENGTH,
     require,
     require_magnitude,
-    require_number,
-    require_positive,
     require_type,
 )
 from bipot.facets import Facets, require_facets, require_one_part
 from bipot.frozen import FrozenMap
-from bipot.layout import Layout, rectangle
 from bipot.mesh_files import of_meshio, of_skfem, to_meshio
 from bipot.typing import Floats, Ints, as_array, read_only
-
-Grading = tuple[float, float]
-"""Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next."""
-
-UNIFORM = (1.0, 1.0)
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
@@ -203,75 +195,6 @@ class Mesh:
     def size(self) -> float:
         """Largest extent of the mesh along an axis: the body size that scales lengths."""
         return float(np.ptp(self.nodes, axis=0).max())
-
-
-def cylinder(
-    radius: float,
-    height: float,
-    n_r: int,
-    n_z: int,
-    grading: Grading = UNIFORM,
-    element: Element = Element.Q4,
-    layout: Layout = Layout.TENSOR,
-) -> Mesh:
-    """Meridian half-section [0, radius] x [0, height] with boundaries axis, base, top, side; ``grading`` of r, z.
-
-    ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.layout.Layout`).
-
-    >>> cylinder(5.0, 5.0, 2, 2).elements.shape
-    (4, 4)
-    """
-    require_positive(radius=radius, height=height)
-    return Mesh(
-        *rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element, layout)
-    )
-
-
-def block(
-    width: float,
-    height: float,
-    n_x: int,
-    n_y: int,
-    grading: Grading = UNIFORM,
-    element: Element = Element.Q4,
-    layout: Layout = Layout.TENSOR,
-) -> Mesh:
-    """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
-
-    ``layout`` says how elements meet in the corner of top and right (:class:`~bipot.layout.Layout`). Of triangles two
-    make a quadrilateral, halved along diagonals that alternate like the squares of a chessboard.
-
-    >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
-    3
-    >>> block(7.0, 1.0, 3, 1, element=Element.T6).elements.shape
-    (6, 6)
-    """
-    require_positive(width=width, height=height)
-    return Mesh(
-        *rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"), element, layout)
-    )
-
-
-def ring(
-    inner: float,
-    outer: float,
-    height: float,
-    n_r: int,
-    n_z: int,
-    grading: Grading = UNIFORM,
-    element: Element = Element.Q4,
-    layout: Layout = Layout.TENSOR,
-) -> Mesh:
-    """Meridian section [inner, outer] x [0, height] with boundaries bore, side, base, top; ``grading`` of r, z.
-
-    ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.layout.Layout`).
-    """
-    require_positive(inner=inner, height=height)
-    require_number(outer, "outer")
-    require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return Mesh(
-        *rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"), element, layout)
-    )
 
 
 def _require_near(nodes: Floats) -> None:

@@ -36,9 +36,10 @@ from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.layout import Layout, require_layout_room
 from bipot.loads import Dead, Load, Pressure
-from bipot.mesh import Mesh, cylinder
+from bipot.mesh import Mesh
 from bipot.paths import corners
 from bipot.poses import pose_size
+from bipot.sections import cylinder
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored
 from bipot.tools import AnyTool, FlatTool, Sampling, Tool

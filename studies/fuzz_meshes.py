@@ -7,7 +7,8 @@ import numpy as np
 from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.projection import VOLUMES, VolumeChange
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
+from bipot.sections import block, cylinder, ring
 from bipot.typing import Ints
 from studies.independent_element import orientation
 

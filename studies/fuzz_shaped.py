@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bipot.circle import Circle
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
@@ -19,7 +20,7 @@ from bipot.poses import Turn
 from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.scene import Scene
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle, Plane, Surface
+from bipot.surfaces import Plane, Surface
 from bipot.tools import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Floats
 from studies.fuzz_meshes import Rng

@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.circle import Circle
 from bipot.profiles import Profile, Union
-from bipot.surfaces import Circle, Plane, Surface
+from bipot.surfaces import Plane, Surface
 from bipot.tools import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.independent_chains import chain, disc, half_plane

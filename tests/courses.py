@@ -22,10 +22,10 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Pressure, Traction
 from bipot.marching import Control, march, system_of
-from bipot.mesh import block
 from bipot.paths import Amplitude
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from tests.scenes import scene, tool

@@ -7,6 +7,7 @@ import numpy as np
 
 from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.circle import Circle
 from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Form, Newton
@@ -16,11 +17,11 @@ from bipot.laws.hardening import Linear
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.scene import Scene
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle, Surface
+from bipot.surfaces import Surface
 from bipot.tools import ShapedTool
 
 TIGHT = Bounds(equilibrium=1e-11, law=1e-9, relative_gap=1e-11)

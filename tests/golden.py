@@ -49,8 +49,8 @@ from bipot.elements import Element
 from bipot.forms import Delassus, Form, Penalty, Uzawa
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
-from bipot.mesh import block, ring
 from bipot.paper import as_written, unreturned
+from bipot.sections import block, ring
 
 TABLE = Path(__file__).parent / "data" / "golden.csv"
 DIGITS = 13

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bipot.circle import Circle
 from bipot.driving import Force
 from bipot.elements import Element
 from bipot.fem.elements import Quadrature
@@ -14,11 +15,11 @@ from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
 from bipot.poses import Turn
 from bipot.scene import Scene
+from bipot.sections import block
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.surfaces import Circle
 from bipot.tools import FlatTool, Sampling, ShapedTool, Tool
 
 ANGLE = math.pi / 6

@@ -18,13 +18,13 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Load
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
 from bipot.scene import Scene, upsetting
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats

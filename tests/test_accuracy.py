@@ -17,13 +17,13 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.loads import Traction
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.pacing import QUICK, REFUSED, Pacer, error_estimate
 from bipot.reason import ReasonKind
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
 from bipot.scene import Scene
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support
 from studies.accuracy import paced
 from studies.accuracy.paced import CONTROL

@@ -19,8 +19,9 @@ from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
 from bipot.scene import Scene, upsetting
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from bipot.typing import Floats

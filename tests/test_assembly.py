@@ -12,7 +12,8 @@ from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.von_mises import Elasticity
-from bipot.mesh import Mesh, cylinder
+from bipot.mesh import Mesh
+from bipot.sections import cylinder
 from tests.scenes import PLANES
 
 ELASTIC = Elasticity(210.0, 0.3)

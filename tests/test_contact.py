@@ -18,9 +18,9 @@ from bipot.laws.coulomb import CARRIES
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block
 from bipot.response import body_space
 from bipot.scene import Scene, upsetting
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.scenes import DIRECT, fresh, path, rows_between

@@ -7,17 +7,18 @@ import numpy as np
 import pytest
 
 from bipot.between import Surroundings, between, inside
+from bipot.circle import Circle
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.profiles import Profile, flat_punch
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support
-from bipot.surfaces import Circle, Distance, Plane
+from bipot.surfaces import Distance, Plane
 from bipot.system import system_of
 from bipot.tools import ShapedTool
 from tests.curved import dragged, forces, marched, pressed

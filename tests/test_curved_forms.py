@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
@@ -25,7 +26,7 @@ from bipot.profiles import flat_punch
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supports import Support
-from bipot.surfaces import Circle, Plane
+from bipot.surfaces import Plane
 from bipot.system import system_of
 from bipot.tools import FlatTool, ShapedTool
 from tests.curved import TIGHT, apart, dragged, forces, marched, pressed

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.circle import Circle
 from bipot.energy import Energies
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
@@ -19,7 +20,7 @@ from bipot.results.description import describe
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle, Plane, frames
+from bipot.surfaces import Plane, frames
 from bipot.system import system_of
 from bipot.tools import FlatTool, ShapedTool
 from tests.courses import stored

@@ -20,9 +20,10 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Loading, Pressure
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block, ring
+from bipot.mesh import Mesh
 from bipot.response import Body, body_space, rest
 from bipot.scene import Scene, Support
+from bipot.sections import block, ring
 from bipot.tools import FlatTool
 from tests.scenes import PLANES, refused, scene
 

@@ -16,10 +16,10 @@ from bipot.forms import Dissipation, FormName, Newton, Penalty, Tangent
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block
 from bipot.overlap import overlap
 from bipot.results import Recorder
 from bipot.results import open as open_results
+from bipot.sections import block
 from bipot.traction import SLIP_TOLERANCE, contact_edges, edge_tractions
 from tests.scenes import scene
 

@@ -27,9 +27,9 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block, cylinder
 from bipot.programs.delassus import Reduced
 from bipot.scene import upsetting
+from bipot.sections import block, cylinder
 from bipot.supports import Support
 from bipot.tools import Sampling
 from studies import upsetting as study

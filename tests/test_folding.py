@@ -16,8 +16,9 @@ from bipot.fem.reduction import Geometry
 from bipot.forms import FormName, Newton
 from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
 from bipot.scene import Scene, upsetting
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies.quality import quality

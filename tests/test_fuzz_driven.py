@@ -18,8 +18,8 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Traction
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block
 from bipot.scene import Scene
+from bipot.sections import block
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool, Sampling
 from studies import fuzz_driven, fuzz_judge, fuzz_whole

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.circle import Circle
 from bipot.errors import SceneError
 from bipot.marching import Schedule, march
 from bipot.poses import Turn
 from bipot.supports import Symmetry
-from bipot.surfaces import Circle
 from bipot.tools import FlatTool
 from studies import fuzz_judge, fuzz_whole
 from studies.fuzz_record import setting_of, step_of

@@ -14,9 +14,10 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration, Stresses
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import Mesh, block, ring
+from bipot.mesh import Mesh
 from bipot.response import Body, State, TangentKind, body_space, rest
 from bipot.scene import Scene
+from bipot.sections import block, ring
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.scenes import PLANES

@@ -18,9 +18,9 @@ from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import block, cylinder, ring
 from bipot.response import body_space
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, cylinder, ring
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from studies import fuzz_judge

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.poses import Turn
 from bipot.profiles import Profile, Union
 from bipot.shear import nodal_areas
-from bipot.surfaces import Circle, Plane
+from bipot.surfaces import Plane
 from bipot.tools import ShapedTool
 from studies.fuzz_surfaces import Seen, cut, outlines
 from studies.independent_between import between, surface_of

@@ -15,8 +15,9 @@ from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
 from bipot.scene import Scene
+from bipot.sections import block, cylinder, ring
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool, Sampling
 from studies import fuzz_judge, fuzz_points

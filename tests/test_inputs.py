@@ -20,10 +20,10 @@ from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import block, cylinder, ring
 from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard
 from bipot.scene import upsetting
+from bipot.sections import block, cylinder, ring
 from bipot.supports import Support, Symmetry
 from tests.scenes import STEEL, refused, scene, tool
 

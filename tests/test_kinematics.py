@@ -11,7 +11,7 @@ from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.plane import turn_half
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.mesh import block, cylinder
+from bipot.sections import block, cylinder
 from studies.verification.cases.simple_shear import sheared
 
 SQRT2 = np.sqrt(2.0)

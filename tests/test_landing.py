@@ -15,8 +15,8 @@ from bipot.landing import Locate, locate
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import block
 from bipot.scene import Scene
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 

@@ -3,17 +3,17 @@
 import numpy as np
 
 from bipot.accepted import Accepted
+from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.poses import Turn
 from bipot.scene import Scene
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle
 from bipot.tools import ShapedTool
 
 

@@ -24,6 +24,7 @@ LAYERS = (
     (
         "abaqus",
         "cells",
+        "circle",
         "conic",
         "driving",
         "elements",
@@ -39,6 +40,7 @@ LAYERS = (
         "poses",
         "profiles",
         "reflection",
+        "sections",
         "solids",
         "surfaces",
         "tools",
@@ -58,7 +60,7 @@ LAYERS = (
         "supports",
         "symmetry",
     ),
-    ("closeness", "contact", "coupling", "mobility", "overlap", "response", "shear", "system"),
+    ("closeness", "contact", "coupling", "mobility", "operators", "overlap", "response", "shear", "system"),
     (
         "advance",
         "determinacy",

@@ -12,8 +12,8 @@ from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.layout import Layout
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import block, cylinder, ring
 from bipot.scene import upsetting
+from bipot.sections import block, cylinder, ring
 from tests.scenes import refused
 
 FANNED = Layout.FANNED

@@ -20,9 +20,10 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh, block, ring
+from bipot.mesh import Mesh
 from bipot.paths import Amplitude
 from bipot.scene import Scene
+from bipot.sections import block, ring
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from tests.scenes import FORMS, PLANES, bar, last, named

@@ -17,9 +17,10 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import Load, PointForce, Traction
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
 from bipot.paths import Amplitude
 from bipot.scene import Scene
+from bipot.sections import block
 from bipot.supports import Prescribed, Support
 from bipot.tools import FlatTool
 from tests.scenes import FORMS, bar, last, named

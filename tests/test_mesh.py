@@ -8,7 +8,8 @@ from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
+from bipot.sections import block, cylinder, ring
 
 
 def test_cylinder_counts_and_orientation():

@@ -10,7 +10,8 @@ from bipot.fem.elements import RULES, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
+from bipot.sections import block, cylinder, ring
 from tests.scenes import refused, scene
 
 ALIKE = {3: (Element.T3, Element.T6), 4: (Element.Q4, Element.Q8, Element.Q9)}

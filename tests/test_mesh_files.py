@@ -9,7 +9,8 @@ import pytest
 from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
+from bipot.sections import block
 from tests.scenes import scene
 
 NATIVE = block(1.0, 1.0, 3, 2, element=Element.Q8)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from bipot.elements import Element
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
+from bipot.sections import block
 from bipot.supports import Support
 from tests.scenes import refused, scene, tool
 

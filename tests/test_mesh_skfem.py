@@ -7,7 +7,8 @@ import skfem
 from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
+from bipot.sections import block
 from tests.scenes import scene
 
 

@@ -19,9 +19,10 @@ from bipot.fem.orientation import (
 )
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.mesh import Mesh, block, cylinder
+from bipot.mesh import Mesh
 from bipot.response import Body, body_space, rest
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, cylinder
 from bipot.supports import Support
 from bipot.tools import FlatTool
 from tests.sampling import determinants, grid

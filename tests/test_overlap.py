@@ -9,10 +9,10 @@ from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import block
 from bipot.overlap import overlap
 from bipot.plot import curved
 from bipot.scene import Scene, upsetting
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 

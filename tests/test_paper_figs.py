@@ -9,9 +9,9 @@ from bipot import plot
 from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.laws.coulomb import Status
-from bipot.mesh import cylinder
 from bipot.results import open as open_results
 from bipot.scene import upsetting
+from bipot.sections import cylinder
 from paper_figs import fig2_velocity, fig_force_stroke
 from paper_figs.contact_line import contact_line
 from paper_figs.shown import shown

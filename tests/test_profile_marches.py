@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.circle import Circle
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa
@@ -21,7 +22,7 @@ from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.supported import driven_into
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle, Plane, Surface
+from bipot.surfaces import Plane, Surface
 from bipot.system import system_of
 from bipot.tools import ShapedTool
 from tests.curved import PUNCH, RADIUS, TIGHT, apart, dragged, forces, marched, pressed, pushed

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bipot.circle import Circle
 from bipot.profiles import Profile, flat_punch, wedge
-from bipot.surfaces import Circle, Plane
+from bipot.surfaces import Plane
 from bipot.tensors import norm
 from tests.profiles import drawn, sampled
 from tests.test_profiles import ROUND, SEEDS, around

@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
+from bipot.circle import Circle
 from bipot.overlap import least_along
 from bipot.profiles import Profile, flat_punch, wedge
-from bipot.surfaces import Circle, Plane, Surface, frames
+from bipot.surfaces import Plane, Surface, frames
 from bipot.tensors import norm
 from tests.profiles import drawn, on_line, reflected, sampled, turn, turned
 from tests.test_surfaces import shaped, slope

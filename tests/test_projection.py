@@ -18,9 +18,10 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
 from bipot.loads import Pressure
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block, ring
+from bipot.mesh import Mesh
 from bipot.response import Body, body_space, rest
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, ring
 from bipot.supports import Support
 from studies.fuzz_record import setting_of
 from studies.independent_volume import fitted

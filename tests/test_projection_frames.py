@@ -12,9 +12,10 @@ from bipot.forms import Newton
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support
 from bipot.tools import FlatTool
 

@@ -6,7 +6,7 @@ import pytest
 from bipot.elements import Element, elements_of
 from bipot.fem.elements import RULES, tabulated
 from bipot.layout import Layout
-from bipot.mesh import cylinder
+from bipot.sections import cylinder
 from studies.quality import jacobians, quality, stretch_ratios
 
 ELEMENT = np.arange(8)[None]

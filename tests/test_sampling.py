@@ -18,10 +18,11 @@ from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.layout import Layout
 from bipot.limit_analysis import limit_load
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh, block, ring
+from bipot.mesh import Mesh
 from bipot.overlap import overlap
 from bipot.sampling import CREASE, points
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, ring
 from bipot.supports import Support, Symmetry
 from bipot.tools import FlatTool, Sampling
 from tests.scenes import PLANES, path, refused, scene, tool

@@ -8,8 +8,9 @@ from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import Mesh, cylinder
+from bipot.mesh import Mesh
 from bipot.scene import Scene, upsetting
+from bipot.sections import cylinder
 from bipot.supports import Support
 from bipot.tools import FlatTool
 

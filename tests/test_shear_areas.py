@@ -5,7 +5,7 @@ import pytest
 
 from bipot.elements import Element
 from bipot.fem.reduction import Geometry
-from bipot.mesh import block, ring
+from bipot.sections import block, ring
 from bipot.shear import LIES, Strength, lying, nodal_areas
 from tests.scenes import PLANES
 

@@ -12,7 +12,8 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import system_of
-from bipot.mesh import Mesh, block
+from bipot.mesh import Mesh
+from bipot.sections import block
 from tests.scenes import rows_between
 
 FORMS = (Newton(), Tangent(), Dissipation(), Delassus())

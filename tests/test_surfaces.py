@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.circle import Circle
 from bipot.overlap import least_along
-from bipot.surfaces import Circle, Plane, Surface, frames
+from bipot.surfaces import Plane, Surface, frames
 from bipot.tools import FlatTool, Sampling, ShapedTool
 from tests.scenes import refused, scene
 

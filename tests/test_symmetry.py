@@ -19,9 +19,10 @@ from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh, block, cylinder, ring
+from bipot.mesh import Mesh
 from bipot.results.description import describe
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, cylinder, ring
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from studies.fuzz_unfolded import about

@@ -11,11 +11,11 @@ from bipot.columns import INCREMENT, OVERLAP, energies
 from bipot.elements import Element
 from bipot.forms import Newton, Tangent
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.results.description import describe
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support
 from tests.scenes import refused, scene, tool
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.flow import Integration
@@ -13,13 +14,13 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import block
 from bipot.paths import Amplitude
 from bipot.poses import Turn, rotation
 from bipot.scene import Scene
 from bipot.schedule import Schedule
+from bipot.sections import block
 from bipot.supports import Support, Symmetry
-from bipot.surfaces import Circle, Plane
+from bipot.surfaces import Plane
 from bipot.tools import FlatTool, ShapedTool
 from tests.curved import STEEL, TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import refused

@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
 from bipot.errors import NotConverged, require
+from bipot.forms.answers import tangent_program
 from bipot.forms.base import Cache, FormName, Step
-from bipot.forms.conic import tangent_program
 from bipot.forms.posed import Posed
 from bipot.forms.spring import softly_held, unresisted
 from bipot.iterate import Iterate

@@ -18,7 +18,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.surfaces import ROUND, frames
+from bipot.circle import ROUND
+from bipot.surfaces import frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 

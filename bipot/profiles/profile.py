@@ -12,11 +12,12 @@ from functools import cached_property
 
 import numpy as np
 
+from bipot.circle import AROUND, GRAZED, OPEN
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
 from bipot.profiles.outline import pieces_of
 from bipot.profiles.pieces import Pieces
 from bipot.reflection import reflected
-from bipot.surfaces import AROUND, GRAZED, OPEN, Distance, Surface, Tips, place
+from bipot.surfaces import Distance, Surface, Tips, place
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Vector
 

@@ -23,7 +23,7 @@ class Union:
     Raises:
         SceneError: no surfaces.
 
-    >>> from bipot.surfaces import Circle
+    >>> from bipot.circle import Circle
     >>> two = Union((Circle((0.0, 3.0), 1.0), Circle((3.0, 3.0), 1.0)))
     >>> two.distance(np.array([[0.0, 1.5], [3.0, 1.0]])).gap.tolist()
     [0.5, 1.0]

@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.elements import Element
-from bipot.mesh import Mesh, cylinder
+from bipot.mesh import Mesh
 from bipot.scene import upsetting
+from bipot.sections import cylinder
 from bipot.typing import Ints
 
 NODES, FACES = "NODE TO SURFACE", "SURFACE TO SURFACE"

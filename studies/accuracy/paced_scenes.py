@@ -9,9 +9,9 @@ from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import block, ring
 from bipot.paths import Path
 from bipot.scene import Scene, upsetting
+from bipot.sections import block, ring
 from bipot.supports import Symmetry
 from bipot.tools import FlatTool
 

@@ -1,0 +1,132 @@
+"""The form `tangent`: exact contact with a frozen threshold or shift, the material as quadratic tangent energy.
+
+It takes semismooth Newton steps on the model of its own program first, as interior-point answers stall where strict
+complementarity fails, and poses the program where these do not end exactly, to polish its answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from bipot.conic.clarabel import Clarabel
+from bipot.conic.problem import Outcome, Timing
+from bipot.conic.solver import Accuracy, ConicSolver
+from bipot.conic.through_cvxpy import Cvxpy
+from bipot.errors import InvertedElement, require_count, require_type
+from bipot.forms.answers import Raw, Tried, distance_of, gone_on, require_solver, solved, tangent_program
+from bipot.forms.base import Cache, FormName, Step
+from bipot.forms.posed import Posed
+from bipot.iterate import Iterate
+from bipot.programs.condensation import condense, pays
+from bipot.programs.conic import TangentProgram
+from bipot.programs.data import Stopwatch
+from bipot.programs.fixed_point import Safeguard
+from bipot.programs.polish import couple, polish
+from bipot.response import TangentKind
+from bipot.typing import Floats
+
+NEARBY = 1e-4
+"""An answer this near to equilibrium and law, in units of the program, is not far from the next: its pieces hold."""
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """Quadratic C^ep energy: a cone program, condensed on the contact unknowns if these are few, and its polish.
+
+    With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
+    when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
+    moves: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
+    ``safeguard`` says when the fixed point is helped.
+    """
+
+    kind: TangentKind = TangentKind.CONSISTENT
+    solver: ConicSolver = Clarabel()
+    accuracy: Accuracy = Accuracy(1e-9)
+    coupled: bool = True
+    halvings: int = 3
+    safeguard: Safeguard = Safeguard()
+    name: ClassVar[FormName] = FormName.TANGENT
+
+    def __post_init__(self) -> None:
+        require_type(self.kind, TangentKind, "tangent.kind")
+        require_solver(self.solver, "tangent.solver")
+        require_type(self.accuracy, Accuracy, "tangent.accuracy")
+        require_type(self.coupled, bool, "tangent.coupled")
+        require_count(self.halvings, "tangent.halvings", 0)
+        require_type(self.safeguard, Safeguard, "tangent.safeguard")
+
+    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
+        """Before the first pass."""
+        return Posed.of(iterate, r, cache, self.safeguard)
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
+        """One proximal-Newton pass."""
+        clock, state = Stopwatch(), state.at(iterate)
+        began, units = clock.outside(), state.units
+        program = tangent_program(iterate, state.terms(iterate, r), state, self.kind, clock)
+        built = clock.outside()
+        raw = self._gone_on(iterate, r, state, program) or self._posed(program, iterate, r[state.near], state.cache)
+        x, forces = raw.u * units.length, state.spread(raw.r * units.force)
+        if self.coupled:
+            tried = _shortened(iterate, r, state, x, forces, self.halvings, clock)
+        else:
+            with clock:
+                there = iterate.increment.at(x)
+            tried = Tried(there, forces, distance_of(there, forces, state))
+        state = state.after(tried.iterate, tried.r, raw.exact and tried.whole, tried.distance)
+        build = built - began + raw.timing.build
+        timing = Timing(build, clock.outside() - began - build, clock.seconds)
+        return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
+
+    def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
+        """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
+        frames = cache.frames(program, iterate)
+        small = condense(program, cache.split(program)) if pays(program) else None
+        if small and not small.kept.size:
+            # Where nothing may touch, the elimination has solved it.
+            return Raw(small.recover(np.zeros(0)), r, Outcome.SOLVED, 0, Timing(), exact=True)
+        raw = solved(self, small.program if small else program, cache)
+        u = small.recover(raw.u) if small else raw.u
+        coupled = couple(program, u, raw.r, frames) if self.coupled else None
+        u, forces = coupled or polish(program, u, raw.r, frames)
+        return replace(raw, u=u, r=forces, exact=coupled is not None)
+
+    def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
+        """The polish from the iterate, where this is exact: the cone program, which takes longer, tells nothing new.
+
+        None far away after a pass that did not lead nearer, and through cvxpy, which poses every pass.
+        """
+        astray = state.rose and state.distance is not None and state.distance > NEARBY
+        if astray or not self.coupled or isinstance(self.solver, Cvxpy):
+            return None
+        found = gone_on(program, iterate, r, state)
+        return None if found is None else Raw(*found, Outcome.SOLVED, 0, Timing(), exact=True)
+
+
+def _shortened(
+    iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
+) -> Tried:
+    """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""
+    least = distance_of(iterate, r, state) if state.distance is None else state.distance
+    best: Tried | None = None
+    nearest, t, failure = np.inf, 1.0, InvertedElement()
+    for _ in range(halvings + 1):
+        between = r + t * (forces - r)
+        try:
+            with clock:
+                there = iterate.increment.at(iterate.x + t * (x - iterate.x))
+        except InvertedElement as inverted:
+            failure = inverted
+        else:
+            distance = distance_of(there, between, state)
+            if best is None or distance < nearest:
+                best, nearest = Tried(there, between, distance, t == 1.0), distance
+            if distance <= least:
+                break
+        t /= 2
+    if best is None:
+        raise failure
+    return best
