@@ -15,7 +15,6 @@ from bipot import (
     upsetting,
 )
 from bipot.errors import NotConverged
-from bipot.laws.flow import Integration
 from studies.tables import read_rows
 from studies.verification import __main__ as suite
 from studies.verification import forms
@@ -63,7 +62,7 @@ def test_other_forms_are_asked_on_the_coarsest_mesh_alone():
 
 @pytest.mark.parametrize(("form", "ok"), [(Tangent(), YES), (Penalty(1e6, 1e6), NO)])
 def test_a_form_with_other_forces_misses(form, ok, monkeypatch, tmp_path):
-    other = Other(Asked("force, other", 0.0, 1e-5), form, Integration.BACKWARD_EULER)
+    other = Other(Asked("force, other", 0.0, 1e-5), form)
     monkeypatch.setattr(forms, "OTHERS", (other,))
     monkeypatch.setattr(suite, "all_cases", lambda: (SMALL,))
     assert suite.main(["--out", str(tmp_path), "--page", str(tmp_path / "page.md")]) == int(ok == NO)

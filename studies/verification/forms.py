@@ -7,10 +7,6 @@ first one reached; where it had to cut, Newton goes again through its pseudo-tim
 
 Forces are those of the tools and, along its direction, of each support. An increment whose forces the law leaves open,
 which the library names, tells nothing and is left out.
-
-Other forms go by backward Euler, and Newton beside them. Of BDF2 the flow carried on into an increment is one of many,
-chosen by what the material did near the solution (:mod:`bipot.carrying`): iterates of two forms may choose differently,
-and then the increments are not the same. What that makes is asked of one form, on its own.
 """
 
 from __future__ import annotations
@@ -19,7 +15,7 @@ import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +23,6 @@ import numpy as np
 from bipot import Accepted, Control, Dissipation, Schedule, Tangent
 from bipot.errors import BipotError
 from bipot.forms import Form
-from bipot.laws.flow import Integration
 from bipot.typing import Floats
 from studies.command import say
 from studies.verification.case import CONTROL, Asked, Case, Marched, Row, Sense, Watch, row_of
@@ -39,17 +34,15 @@ EVERY = (CONIC, CERTIFICATE)
 
 @dataclass(frozen=True)
 class Other:
-    """A form beside Newton, the integration of both, and the number it is asked for."""
+    """A form beside Newton, and the number it is asked for."""
 
     asked: Asked
     form: Form
-    integration: Integration
 
 
 OTHERS = (
-    Other(Asked("force, tangent", 0.0, 1e-5), Tangent(), Integration.BACKWARD_EULER),
-    Other(Asked("force, dissipation", 0.0, 1e-5), Dissipation(), Integration.BACKWARD_EULER),
-    Other(Asked("force, tangent, BDF2", 0.0, 1e-2), Tangent(), Integration.BDF2),
+    Other(Asked("force, tangent", 0.0, 1e-5), Tangent()),
+    Other(Asked("force, dissipation", 0.0, 1e-5), Dissipation()),
 )
 
 
@@ -107,7 +100,7 @@ class Beside:
     """The marches of a run, and what Newton finds on pseudo-times of theirs: made once."""
 
     marches: Sequence[Marched]
-    _newton: dict[tuple[int, Integration, tuple[float, ...]], list[Found]] = field(default_factory=dict)
+    _newton: dict[tuple[int, tuple[float, ...]], list[Found]] = field(default_factory=dict)
 
     def difference(self, other: Other, watch: Watch) -> float:
         """The largest of all marches; NaN where one of them has none."""
@@ -115,11 +108,11 @@ class Beside:
 
     def _of(self, number: int, other: Other, watch: Watch) -> float:
         marched = self.marches[number]
-        found = again(marched, marched.times, Control(other.form, (), integration=other.integration), watch)
+        found = again(marched, marched.times, Control(other.form, ()), watch)
         times = tuple(one.tau for one in found)
-        key = number, other.integration, times
+        key = number, times
         if key not in self._newton:
-            self._newton[key] = again(marched, times, replace(CONTROL, integration=other.integration), Watch())
+            self._newton[key] = again(marched, times, CONTROL, Watch())
         return difference(found, self._newton[key])
 
 

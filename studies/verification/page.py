@@ -68,11 +68,7 @@ Each march is one of `newton`, which falls back on `tangent` and `dissipation`: 
 be above its bound. On the coarsest mesh two forms go through each march again, alone, from rest to its end, on the
 increments of `newton`; where they had to cut, `newton` goes again through theirs. The largest relative difference of
 the forces of the tools and the supports is that of all increments whose forces the law determines (while the hold-back
-of `capstan` rises, it leaves open what the cylinder and the other end share), and a hundred-thousandth is allowed.
-There, all go by backward Euler. By default an increment carries flow of the last one on (BDF2), at the points and by
-the ratio that the material shows near the solution, which is read off iterates that are not yet solutions: where those
-of two forms show different things, the increments are not the same. What that makes on the coarsest mesh is the last
-column, of which {100 * OTHERS[-1].asked.tolerance:g} % is allowed."""
+of `capstan` rises, it leaves open what the cylinder and the other end share), and a hundred-thousandth is allowed."""
 
 
 def forms(shown: dict[Case, list[Row]]) -> str:
