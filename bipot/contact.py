@@ -98,7 +98,12 @@ class Candidates:
 
     def nodal(self, vectors: Floats) -> Floats:
         """What nodes (a, d) take of forces (c, d) on the candidates."""
-        return np.asarray(self.weights.T @ vectors)
+        return np.asarray(self._spread @ vectors)
+
+    @cached_property
+    def _spread(self) -> sp.csr_matrix:
+        """The weights' transpose (a, c)."""
+        return sp.csr_matrix(self.weights.T)
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
         """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""

@@ -122,7 +122,7 @@ def nodal_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Floa
     """t_i = r_i/A_i (a, k) of ``forces`` (a, k); the mean of its edges at a node without area, 0 off the edges."""
     own = facet_mass(nodes, edges, geometry).sum(axis=2)
     area = own.sum(axis=1)
-    pooled = edge_tractions(nodes, edges, geometry, forces) * area[:, None]
+    pooled = _shared(own, len(nodes), edges, forces)
     share, around = np.zeros(len(nodes)), np.zeros(len(nodes))
     whole = np.zeros(forces.shape)
     np.add.at(share, edges, own)
@@ -141,12 +141,17 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
     array([[6.]])
     """
     own = facet_mass(nodes, edges, geometry).sum(axis=2)
+    return _shared(own, len(nodes), edges, forces) / own.sum(axis=1)[:, None]
+
+
+def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
+    """Of nodal ``forces`` (``count``, k) what the edges (f, n) take, (f, k), by their nodes' areas ``own`` (f, n)."""
     # A strongly distorted ring edge at the axis may have a small negative one.
-    part, total, count = np.maximum(own, 0.0), np.zeros(len(nodes)), np.zeros(len(nodes))
+    part, total, number = np.maximum(own, 0.0), np.zeros(count), np.zeros(count)
     np.add.at(total, edges, part)
-    np.add.at(count, edges, 1.0)
-    part = np.where(total[edges] > 0, part / np.where(total > 0, total, 1.0)[edges], 1 / count[edges])
-    return np.einsum("fi,fik->fk", part, forces[edges]) / own.sum(axis=1)[:, None]
+    np.add.at(number, edges, 1.0)
+    part = np.where(total[edges] > 0, part / np.where(total > 0, total, 1.0)[edges], 1 / number[edges])
+    return np.einsum("fi,fik->fk", part, forces[edges])
 
 
 def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:

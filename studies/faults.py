@@ -11,9 +11,9 @@ Each case runs :mod:`studies.upsetting` in a process of its own and does somethi
 * ``folder removed``: after some increments.
 
 Then the run is read, resumed with ``--resume`` to its end, and its table compared with that of an undisturbed run.
-``faults.csv`` says how often it was tried, increments were lost that had been reported, a run was unreadable or did
-not resume to the same table (``unreadable``), a study ended in a traceback or with another exit code (``raw``), or in a
-crash of the interpreter (``crashed``). Exit code 1 where any of these is not zero.
+``faults.csv`` says how often it was tried, increments were lost that had been reported on disk, a run was unreadable
+or did not resume to the same table (``unreadable``), a study ended in a traceback or with another exit code
+(``raw``), or in a crash of the interpreter (``crashed``). Exit code 1 where any of these is not zero.
 """
 
 from __future__ import annotations

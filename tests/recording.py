@@ -27,8 +27,11 @@ HEADER = (
 )
 
 
-def recorder(folder, existing=Existing.REFUSE, start=None, **changed):
-    return Recorder(folder, SCENE, COLUMNS, {**PARAMETERS, **changed}, UNITS, existing=existing, start=start)
+def recorder(folder, existing=Existing.REFUSE, start=None, patience=0.0, **changed):
+    """Of the march's scene; by default each increment is on disk once it is recorded."""
+    return Recorder(
+        folder, SCENE, COLUMNS, {**PARAMETERS, **changed}, UNITS, existing=existing, start=start, patience=patience
+    )
 
 
 def arrays(state):

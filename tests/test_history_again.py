@@ -163,7 +163,7 @@ def test_what_is_interrupted_in_the_middle_of_a_step_is_not_gone_on_with(tmp_pat
     with recorder(tmp_path) as out:
         out.record(marched[0])
         with monkeypatch.context() as patched:
-            patched.setattr("bipot.results.vtkhdf.cell_fields", lambda _: (_ for _ in ()).throw(KeyboardInterrupt()))
+            patched.setattr("bipot.results.vtkhdf.cell_fields", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt()))
             with pytest.raises(KeyboardInterrupt):
                 out.record(marched[1])
         with pytest.raises(ResultsError, match="cannot be written"):

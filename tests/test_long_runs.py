@@ -24,7 +24,7 @@ from pathlib import Path
 from bipot import Control, Newton, Recorder, Schedule, march, upsetting
 
 folder, scene = Path(sys.argv[1]), upsetting(mu=0.1, elements=1, reduction=0.2)
-with Recorder(folder, scene, (), {}, {}) as out:
+with Recorder(folder, scene, (), {}, {}, patience=0) as out:
     spent = 0.0
     fifth = int(sys.argv[2]) // 5
     for accepted in march(scene, Schedule(5 * fifth), Control(Newton()), out.start):

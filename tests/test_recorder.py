@@ -26,7 +26,8 @@ def accepted():
 
 
 def recorder(folder, existing=Existing.REFUSE, parameters=None, units=None):
-    return Recorder(folder, SCENE, [INCREMENT], parameters or {}, units or {}, existing=existing)
+    """That puts each increment on disk."""
+    return Recorder(folder, SCENE, [INCREMENT], parameters or {}, units or {}, existing=existing, patience=0)
 
 
 def numbers(folder):

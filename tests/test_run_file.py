@@ -189,7 +189,7 @@ def test_every_number_has_a_checksum(run):
 
 def test_the_file_can_be_read_while_the_run_goes_on(run, tmp_path):
     _, system, accepted = run
-    with Recorder(tmp_path / "run", system.body.scene, (), PARAMETERS, UNITS) as out:
+    with Recorder(tmp_path / "run", system.body.scene, (), PARAMETERS, UNITS, patience=0) as out:
         for count, increment in enumerate(accepted[:2], start=1):
             out.record(increment)
             # Without the writer's help, as another process would: a copy of the bytes on disk.

@@ -68,11 +68,11 @@ class Step:
         return self.course.state
 
 
-def point_fields(system: System, step: Step, averaging: Averaging) -> dict[str, NDArray[Any]]:
+def point_fields(system: System, step: Step, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
     Where two tools share a node, the one that pushes harder speaks, except for the force, which is the sum. What the
-    ``averaging`` brings from integration points is kept in single precision.
+    ``averaging`` brings of the ``values`` (:func:`together`) is kept in single precision.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     order = np.argsort(state.forces[:, 0], kind="stable")
@@ -91,18 +91,18 @@ def point_fields(system: System, step: Step, averaging: Averaging) -> dict[str, 
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
         "status": scatter(step.tractions.status, NO_CANDIDATE),
-        **_apart(averaging(step.volume, _together(state)), np.float32),
+        **_apart(averaging(step.volume, values), np.float32),
     }
 
 
-def cell_fields(step: Step) -> dict[str, NDArray[Any]]:
-    """Volume averages over the elements: stress and plastic strain (e, 6) in VTK's order, scalars (e,)."""
+def cell_fields(step: Step, values: Floats) -> dict[str, NDArray[Any]]:
+    """Volume averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
-    return _apart(np.einsum("eq,eqs->es", weight, _together(step.state)), np.float64)
+    return _apart(np.einsum("eq,eqs->es", weight, values), np.float64)
 
 
-def _together(state: State) -> Floats:
-    """The fields of integration points (e, q, 2 s + 3) as :func:`_apart` takes them."""
+def together(state: State) -> Floats:
+    """Stress, plastic strain, and the scalars von Mises, pressure, peeq of integration points, as (e, q, 2 s + 3)."""
     scalars = np.stack([state.mises, state.pressure, state.peeq], axis=-1)
     return np.concatenate([state.stress, state.plastic_strain, scalars], axis=-1)
 
@@ -168,6 +168,7 @@ def symmetric(mandel: Floats) -> Floats:
     >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
     array([[1., 2., 3., 1., 0., 0.]])
     """
-    out = np.pad(mandel, ((0, 0), (0, 6 - mandel.shape[1])))
+    out = np.zeros((len(mandel), 6))
+    out[:, : mandel.shape[1]] = mandel
     out[:, 3:] /= np.sqrt(2.0)
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
 from enum import Enum
@@ -15,7 +16,7 @@ from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.columns import ENERGY_ERROR, Column
 from bipot.course import Course
-from bipot.errors import IncrementFailed, ResultsError, require, require_type
+from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_type
 from bipot.hdf5.journal import creating, writing
 from bipot.replacing import replace
 from bipot.response import State
@@ -33,6 +34,9 @@ from bipot.system import system_of
 from bipot.undisturbed import undisturbed
 
 CURVES = "history.csv"
+
+PATIENCE = 0.25
+"""Seconds for which increments wait for others: to write one takes as long as to compute a small one."""
 
 
 class Existing(Enum):
@@ -73,6 +77,7 @@ class Recorder:
         *,
         existing: Existing = Existing.REFUSE,
         start: State | Course | None = None,
+        patience: float = PATIENCE,
     ) -> None:
         names = [column.name for column in columns]
         require(len(set(names)) == len(names), "columns", names, "of different names")
@@ -84,16 +89,24 @@ class Recorder:
         self.folder, self.columns = Path(folder), (*columns, *missing)
         self.parameters, self.units = parameters, units
         self.system, self.existing = system_of(scene), existing
-        self.note = ""
+        require_number(patience, "patience")
+        require(0 <= patience < np.inf, "patience", patience, "finite and not negative")
+        self.note, self.patience = "", patience
         self._course = course_of(start, self.system, Bounds().equilibrium)
+        self._committed, self._lines, self._since = self._course, list[str](), time.monotonic()
         self._file: RunFile
         self._opened: ExitStack | None = None
         self._known()
 
     @property
     def start(self) -> Course:
-        """Where the march goes on: after the last increment that is recorded."""
+        """Where the march goes on: after the last increment that is recorded, and may wait to be put on disk."""
         return self._course
+
+    @property
+    def on_disk(self) -> int:
+        """Number of the last increment that is on disk."""
+        return self._committed.number
 
     def __enter__(self) -> Self:
         # HDF5 calls back for every byte: an exception of Ctrl-C there can end the interpreter.
@@ -103,6 +116,7 @@ class Recorder:
                 opened.enter_context(Lock(self.folder))
                 known = self._known()
                 self._begin(opened) if known is None else self._go_on(opened, known)
+                self._committed, self._since = self._course, time.monotonic()
                 # Entered again, the recorder goes on with what is its own run now.
                 self.existing = Existing.RESUME
             self._opened = opened.pop_all()
@@ -112,21 +126,21 @@ class Recorder:
         """Append one accepted increment to both files.
 
         Raises:
-            ResultsError: it is of another scene, does not go on from the last one, or cannot be written; what was
-                recorded is readable.
+            ResultsError: it is of another scene, does not go on from the last one, or it and those that waited with it
+                cannot be written; what is on disk is readable.
         """
         if self._opened is None:
             raise ResultsError(f"{self.folder}: is not open for writing: record inside the block of the recorder")
         self._require_next(accepted)
         line = table.line([column.value(self.system, accepted) for column in self.columns])
-        said = "{} increments are recorded; make room and resume"
         with undisturbed():
-            with self._written(said.format(self._course.number)):
+            with self._written(self._so_far):
                 self._file.append(Step.after(accepted), line)
             # It is recorded from here on, whatever comes: a second time it would be one increment too many.
             self._course = accepted.course
-            with self._written(said.format(accepted.number)):
-                self._copy(line)
+            self._lines.append(line)
+            if time.monotonic() - self._since >= self.patience:
+                self._commit()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -134,7 +148,8 @@ class Recorder:
         opened, self._opened = self._opened, None
         with undisturbed():
             if opened is not None:
-                opened.close()
+                with opened, suppress(*(ResultsError,) * (error is not None)):
+                    self._commit()
         if isinstance(error, IncrementFailed):
             with suppress(ResultsError):
                 error.history = open_results(self.folder)
@@ -149,6 +164,7 @@ class Recorder:
         (self.folder / TOOLS).unlink(missing_ok=True)
         self._file = opened.enter_context(closing(RunFile.create(file, self.system, self.parameters, self.units)))
         self._file.append(Step.at_start(self.system, self._course), self._header)
+        self._file.commit()
         replace(self._curves, self._header.encode(), ResultsError)
 
     def _require_next(self, accepted: Accepted) -> None:
@@ -162,10 +178,27 @@ class Recorder:
                 f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
             )
 
-    def _copy(self, line: str) -> None:
-        """Append a line to the table of people."""
+    def _commit(self) -> None:
+        """Put on disk what waits; where that fails, the run is that of the last time."""
+        if not self._lines:
+            return
+        lines, self._lines = "".join(self._lines), []
+        wanted, self._course = self._course, self._committed
+        with self._written(self._so_far):
+            self._file.commit()
+        self._course = self._committed = wanted
+        with self._written(self._so_far):
+            self._copy(lines)
+        self._since = time.monotonic()
+
+    @property
+    def _so_far(self) -> str:
+        return f"{self.on_disk} increments are recorded; make room and resume"
+
+    def _copy(self, lines: str) -> None:
+        """Append lines to the table of people."""
         try:
-            _add(self._curves, line)
+            _add(self._curves, lines)
         except OSError:
             # The next line would follow on a gap, which resuming fills.
             self._file.end()
@@ -237,12 +270,12 @@ class Recorder:
 _ABSENT, _CHOICE = "absent", "choose another folder, or overwrite it (--overwrite)"
 
 
-def _add(path: Path, line: str) -> None:
-    """Append a line, or nothing of it."""
+def _add(path: Path, lines: str) -> None:
+    """Append lines, or nothing of them."""
     with path.open("ab") as file:
         whole = file.tell()
         try:
-            file.write(line.encode())
+            file.write(lines.encode())
             file.flush()
         except OSError:
             file.truncate(whole)

@@ -8,7 +8,8 @@ integration-point arrays and what else a march goes on from step by step, the li
 ``history.csv``, and in ``about`` what was asked, in which units, by which versions, and the names of all fields.
 
 Everything is appended with a checksum a chunk (HDF5's Fletcher filter), counted, then committed
-(:mod:`bipot.hdf5.journal`): what the count ``NSteps`` covers is complete.
+(:mod:`bipot.hdf5.journal`): what the count ``NSteps`` covers is complete. Steps that are committed together are written
+together, for the cost is one of calls.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from bipot.laws.coulomb import CARRIES, Status
 from bipot.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.drawn import Lines
-from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields
+from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields, together
 from bipot.results.names import FIELDS, GROUPS, described
 from bipot.results.nodal import Averaging
 from bipot.system import System
@@ -76,6 +77,8 @@ class RunFile:
         self._rows = {"Points": len(mesh.nodes), "PointData": len(mesh.nodes), "CellData": len(mesh.elements)}
         self._steps: Item = out["VTKHDF/Steps"]
         self._growing: dict[str, Growing] = {}
+        self._waiting: dict[str, list[ArrayLike]] = {}
+        self._made, self._text = self.count, 0
         self._averaging = Averaging.of(mesh, system.body.scene.rule)
 
     @staticmethod
@@ -98,6 +101,7 @@ class RunFile:
             for name, item in run._out[group].items():
                 if hasattr(item, "maxshape") and item.maxshape[0] is None:
                     run._growing[f"{group}/{name}"] = Growing(item)
+        run._text = run._growing[HISTORY].rows if HISTORY in run._growing else 0
         return run
 
     @property
@@ -121,45 +125,70 @@ class RunFile:
             if data.rows > rows:
                 data.cut(rows)
                 cut = True
+            if name == HISTORY:
+                self._text = rows
         return cut
 
     def append(self, step: Step, line: str) -> None:
-        """Append one step and its ``line`` of the history's text, count it, and commit.
+        """Append one step and its ``line`` of the history's text, which wait for :meth:`commit`.
 
         Raises:
-            OSError: it cannot be written; the file is that of the last commit, and stays so.
+            OSError: a commit has failed.
         """
+        if self._file.failed:
+            raise OSError("nothing more is written after a write that failed")
         try:
             self._append(step, line)
-            self._out.flush()
-            self._file.commit()
         except BaseException:
             # What is half appended would be taken for a step by the next.
             self.end()
             raise
 
+    def commit(self) -> None:
+        """Write what waits, count its steps, and commit.
+
+        Raises:
+            OSError: it cannot be written; the file is that of the last commit, and stays so.
+        """
+        waiting, self._waiting = self._waiting, {}
+        if not waiting:
+            return
+        try:
+            for name, rows in waiting.items():
+                self._write(name, rows[0] if len(rows) == 1 else np.concatenate(rows))
+            self._steps.attrs.modify("NSteps", self._made)
+            self._out.flush()
+            self._file.commit()
+        except BaseException:
+            self.end()
+            raise
+
     def end(self) -> None:
-        """Let no more steps be appended."""
+        """Let no more steps be appended, and none that waits be written."""
         self._file.failed = True
+        self._waiting = {}
 
     def _append(self, step: Step, line: str) -> None:
-        number, system = self.count, self._system
+        number, system = self._made, self._system
         self._add("VTKHDF/Points", padded(step.state.nodes))
         for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
             self._add(f"VTKHDF/Steps/{name}", [value])
         self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
         for name in ("CellOffsets", "ConnectivityIdOffsets"):
             self._add(f"VTKHDF/Steps/{name}", [[0]])
-        averaged = point_fields(system, step, self._averaging)
-        for group, fields in (("PointData", averaged), ("CellData", cell_fields(step))):
+        values = together(step.state)
+        averaged = point_fields(system, step, self._averaging, values)
+        for group, fields in (("PointData", averaged), ("CellData", cell_fields(step, values))):
             for name, values in fields.items():
                 self._add(f"VTKHDF/{group}/{name}", values)
             self._add_offset(group, number * self._rows[group])
         for name, values in step_fields(step).items():
             self._add(f"bipot/steps/{name}", np.asarray(values)[None])
-        self._add(HISTORY, as_bytes(line))
-        self._add(f"{HISTORY}_ends", [self._growing[HISTORY].rows])
-        self._steps.attrs.modify("NSteps", number + 1)
+        text = np.asarray(as_bytes(line))
+        self._text += len(text)
+        self._add(HISTORY, text)
+        self._add(f"{HISTORY}_ends", [self._text])
+        self._made = number + 1
 
     def close(self) -> None:
         """Close the file as of the last commit."""
@@ -167,26 +196,32 @@ class RunFile:
         self._out.close()
 
     def _add(self, name: str, rows: ArrayLike) -> None:
+        self._waiting.setdefault(name, []).append(rows)
+
+    def _add_offset(self, group: str, row: int) -> None:
+        """Where the fields of a group begin in this step."""
+        self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [row])
+
+    def _write(self, name: str, rows: ArrayLike) -> None:
         if name in self._growing:
             self._growing[name].append(rows)
         elif self.count == 0:
             self._growing[name] = Growing.create(self._out, name, rows)
+            for group, (first, *others) in OFFSETS.items():
+                if name == f"{_offsets(group)}/{first}":
+                    for other in others:
+                        self._out[f"{_offsets(group)}/{other}"] = self._out[name]
         else:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
-
-    def _add_offset(self, group: str, row: int) -> None:
-        """Where the fields of a group begin in this step."""
-        place = f"VTKHDF/Steps/{group}Offsets"
-        first, *others = OFFSETS[group]
-        self._add(f"{place}/{first}", [row])
-        if row == 0:
-            for name in others:
-                self._out[f"{place}/{name}"] = self._out[f"{place}/{first}"]
 
     def _rows_a_step(self, name: str) -> int:
         """Of a dataset that grows."""
         group = name.removeprefix("VTKHDF/").split("/")[0]
         return self._rows.get(group, 1)
+
+
+def _offsets(group: str) -> str:
+    return f"VTKHDF/Steps/{group}Offsets"
 
 
 def _write_static(out: Item, system: System, parameters: Parameters, units: Mapping[str, str]) -> None:
