@@ -14,7 +14,6 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from bipot.columns import Column
 from bipot.errors import require, require_positive
@@ -29,12 +28,18 @@ from bipot.tools import FlatTool
 from studies.block_line import LINE
 from studies.command import command
 from studies.element_types import SolidType
-from studies.outputs import add_options
 from studies.upsetting import Planned, complete
-from studies.upsetting_march import ABOUT_SOLVERS, Size, Upset, add_march_options, common
+from studies.upsetting_march import Upset
+from studies.upsetting_options import Options, Size
 
-FAST = Size(elements=3, increments=6)
-DEFAULT = Size(elements=8, increments=30)
+OPTIONS = Options(
+    name="block",
+    about="Upset a block between platens, an eighth of it modelled.",
+    default=Size(elements=8, increments=30),
+    fast=Size(elements=3, increments=6),
+    reduction=0.3,
+    form=FormName.NEWTON,
+)
 PLANES = (Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2))
 CANDIDATES = ("top", "right", "back")
 
@@ -81,28 +86,19 @@ class Block(Upset):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line; names are those of the library's enums."""
-    p = argparse.ArgumentParser(
-        prog="studies.block",
-        description="Upset a block between platens, an eighth of it modelled.",
-        epilog=ABOUT_SOLVERS,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    add_march_options(p, DEFAULT, FAST, reduction=0.3, form=FormName.NEWTON)
+    """The command line."""
+    p = OPTIONS.parser()
     p.add_argument("--element-type", choices=[kind.value for kind in SolidType], default=SolidType.H8P0.value)
     rules = sorted({rule.value for kind in SolidType for rule in RULES[kind.element]})
     p.add_argument("--quadrature", choices=rules, help="default the element's own")
     p.add_argument("--width", type=float, default=10.0, help="of the block, mm (default 10)")
     p.add_argument("--depth", type=float, default=10.0, help="of the block, mm (default 10)")
-    add_options(p)
-    p.add_argument("--out", type=Path, default=Path("results/block"))
     return p
 
 
 def cases(arguments: argparse.Namespace) -> list[Block]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
-    asked = common(arguments, DEFAULT, FAST, SolidType(arguments.element_type))
+    asked = OPTIONS.common(arguments, SolidType(arguments.element_type))
     return [Block(mu=mu, width=arguments.width, depth=arguments.depth, **asked) for mu in arguments.mu]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import dataclass
-from pathlib import Path
 
 from bipot.fem.elements import Quadrature
 from bipot.forms import FormName
@@ -12,11 +11,17 @@ from bipot.layout import Layout
 from bipot.scene import Scene, upsetting
 from bipot.tools import Sampling
 from studies.element_types import ElementType
-from studies.outputs import add_options
-from studies.upsetting_march import ABOUT_SOLVERS, Size, Upset, add_march_options, common
+from studies.upsetting_march import Upset
+from studies.upsetting_options import Options, Size
 
-FAST = Size(elements=4, increments=6)
-DEFAULT = Size(elements=10, increments=45)
+OPTIONS = Options(
+    name="upsetting",
+    about="Upset the cylinder of the seed paper.",
+    default=Size(elements=10, increments=45),
+    fast=Size(elements=4, increments=6),
+    reduction=0.45,
+    form=FormName.TANGENT,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,15 +54,8 @@ class Case(Upset):
 
 
 def parser() -> argparse.ArgumentParser:
-    """The command line; names are those of the library's enums."""
-    p = argparse.ArgumentParser(
-        prog="studies.upsetting",
-        description="Upset the cylinder of the seed paper.",
-        epilog=ABOUT_SOLVERS,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-    )
-    add_march_options(p, DEFAULT, FAST, reduction=0.45, form=FormName.TANGENT)
+    """The command line."""
+    p = OPTIONS.parser()
     kinds = [kind.value for kind in ElementType]
     p.add_argument("--element-type", choices=kinds, default=ElementType.Q8.value, help="q8 (default) is the paper's")
     rules = [rule.value for rule in Quadrature]
@@ -68,13 +66,11 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
     p.add_argument("--beside", action="store_true", help="run q4p0 at the same node spacing, too, in OUT/q4p0")
     p.add_argument("--diameter", type=float, default=10.0, help="of the cylinder, mm (default 10)")
-    add_options(p)
-    p.add_argument("--out", type=Path, default=Path("results/upsetting"))
     return p
 
 
 def cases(arguments: argparse.Namespace) -> list[Case]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
-    asked = common(arguments, DEFAULT, FAST, ElementType(arguments.element_type))
+    asked = OPTIONS.common(arguments, ElementType(arguments.element_type))
     layout, sampling = Layout(arguments.layout), Sampling(arguments.sampling)
     return [Case(mu=mu, layout=layout, sampling=sampling, diameter=arguments.diameter, **asked) for mu in arguments.mu]

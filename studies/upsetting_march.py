@@ -1,12 +1,7 @@
-"""What every upsetting study is asked beside its body: friction, material, increments, form; and what follows.
-
-An option that the chosen form does not use is refused, not ignored.
-"""
+"""What every upsetting study marches with: friction, material, increments, form, solver; and what follows of them."""
 
 from __future__ import annotations
 
-import argparse
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -36,7 +31,7 @@ from bipot.laws.hardening import Hardening
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene import Scene
 from studies.element_types import AnyType
-from studies.hardening_words import hardening_from_text, hardening_usage
+from studies.hardening_words import hardening_from_text
 from studies.upsetting_columns import history_columns
 
 # First yield with friction defeats larger increments (fraction of the height).
@@ -74,14 +69,6 @@ def solver_of(text: str) -> ConicSolver:
         require(name in installed, "--solver", text, f"{THROUGH} and one of {', '.join(installed).lower()}")
         return Cvxpy(name)
     raise SceneError(f"--solver = {text!r}: must be one of {', '.join(DIRECT)}, or {THROUGH}NAME")
-
-
-@dataclass(frozen=True)
-class Size:
-    """Elements a side and uniform increments."""
-
-    elements: int
-    increments: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -169,92 +156,3 @@ class Upset(ABC):
             return self.solver
         fallbacks = f", fallbacks {self.solver}" if self.control().fallbacks else ""
         return f"direct{fallbacks}"
-
-
-def add_march_options(p: argparse.ArgumentParser, default: Size, fast: Size, reduction: float, form: FormName) -> None:
-    """The options that :func:`common` answers, but for the element's, with a study's own defaults."""
-    p.add_argument("--mu", type=float, nargs="+", default=[0.1, 0.3], help="Coulomb coefficients; inf welds")
-    sides = f"elements a side (default {default.elements}, --fast {fast.elements})"
-    p.add_argument("--elements", type=int, help=sides)
-    uniform = f"uniform increments after the start-up (default {default.increments}, --fast {fast.increments})"
-    p.add_argument("--increments", type=int, help=uniform)
-    p.add_argument(
-        "--accuracy", type=float, help="error of the force, a fraction, by which increments find their lengths"
-    )
-    p.add_argument("--form", choices=[f.value for f in FormName], default=form.value)
-    p.add_argument(
-        "--solver", help=f"of tangent and dissipation: clarabel, qoco, cvxpy:NAME (default {DEFAULT_SOLVER})"
-    )
-    p.add_argument("--configuration", choices=[c.value for c in Configuration], default=Configuration.MIDPOINT.value)
-    p.add_argument("--reduction", type=float, default=reduction, help="reduction in height, in (0, 1)")
-    p.add_argument("--height", type=float, default=10.0, help="of the body, mm (default 10)")
-    p.add_argument("--E", type=float, default=210_000.0, help="Young's modulus, MPa (default 210000)")
-    p.add_argument("--nu", type=float, default=0.3, help="Poisson's ratio (default 0.3)")
-    p.add_argument("--sigma-Y", type=float, help="yield stress, MPa, of perfect plasticity (default 300)")
-    p.add_argument("--hardening", help=f"a curve instead of --sigma-Y: {hardening_usage()}")
-    p.add_argument("--kn", type=float, help="normal penalty of penalty and uzawa, N/mm per point (default about E/h)")
-    p.add_argument("--kt", type=float, help="tangential penalty, N/mm per point (default about E/h)")
-    p.add_argument("--fclib", action="store_true", help="write every increment's contact problem as an FCLIB file")
-    p.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-
-
-def common(arguments: argparse.Namespace, default: Size, fast: Size, kind: AnyType) -> dict[str, Any]:
-    """The fields of :class:`Upset` but for the coefficient, as keywords.
-
-    Raises:
-        SceneError: naming an option that would have no effect.
-    """
-    refuse_without_effect(arguments)
-    solver_of(arguments.solver or DEFAULT_SOLVER)
-    chosen = fast if arguments.fast else default
-    increments = chosen.increments if arguments.increments is None else arguments.increments
-    return {
-        "elements": chosen.elements if arguments.elements is None else arguments.elements,
-        "element": kind,
-        "quadrature": kind.quadrature if arguments.quadrature is None else Quadrature(arguments.quadrature),
-        "increments": increments if arguments.accuracy is None else None,
-        "form": FormName(arguments.form),
-        "solver": arguments.solver or DEFAULT_SOLVER,
-        "configuration": Configuration(arguments.configuration),
-        "reduction": arguments.reduction,
-        "hardening": _curve(arguments),
-        "kn": arguments.kn,
-        "kt": arguments.kt,
-        "accuracy": arguments.accuracy,
-        "height": arguments.height,
-        "young": arguments.E,
-        "poisson": arguments.nu,
-    }
-
-
-def _curve(arguments: argparse.Namespace) -> str:
-    """The hardening curve in a word."""
-    if arguments.sigma_Y is not None:
-        return f"perfect:{arguments.sigma_Y!r}"
-    return PAPERS_CURVE if arguments.hardening is None else arguments.hardening
-
-
-def refuse_without_effect(arguments: argparse.Namespace) -> None:
-    """Refuse options that the form does not use, a --fast that changes nothing, and two runs of one folder."""
-    form, a = FormName(arguments.form), arguments
-    penalised = " or ".join(name.value for name in PENALISED)
-    routed = " or ".join(name.value for name in ROUTED)
-    for option, value, used, by in (
-        ("--kn", a.kn, form in PENALISED, f"--form {penalised}"),
-        ("--kt", a.kt, form in PENALISED, f"--form {penalised}"),
-        ("--increments", a.increments, a.accuracy is None, "no --accuracy beside it"),
-        ("--solver", a.solver, form in ROUTED, f"--form {routed}"),
-        ("--sigma-Y", a.sigma_Y, a.hardening is None, "no --hardening beside it"),
-        ("--fast", a.fast or None, None in (a.elements, a.increments), "--elements or --increments left to it"),
-    ):
-        if value is not None and not used:
-            raise SceneError(f"{option} has no effect on --form {form.value} as asked: it needs {by}")
-    require(len(set(a.mu)) == len(a.mu), "--mu", a.mu, "different, a folder each")
-    welds = [mu for mu in a.mu if math.isinf(mu)]
-    require(
-        not (welds and (form in PENALISED or form is FormName.DELASSUS)),
-        "--mu",
-        "inf",
-        f"finite: {form.value} does not weld",
-    )
-    require(not (welds and a.fclib), "--mu", "inf", "finite with --fclib: a welded point is no Coulomb problem")
