@@ -21,6 +21,7 @@ from studies import (
     fuzz_table,
     penalty_round_off,
     penalty_vs_conic,
+    robustness_tables,
     site_tables,
     solvers,
     speed_vs_error,
@@ -198,15 +199,6 @@ def of_paced(results: Path) -> str:
     return table(head, rows)
 
 
-def of_faults(results: Path) -> str:
-    """A line a kind of fault."""
-    lines = _read(results, "faults", "faults")
-    counts = [name for name in lines[0] if name != "fault"]
-    return table(
-        ["fault", *counts], [[str(line["fault"]), *(f"{line[name]:.0f}" for name in counts)] for line in lines]
-    )
-
-
 def _penalties(results: Path) -> list[Line]:
     lines = _read(results, penalty_vs_conic.NAME, penalty_vs_conic.NAME)
     return [line for line in lines if line["form"] == "penalty"]
@@ -235,7 +227,14 @@ TABLES: dict[str, Callable[[Path], str]] = {
 PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
     "comparison.md": TABLES,
     "scenes.md": {paced.NAME: of_paced},
-    "robustness.md": {"faults": of_faults, "fuzz": lambda results: table(*fuzz_table.of_outcomes(results))},
+    "robustness.md": {
+        "faults": lambda results: table(*robustness_tables.of_faults(results)),
+        "fuzz": lambda results: table(*fuzz_table.of_outcomes(results)),
+        "coupling": lambda results: table(*robustness_tables.of_coupling(results)),
+        "landings": lambda results: table(*robustness_tables.of_landings(results)),
+        "energy": lambda results: table(*robustness_tables.of_energy(results)),
+        "corner": lambda results: table(*robustness_tables.of_corner(results)),
+    },
     "theory.md": {"convergence": lambda results: table(*site_tables.of_convergence(results))},
     "glossary.md": {
         "columns": lambda results: table(*site_tables.of_columns(results)),

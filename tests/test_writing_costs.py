@@ -1,16 +1,21 @@
-"""What writing its file costs of a run of the study, in processor time and in bytes."""
+"""What writing its files costs of a run of the study, in processor time and in bytes."""
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import pytest
 
 from benchmarks import writing
 
-MOST, LARGEST = 0.1, 3.0
-"""Of the time of a run; of the bytes of the numbers that a march goes on from."""
+LARGEST = 3.0
+"""Bytes of a file over those of the numbers that a march goes on from."""
 
 
 @pytest.mark.serial
-def test_writing_takes_a_tenth_of_a_run_at_most(tmp_path):
-    found = writing.cost(writing.case("tangent", 10, 5), tmp_path / "run")
-    assert found.increments > 5
-    assert 0 < found.share < MOST
+@pytest.mark.parametrize("form", writing.FORMS)
+def test_writing_takes_a_tenth_of_a_run_at_most(form):
+    with ProcessPoolExecutor(1, get_context("spawn")) as alone:
+        found = alone.submit(writing.cost, form, 10, 45 if form == "newton" else 5).result()
+    assert 0 < found.writing < found.march < found.process
+    assert found.writing < writing.MOST * found.process
     assert found.bytes < LARGEST * found.state
