@@ -12,52 +12,34 @@ from math import inf, log, pi, radians, sqrt, tan
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bipot import (
-    Elasticity,
-    Geometry,
-    Mesh,
-    Perfect,
-    Prescribed,
-    Profile,
-    Scene,
-    Schedule,
-    ShapedTool,
-    Support,
-    VonMises,
-    cylinder,
-    march,
-)
+import bipot as bp
 
-ANGLE, REDUCTION = radians(15.0), 0.3
-BOUND = {0.0: 0.56059, 0.1: 0.63744, 0.2: 0.71429}
-YIELD, YOUNG = 300.0, 3e5  # MPa
-BACK, AHEAD, TRAVEL = 0.8, 0.6, 0.4  # mm; the bar has a radius of one
-THIN = sqrt(1 - REDUCTION)
-CONE = (1 - THIN) / tan(ANGLE)
-DIE = Profile(((1 + tan(ANGLE), -1.0), (THIN, CONE), (THIN + 0.5, CONE + 3.0)), fillets=0.05)
+ANGLE, REDUCTION, BOUND = radians(15.0), 0.3, {0.0: 0.56059, 0.1: 0.63744, 0.2: 0.71429}
+YIELD, YOUNG, BACK, AHEAD, TRAVEL = 300.0, 3e5, 0.8, 0.6, 0.4  # MPa, mm; the bar has a radius of one
+CONE, THIN = (1 - sqrt(1 - REDUCTION)) / tan(ANGLE), sqrt(1 - REDUCTION)
+DIE = bp.Profile(((1 + tan(ANGLE), -1.0), (THIN, CONE), (THIN + 0.5, CONE + 3.0)), fillets=0.05)
 
 
-def bar(elements: int) -> Mesh:
+def bar(elements: int) -> bp.Mesh:
     """The bar's meridian, cone and thin end included."""
     length = BACK + CONE + AHEAD
-    even = cylinder(1.0, length, elements, round(elements * length))
+    even = bp.cylinder(1.0, length, elements, round(elements * length))
     r, z = even.nodes[:, 0], even.nodes[:, 1] - BACK
-    return Mesh(np.column_stack([r * np.clip(1 - tan(ANGLE) * z, THIN, 1.0), z]), even.elements, even.boundaries)
+    return bp.Mesh(np.column_stack([r * np.clip(1 - tan(ANGLE) * z, THIN, 1.0), z]), even.elements, even.boundaries)
 
 
 def main(increments: int = 60, elements: int = 8, shear: tuple[float, ...] = tuple(BOUND)) -> dict[float, float]:
     """Mean drawing stress over the yield stress, in the second half of the way, by the shear factor m."""
     found = {}
     for m in shear:
-        cone = ShapedTool(DIE, (0.0, 0.0), ("side",), mu=inf if m else 0.0, shear=m or inf)
-        scene = Scene(
+        scene = bp.Scene(
             mesh=bar(elements),
-            geometry=Geometry.AXISYMMETRIC,
-            material=VonMises(Elasticity(YOUNG, 0.3), Perfect(YIELD)),
-            supports=(Support("axis", 0), Prescribed("top", 1, TRAVEL)),
-            tools=(cone,),
+            geometry=bp.Geometry.AXISYMMETRIC,
+            material=bp.VonMises(bp.Elasticity(YOUNG, 0.3), bp.Perfect(YIELD)),
+            supports=(bp.Support("axis", 0), bp.Prescribed("top", 1, TRAVEL)),
+            tools=(bp.ShapedTool(DIE, (0.0, 0.0), ("side",), mu=inf if m else 0.0, shear=m or inf),),
         )
-        forces = [-float(step.tool_force(0)[1]) for step in march(scene, Schedule(increments))]
+        forces = [-float(step.tool_force(0)[1]) for step in bp.march(scene, bp.Schedule(increments))]
         found[m] = float(np.mean(forces[increments // 2 :])) / (pi * THIN**2 * YIELD)
         print(f"m = {m:.1f}: {log(1 / (1 - REDUCTION)):.4f} < {found[m]:.4f} sigma_Y < {BOUND[m]:.4f}")
     return found
@@ -68,8 +50,7 @@ def draw(found: dict[float, float]) -> None:
     plt.plot(list(found), list(found.values()), "o-", label="march")
     plt.plot(list(BOUND), list(BOUND.values()), "--", color="0.4", label="Avitzur's upper bound")
     plt.axhline(log(1 / (1 - REDUCTION)), color="0.6", ls=":", label="homogeneous work")
-    plt.xlabel("shear factor m")
-    plt.ylabel("drawing stress / yield stress")
+    plt.gca().set(xlabel="shear factor m", ylabel="drawing stress / yield stress")
     plt.legend()
 
 

@@ -9,42 +9,29 @@ The force of a rigid sphere on an elastic half-space, and the radius of the cont
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bipot import (
-    Circle,
-    Configuration,
-    Elastic,
-    Elasticity,
-    Element,
-    Geometry,
-    Scene,
-    Schedule,
-    ShapedTool,
-    Support,
-    cylinder,
-    march,
-)
+import bipot as bp
 
 SIZE, RADIUS, DEPTH = 100.0, 100.0, 0.01  # mm: the contact is one hundredth of the block
-STEEL = Elasticity(young=210_000.0, poisson=0.3)
+STEEL = bp.Elasticity(young=210_000.0, poisson=0.3)
 STIFFNESS = STEEL.young / (1 - STEEL.poisson**2)
 
 
-def half_space(elements: int) -> Scene:
+def half_space(elements: int) -> bp.Scene:
     """So many elements along the surface and the axis, finer towards the contact."""
-    return Scene(
-        mesh=cylinder(SIZE, SIZE, elements, elements, grading=(1000.0, 1e-3), element=Element.Q8),
-        geometry=Geometry.AXISYMMETRIC,
-        material=Elastic(STEEL),
-        supports=(Support("base", 0), Support("base", 1), Support("axis", 0)),
-        tools=(ShapedTool(Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), mu=0.0),),
-        configuration=Configuration.SMALL,
+    return bp.Scene(
+        mesh=bp.cylinder(SIZE, SIZE, elements, elements, grading=(1000.0, 1e-3), element=bp.Element.Q8),
+        geometry=bp.Geometry.AXISYMMETRIC,
+        material=bp.Elastic(STEEL),
+        supports=(bp.Support("base", 0), bp.Support("base", 1), bp.Support("axis", 0)),
+        tools=(bp.ShapedTool(bp.Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), mu=0.0),),
+        configuration=bp.Configuration.SMALL,
     )
 
 
 def main(increments: int = 5, elements: int = 40) -> list[tuple[float, float, float, float]]:
     """Force (N) and radius of the contact (mm), each with Hertz's."""
     rows = []
-    for accepted in march(half_space(elements), Schedule(increments)):
+    for accepted in bp.march(half_space(elements), bp.Schedule(increments)):
         depth, force = DEPTH * accepted.state.tau, -float(accepted.tool_force(0)[1])
         x = accepted.state.nodes[accepted.solved.iterate.increment.system.candidates.node, 0]
         touching = np.sort(x[accepted.solved.r[:, 0] > 0])
@@ -59,14 +46,13 @@ def draw(rows: list[tuple[float, float, float, float]]) -> None:
     force, expected, radius, known = np.transpose(rows)
     depth = 1000 * DEPTH * np.arange(1, len(rows) + 1) / len(rows)
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
-    left.plot(depth, force, "o", label="march")
-    left.plot(depth, expected, "--", color="0.4", label="Hertz")
-    left.set(xlabel="depth [µm]", ylabel="force [N]")
-    left.legend()
-    right.plot(depth, radius, "o", label="march, between two nodes")
-    right.plot(depth, known, "--", color="0.4", label="Hertz")
-    right.set(xlabel="depth [µm]", ylabel="radius of the contact [mm]", ylim=(0, None))
-    right.legend()
+    for ax, marched, hertz in ((left, force, expected), (right, radius, known)):
+        ax.plot(depth, marched, "o", label="march")
+        ax.plot(depth, hertz, "--", color="0.4", label="Hertz")
+        ax.set(
+            xlabel="depth [µm]", ylabel="force [N]" if ax is left else "radius of the contact [mm], between two nodes"
+        )
+        ax.legend()
 
 
 # %%

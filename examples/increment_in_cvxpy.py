@@ -11,20 +11,7 @@ Two solvers find it, and its multipliers are the contact forces.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bipot import (
-    Dissipation,
-    Elasticity,
-    FlatTool,
-    Geometry,
-    Linear,
-    Scene,
-    Schedule,
-    Support,
-    VonMises,
-    block,
-    conic_program,
-    march,
-)
+import bipot as bp
 
 # Interior points and splitting, each with its own words for a tight tolerance. Asked for 1e-12 Clarabel ends in
 # round-off, which it calls "optimal_inaccurate".
@@ -33,20 +20,20 @@ SOLVERS = {
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 200_000},
 }
 
-BLOCK = Scene(
-    mesh=block(20.0, 10.0, 6, 3),
-    geometry=Geometry.PLANE_STRAIN,
-    material=VonMises(Elasticity(young=70_000.0, poisson=0.33), Linear(sigma_y=100.0, modulus=200.0)),
-    supports=(Support("left", 0), Support("base", 1)),
-    tools=(FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -1.0), ("top",), mu=0.2),),
+BLOCK = bp.Scene(
+    mesh=bp.block(20.0, 10.0, 6, 3),
+    geometry=bp.Geometry.PLANE_STRAIN,
+    material=bp.VonMises(bp.Elasticity(young=70_000.0, poisson=0.33), bp.Linear(sigma_y=100.0, modulus=200.0)),
+    supports=(bp.Support("left", 0), bp.Support("base", 1)),
+    tools=(bp.FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -1.0), ("top",), mu=0.2),),
 )
 
 
 def main(increments: int = 10) -> dict[str, tuple[float, float]]:
     """Of each solver the objective, and how far its multipliers are from the forces of the march, over the largest."""
-    *_, accepted = march(BLOCK, Schedule(increments, first=0.005))
+    *_, accepted = bp.march(BLOCK, bp.Schedule(increments, first=0.005))
     normal, tangential = accepted.state.forces.T
-    stated = conic_program(accepted, Dissipation()).statement()
+    stated = bp.conic_program(accepted, bp.Dissipation()).statement()
     print("minimise over", ", ".join(f"{name} {value.shape}" for name, value in stated.blocks.items()))
     found = {}
     for solver, options in SOLVERS.items():

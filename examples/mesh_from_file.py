@@ -11,45 +11,32 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-from bipot import (
-    Accepted,
-    Elasticity,
-    FlatTool,
-    Geometry,
-    Mesh,
-    Scene,
-    Schedule,
-    Support,
-    Symmetry,
-    Voce,
-    VonMises,
-    march,
-    plot,
-)
+import bipot as bp
+from bipot import plot
 
 BARREL = Path(__file__).with_name("barrel.msh")
 
 
-def main(increments: int = 10, path: Path = BARREL, mu: float = 0.1) -> tuple[dict[str, int], Accepted]:
+def main(increments: int = 10, path: Path = BARREL, mu: float = 0.1) -> tuple[dict[str, int], bp.Accepted]:
     """How many edges every boundary of the file has, and the last increment of the upsetting."""
-    mesh = Mesh.from_meshio(path)
+    mesh = bp.Mesh.from_meshio(path)
     height = float(mesh.nodes[:, 1].max())
-    barrel = Scene(
+    barrel = bp.Scene(
         mesh=mesh,
-        geometry=Geometry.AXISYMMETRIC,
-        material=VonMises(Elasticity(young=210_000.0, poisson=0.3), Voce(300.0, 400.0, 0.1)),
-        supports=(Support("axis", 0), Symmetry("base", 1)),
-        tools=(FlatTool((0.0, height), (0.0, -1.0), (0.0, -0.1 * height), ("top", "side"), mu),),
+        geometry=bp.Geometry.AXISYMMETRIC,
+        material=bp.VonMises(bp.Elasticity(young=210_000.0, poisson=0.3), bp.Voce(300.0, 400.0, 0.1)),
+        supports=(bp.Support("axis", 0), bp.Symmetry("base", 1)),
+        tools=(bp.FlatTool((0.0, height), (0.0, -1.0), (0.0, -0.1 * height), ("top", "side"), mu),),
     )
     steps = []
-    for accepted in march(barrel, Schedule(increments, first=0.005)):
+    for accepted in bp.march(barrel, bp.Schedule(increments, first=0.005)):
         steps.append(accepted)
         gap = accepted.solved.certificate.relative_gap
         print(f"tau = {accepted.state.tau:.3f}: force {-accepted.tool_force(0)[1]:9.1f} N, relative gap {gap:.1e}")
     return {name: len(edges) for name, edges in mesh.boundaries.items()}, steps[-1]
 
 
-def draw(found: tuple[dict[str, int], Accepted]) -> None:
+def draw(found: tuple[dict[str, int], bp.Accepted]) -> None:
     """The barrel at the end, its boundaries by name."""
     edges, last = found
     mesh = last.scene.mesh

@@ -28,14 +28,8 @@ BOUND = {  # decrease of the inner diameter in %, mean pressure over the yield s
 
 def upper_half(m: float, elements: int) -> Scene:
     """The ring above its plane of symmetry, under one platen."""
-    platen = FlatTool(
-        point=(0.0, HALF),
-        normal=(0.0, -1.0),
-        travel=(0.0, -REDUCTIONS[-1] * HALF),
-        candidates=("top", "bore", "side"),
-        mu=inf,
-        shear=m,
-    )
+    travel = (0.0, -REDUCTIONS[-1] * HALF)
+    platen = FlatTool((0.0, HALF), (0.0, -1.0), travel, ("top", "bore", "side"), mu=inf, shear=m)
     return Scene(
         mesh=ring(INNER, OUTER, HALF, 3 * elements, 2 * elements),
         geometry=Geometry.AXISYMMETRIC,
@@ -72,12 +66,10 @@ def draw(found: dict[float, np.ndarray]) -> None:
     """The decrease of the bore over the reduction, beside the bound's field (dashed)."""
     for m, rows in found.items():
         (line,) = plt.plot([0, *REDUCTIONS], [0, *rows[:, 0]], "o-", label=f"m = {m}")
-        if m in BOUND:
-            bound = [bore for bore, _ in BOUND[m]]
-            plt.plot([0, *REDUCTIONS], [0, *bound], "--", color=line.get_color())
+        bound = [bore for bore, _ in BOUND.get(m, ())]
+        plt.plot([0, *REDUCTIONS][: 1 + len(bound)], [0, *bound], "--", color=line.get_color())
     plt.axhline(0, color="0.8", zorder=0)
-    plt.xlabel("reduction of the height")
-    plt.ylabel("decrease of the inner diameter [%]")
+    plt.gca().set(xlabel="reduction of the height", ylabel="decrease of the inner diameter [%]")
     plt.legend(title="dashed: Avitzur's field")
 
 

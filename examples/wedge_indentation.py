@@ -11,45 +11,31 @@ from math import sqrt
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.collections import PolyCollection
 
-from bipot import (
-    Accepted,
-    Elasticity,
-    Geometry,
-    Perfect,
-    Scene,
-    Schedule,
-    ShapedTool,
-    Support,
-    Symmetry,
-    VonMises,
-    block,
-    march,
-    wedge,
-)
+import bipot as bp
+from bipot import plot
 
 WIDTH, HEIGHT, DEPTH = 14.0, 10.0, 1.0  # mm; half of the block is modelled
 YIELD, YOUNG = 300.0, 1e6  # MPa
 FORCE = 24.7662  # F/(2 k h) on both faces, of semi-angle 75 degrees
 
 
-def half(elements: int) -> Scene:
+def half(elements: int) -> bp.Scene:
     """The half x >= 0 under the wedge, with so many elements through the height."""
-    punch = ShapedTool(wedge((0.0, HEIGHT), 75.0, 20.0), travel=(0.0, -DEPTH), candidates=("top",), mu=0.0)
-    return Scene(
-        mesh=block(WIDTH, HEIGHT, 2 * elements, elements, grading=(3.0, 1.0)),
-        geometry=Geometry.PLANE_STRAIN,
-        material=VonMises(Elasticity(YOUNG, 0.3), Perfect(YIELD)),
-        supports=(Symmetry("left", 0), Support("right", 0), Support("base", 0), Support("base", 1)),
+    punch = bp.ShapedTool(bp.wedge((0.0, HEIGHT), 75.0, 20.0), travel=(0.0, -DEPTH), candidates=("top",), mu=0.0)
+    return bp.Scene(
+        mesh=bp.block(WIDTH, HEIGHT, 2 * elements, elements, grading=(3.0, 1.0)),
+        geometry=bp.Geometry.PLANE_STRAIN,
+        material=bp.VonMises(bp.Elasticity(YOUNG, 0.3), bp.Perfect(YIELD)),
+        supports=(bp.Symmetry("left", 0), bp.Support("right", 0), bp.Support("base", 0), bp.Support("base", 1)),
         tools=(punch,),
     )
 
 
-def main(increments: int = 60, elements: int = 16) -> tuple[list[tuple[float, float]], Accepted]:
+def main(increments: int = 60, elements: int = 16) -> tuple[list[tuple[float, float]], bp.Accepted]:
     """Depth (mm) and F/(2 k h) at every increment, and the last one."""
     rows, steps = [], []
-    for accepted in march(half(elements), Schedule(increments)):
+    for accepted in bp.march(half(elements), bp.Schedule(increments)):
         steps.append(accepted)
         depth = accepted.state.tau * DEPTH
         rows.append((depth, -float(accepted.tool_force(0)[1]) / (2 * YIELD / sqrt(3) * depth)))
@@ -58,7 +44,7 @@ def main(increments: int = 60, elements: int = 16) -> tuple[list[tuple[float, fl
     return rows, steps[-1]
 
 
-def draw(found: tuple[list[tuple[float, float]], Accepted]) -> None:
+def draw(found: tuple[list[tuple[float, float]], bp.Accepted]) -> None:
     """The force over the depth, and the half under the wedge, coloured by its equivalent plastic strain."""
     rows, last = found
     _, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
@@ -66,10 +52,8 @@ def draw(found: tuple[list[tuple[float, float]], Accepted]) -> None:
     left.axhline(FORCE, color="0.4", ls="--", label="Hill, Lee and Tupper")
     left.set(xlabel="depth [mm]", ylabel="F/(2kh)")
     left.legend()
-    body = list(last.state.nodes[last.scene.mesh.elements])
-    patches = right.add_collection(PolyCollection(body, array=last.peeq.mean(axis=1), edgecolor="0.6", lw=0.2))
+    plot.body(last, last.peeq.mean(axis=1), right, label="plastic strain", lw=0.2)
     right.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", xlim=(0, 8), ylim=(4, 11))
-    plt.colorbar(patches, ax=right, label="plastic strain")
 
 
 # %%

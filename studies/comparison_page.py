@@ -17,6 +17,7 @@ from pathlib import Path
 
 from bipot.errors import ResultsError
 from studies import (
+    coulomb_tables,
     element_tables,
     fuzz_table,
     penalty_round_off,
@@ -234,6 +235,10 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "landings": lambda results: table(*robustness_tables.of_landings(results)),
         "energy": lambda results: table(*robustness_tables.of_energy(results)),
         "corner": lambda results: table(*robustness_tables.of_corner(results)),
+    },
+    "coulomb.md": {
+        "solvers": lambda results: table(*coulomb_tables.of_solvers(results)),
+        "one": lambda results: table(*coulomb_tables.of_one(results)),
     },
     "theory.md": {"convergence": lambda results: table(*site_tables.of_convergence(results))},
     "glossary.md": {

@@ -1,16 +1,19 @@
 """Pictures of runs, and of meshes and curves: each takes ``ax=None`` (the current axes) and returns what it drew.
 
-:func:`contour`, :func:`contact_traction` and :func:`animate` take a run that was opened, the others arrays. matplotlib
+:func:`contour`, :func:`contact_traction` and :func:`animate` take a run that was opened, :func:`body` an
+accepted increment, the others arrays. matplotlib
 is needed only when one of them is called.
 """
 
 from bipot.plot.animation import animate
+from bipot.plot.bodies import body
 from bipot.plot.contours import contour, tools
 from bipot.plot.lines import boundary, curved, force_stroke, mesh, traction_profile, vectors
 from bipot.plot.surface import contact_traction
 
 __all__ = [
     "animate",
+    "body",
     "boundary",
     "contact_traction",
     "contour",

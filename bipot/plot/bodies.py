@@ -1,0 +1,40 @@
+"""The body of an accepted increment, each of its elements in one colour."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from bipot.accepted import Accepted
+from bipot.errors import require
+from bipot.plot.lines import axes_of
+from bipot.typing import Floats
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.collections import PolyCollection
+
+
+def body(
+    accepted: Accepted, values: Floats, ax: Axes | None = None, label: str = "", shrink: float = 1.0, **style: Any
+) -> PolyCollection:
+    """Elements where they are, straight from corner to corner, coloured by their ``values`` (e,), in a plane.
+
+    A colour bar, so much of the axes as ``shrink`` says, names what they are where there is a ``label``. ``style`` is
+    matplotlib's.
+
+    Raises:
+        SceneError: a body in space, values that are not one an element.
+    """
+    from matplotlib.collections import PolyCollection
+
+    mesh = accepted.scene.mesh
+    require(mesh.dimension == 2, "mesh.dimension", mesh.dimension, "2: use pyvista in space")
+    require(values.shape == mesh.elements.shape[:1], "values", f"shape {values.shape}", "one number an element")
+    corners = accepted.state.nodes[mesh.elements[:, : mesh.element.corners]]
+    axes = axes_of(ax)
+    faces = PolyCollection(list(corners), array=values, **{"edgecolor": "0.6", "lw": 0.4, **style})
+    axes.add_collection(faces)
+    axes.autoscale_view()
+    if label:
+        axes.figure.colorbar(faces, ax=axes, label=label, shrink=shrink)
+    return faces
