@@ -1,0 +1,86 @@
+"""Bodies in space where answers or refusals were once wrong."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    Dissipation,
+    Elasticity,
+    FlatTool,
+    Geometry,
+    IncrementFailed,
+    Linear,
+    Mesh,
+    Newton,
+    Scene,
+    Schedule,
+    Support,
+    Symmetry,
+    Tangent,
+    VonMises,
+    brick,
+    march,
+)
+
+STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
+BASE = Symmetry("base", 2)
+
+
+def skewed():
+    """A block whose section has no symmetry."""
+    mesh = brick(5.0, 5.0, 5.0, 2, 2, 2)
+    x, y, z = mesh.nodes.T
+    return Mesh(np.column_stack([x * (1 + 0.08 * y), y + 0.15 * x, z]), mesh.elements, mesh.boundaries)
+
+
+def punch(mu, travel):
+    return FlatTool((0.0, 0.0, 5.0), (0.0, 0.0, -1.0), travel, ("top",), mu)
+
+
+@pytest.mark.parametrize("form", [Newton(), Dissipation()])
+def test_friction_that_slides_holds_a_body_across_its_slip(form):
+    """Nothing else holds the block, of which one node of each tool sticks and all others slide, each its own way.
+
+    A turn about those is one that friction is against: it has no resultant and no moment, and the place is determined.
+    """
+    base = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), 0.05)
+    scene = Scene(skewed(), Geometry.SOLID, STEEL, (), (punch(0.05, (0.0, 0.0, -0.2)), base))
+    end = list(march(scene, Schedule(3, first=0.05), Control(form, ())))[-1]
+    assert not end.solved.undetermined
+    contacts = end.solved.iterate.increment.system.candidates
+    friction, slip = end.solved.r[:, 1:], end.solved.iterate.motion[:, 1:]
+    slides = np.linalg.norm(slip, axis=1) > 1e-4
+    assert np.bincount(contacts.tool[~slides], minlength=2).max() <= 1
+    np.testing.assert_allclose(np.linalg.norm(friction, axis=1)[slides], 0.05 * end.solved.r[slides, 0], rtol=1e-5)
+    x = end.state.nodes[contacts.node]
+    for tool in (0, 1):
+        own = contacts.tool == tool
+        vectors = contacts.vectors(end.solved.r)[own]
+        moment = np.cross(x[own], vectors)[:, 2].sum()
+        largest = np.abs(end.solved.r).max()
+        assert np.abs(vectors[:, :2].sum(axis=0)).max() < 1e-6 * largest
+        assert abs(moment) < 1e-5 * largest * 5.0
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent()])
+@pytest.mark.parametrize(
+    ("mu", "travel", "words"),
+    [
+        (np.inf, (0.05, 0.0, -0.05), "Node 18 cannot go with the tool that it is welded to"),
+        (0.2, (0.0, 0.0, -4.99), "Use more increments|Remesh there"),
+    ],
+)
+def test_failures_under_friction_are_explained_in_space(form, mu, travel, words):
+    holds = (Support("left", 0), Support("right", 1), BASE)
+    scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, holds, (punch(mu, travel),))
+    with pytest.raises(IncrementFailed, match=words):
+        list(march(scene, Schedule(2), Control(form, (), cuts=1)))
+
+
+def test_what_holds_nothing_is_named_along_three_axes():
+    scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, (), (punch(0.2, (0.0, 0.0, -0.05)),))
+    with pytest.raises(IncrementFailed, match=r"against moving along \(0, 0, -1\)"):
+        list(march(scene, Schedule(2), Control(Tangent(), (), cuts=1)))
