@@ -48,7 +48,7 @@ RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
 ROUND_OFF = 1e-9
-"""A row's motion below this fraction of the largest is none."""
+"""What a row moves by below this fraction of the largest of a motion is none."""
 
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
@@ -99,7 +99,8 @@ class Active:
         along, slides = self.along[kept], self.along[kept].any(axis=1)
         across = slips - along[:, :, None] * np.einsum("fi,fim->fm", along, slips)[:, None]
         stopped = slips[self.sticking[kept]], across[slides]
-        return np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
+        every = np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
+        return cleaned(every, motions)
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
@@ -172,7 +173,7 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     presses = rows.tied | carries(r, noise)
     N = _unstopped(rows, rigid, active.only(presses))
     idle = active.closed & ~presses
-    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
+    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle], N))[0].any())
 
 
 def branches(iterate: Iterate, r: Floats) -> bool:
@@ -269,9 +270,13 @@ def _dependent(A: Floats, of: Ints) -> Ints:
     return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
 
 
-def cleaned(motion: Floats) -> Floats:
-    """Round-off of rows that do not move at all is zero."""
-    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
+def cleaned(moved: Floats, motions: Floats) -> Floats:
+    """What rows make of ``motions`` (n, m), with zero for what is round-off of the largest of these.
+
+    >>> cleaned(np.array([[1e-17, 0.3]]), np.array([[0.6, 0.8]])).tolist()
+    [[0.0, 0.3]]
+    """
+    return np.where(np.abs(moved) < ROUND_OFF * np.abs(motions).max(initial=0.0), 0.0, moved)
 
 
 def openable(normal: Floats) -> tuple[Bools, Floats]:

@@ -108,9 +108,9 @@ def free_motion(system: System, state: State) -> Floats | None:
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
-    normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
+    normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
     tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
-    tangent[rows.frictional] = cleaned(rows.G_t @ rigid).reshape(tangent[rows.frictional].shape)
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
     basis = np.eye(rigid.shape[1])
     while True:
         opened, v = openable(normal @ basis)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bipot import (
+    BodyForce,
     Control,
     Dissipation,
     Elasticity,
@@ -84,3 +85,22 @@ def test_what_holds_nothing_is_named_along_three_axes():
     scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, (), (punch(0.2, (0.0, 0.0, -0.05)),))
     with pytest.raises(IncrementFailed, match=r"against moving along \(0, 0, -1\)"):
         list(march(scene, Schedule(2), Control(Tangent(), (), cuts=1)))
+
+
+def free_along_depth(loads=()):
+    """A distorted block that slides between a smooth punch and a base, held across its width."""
+    mesh = brick(5.0, 4.0, 3.0, 2, 2, 2)
+    moved = 0.2 * np.random.default_rng(3).uniform(-1, 1, mesh.nodes.shape)
+    x = mesh.nodes
+    for axis in range(3):
+        moved[np.isin(x[:, axis], (0.0, x[:, axis].max())), axis] = 0.0
+    tool = FlatTool((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.0)
+    mesh = Mesh(x + moved, mesh.elements, mesh.boundaries)
+    return Scene(mesh, Geometry.SOLID, STEEL, (Symmetry("left", 0), Support("base", 2)), (tool,), loads=loads)
+
+
+def test_what_nothing_holds_is_named_where_contacts_feel_its_round_off_alone():
+    end = list(march(free_along_depth(), Schedule(2), Control(Tangent(), ())))[-1]
+    assert end.solved.undetermined == ("position in 1 rigid motion",)
+    with pytest.raises(IncrementFailed, match=r"Nothing holds the body against moving along \(0, 1, 0\)"):
+        list(march(free_along_depth((BodyForce((0.0, 1.0, 0.0)),)), Schedule(2), Control(Tangent(), (), cuts=1)))
