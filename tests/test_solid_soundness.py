@@ -10,6 +10,7 @@ from bipot import (
     Control,
     Dissipation,
     Elasticity,
+    Element,
     FlatTool,
     Geometry,
     IncrementFailed,
@@ -25,6 +26,8 @@ from bipot import (
     brick,
     march,
 )
+from bipot.forms import contact_penalty
+from bipot.marching import system_of
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
 BASE = Symmetry("base", 2)
@@ -104,3 +107,18 @@ def test_what_nothing_holds_is_named_where_contacts_feel_its_round_off_alone():
     assert end.solved.undetermined == ("position in 1 rigid motion",)
     with pytest.raises(IncrementFailed, match=r"Nothing holds the body against moving along \(0, 1, 0\)"):
         list(march(free_along_depth((BodyForce((0.0, 1.0, 0.0)),)), Schedule(2), Control(Tangent(), (), cuts=1)))
+
+
+@pytest.mark.parametrize("element", [Element.H20, Element.T10, Element.T4])
+def test_a_penalty_does_not_depend_on_the_order_of_nodes_nor_on_mid_sides(element):
+    """K = E A/(m h): of a square face of one brick its edges, those of two triangles with their diagonal."""
+    tool = FlatTool((0.0, 0.0, 5.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.1)
+    mesh = brick(5.0, 5.0, 5.0, 1, 1, 1, element=element)
+    turned = np.array([1, 2, 0, 3, 5, 6, 4, 8, 9, 7][: element.nodes])
+    other = Mesh(mesh.nodes, mesh.elements[:, turned] if element.corners == 4 else mesh.elements, mesh.boundaries)
+    found = [
+        contact_penalty(system_of(Scene(m, Geometry.SOLID, STEEL, (BASE,), (tool,))).candidates) for m in (mesh, other)
+    ]
+    nodes = mesh.boundary_nodes("top").size
+    h = 5.0 if element is Element.H20 else (4 * 5.0 + np.hypot(5.0, 5.0)) / 5
+    np.testing.assert_allclose(found, 210e3 * 25.0 / (nodes * h), rtol=1e-12)
