@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -18,6 +20,7 @@ from bipot import (
     Mesh,
     Newton,
     Scene,
+    SceneError,
     Schedule,
     Support,
     Symmetry,
@@ -28,6 +31,7 @@ from bipot import (
 )
 from bipot.forms import contact_penalty
 from bipot.marching import system_of
+from bipot.traction import consistent_tractions
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
 BASE = Symmetry("base", 2)
@@ -122,3 +126,27 @@ def test_a_penalty_does_not_depend_on_the_order_of_nodes_nor_on_mid_sides(elemen
     nodes = mesh.boundary_nodes("top").size
     h = 5.0 if element is Element.H20 else (4 * 5.0 + np.hypot(5.0, 5.0)) / 5
     np.testing.assert_allclose(found, 210e3 * 25.0 / (nodes * h), rtol=1e-12)
+
+
+def test_a_brick_numbered_as_its_mirror_image_is_told_how_to_number_it():
+    mesh = brick(1.0, 1.0, 1.0, 1, 1, 1)
+    with pytest.raises(SceneError, match="number nodes of a base anticlockwise as seen from the top"):
+        Scene(Mesh(mesh.nodes * (1.0, 1.0, -1.0), mesh.elements), Geometry.SOLID, STEEL, ())
+
+
+def test_flat_tools_of_space_have_no_moment_and_a_consistent_shear_of_both_tangents():
+    """A pressure and a shear that are the same everywhere, of which forces are int N dA times these."""
+    holds = tuple(Support("base", k) for k in range(3))
+    scene = Scene(brick(2.0, 3.0, 1.0, 2, 2, 1), Geometry.SOLID, STEEL, holds, (punch(0.5, (0.0, 0.0, 0.0)),))
+    system = system_of(replace(scene, tools=(replace(scene.tools[0], point=(0.0, 0.0, 1.0)),)))
+    contacts = system.candidates
+    share = np.where(np.isin(scene.mesh.nodes[contacts.node, 0], (0.0, 2.0)), 0.5, 1.0)
+    share *= np.where(np.isin(scene.mesh.nodes[contacts.node, 1], (0.0, 3.0)), 0.5, 1.0)
+    r = 1.5 * share[:, None] * np.array([10.0, 3.0, -4.0])
+    pressure, shear = consistent_tractions(contacts, scene.mesh.nodes, r, r[:, 0] > 0)
+    np.testing.assert_allclose(pressure, 10.0, rtol=1e-12)
+    np.testing.assert_allclose(shear, 5.0, rtol=1e-12)
+    end = next(iter(march(scene, Schedule(1), Control(Newton()))))
+    assert end.tool_moment(0) == 0.0
+    with pytest.raises(SceneError, match="tool = 1"):
+        end.tool_moment(1)
