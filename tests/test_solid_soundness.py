@@ -29,7 +29,8 @@ from bipot import (
     brick,
     march,
 )
-from bipot.forms import contact_penalty
+from bipot.forms import Cache, contact_penalty
+from bipot.iterate import Increment
 from bipot.marching import system_of
 from bipot.traction import consistent_tractions
 
@@ -150,3 +151,32 @@ def test_flat_tools_of_space_have_no_moment_and_a_consistent_shear_of_both_tange
     assert end.tool_moment(0) == 0.0
     with pytest.raises(SceneError, match="tool = 1"):
         end.tool_moment(1)
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent()])
+def test_where_a_support_holds_one_tangent_friction_is_against_the_whole_slip(form):
+    """The tool goes askew over nodes of two sides, each held along another of the two tangents; all stays elastic.
+
+    What friction does along a held tangent goes into the support: equilibrium does not tell of it, the law does.
+    """
+    holds = (Support("left", 0), Support("front", 1), BASE)
+    scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, holds, (punch(0.2, (2e-6, 4e-6, -1e-5)),))
+    (end,) = march(scene, Schedule(1), Control(form, ()))
+    contacts = end.solved.iterate.increment.system.candidates
+    x, r, slip = scene.mesh.nodes[contacts.node], end.solved.r, end.solved.iterate.motion[:, 1:]
+    for axis in (0, 1):
+        held = (x[:, axis] == 0.0) & (x[:, 1 - axis] > 0.0)
+        size = np.linalg.norm(slip[held], axis=1, keepdims=True)
+        assert (np.abs(slip[held]) > 0.01 * size).all(axis=1).any()
+        np.testing.assert_allclose(r[held, 1:], -0.2 * r[held, :1] * slip[held] / size, rtol=2e-5)
+
+
+def test_frames_of_contacts_that_support_holds_along_a_tangent_are_completed():
+    """Nodes of planes of symmetry own their unknowns, whichever tangent is across the plane."""
+    planes = (Symmetry("left", 0), Symmetry("front", 1), BASE)
+    scene = Scene(brick(5.0, 5.0, 5.0, 2, 2, 2), Geometry.SOLID, STEEL, planes, (punch(0.2, (0.0, 0.0, -0.1)),))
+    system = system_of(scene)
+    iterate = Increment(system, system.rest(), 0.1).at(np.zeros(system.body.space.size))
+    _, frames = Cache().newton(iterate)
+    assert frames.border is None
+    np.testing.assert_allclose(frames.T @ frames.T.transpose(0, 2, 1), np.broadcast_to(np.eye(3), frames.T.shape))
