@@ -85,7 +85,12 @@ class Accepted:
         return self.scene.placed(self.state.tau, self.state.translation)[tool]
 
     def tool_moment(self, tool: int) -> float:
-        """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not."""
+        """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        self._require_tool(tool)
         return float(self.solved.iterate.tool_moments(self.solved.r)[tool])
 
     def tool_force(self, tool: int) -> Floats:

@@ -2,8 +2,9 @@ r"""What an accepted increment leaves open: contact forces that share their node
 
 Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
 where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
-rigid motion that the supports allow leaves every closed contact closed and every sticking one at rest. Both are rank
-tests. Tools that forces drive bind the contacts of all nodes together: the first is then of all at once.
+rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and every sliding
+one on its way: in space friction, which is against the slip, would turn with it. Both are rank tests. Tools that forces
+drive bind the contacts of all nodes together: the first is then of all at once.
 
 Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
 rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
@@ -31,6 +32,7 @@ from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.examined import Examined
 from bipot.iterate import Iterate
+from bipot.laws.projections import unit
 from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
@@ -46,7 +48,7 @@ RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
 ROUND_OFF = 1e-9
-"""A row's motion below this fraction of the largest is none."""
+"""What a row moves by below this fraction of the largest of a motion is none."""
 
 STIFF = 1e4
 """Stiffness that stops a motion, over the largest on the diagonal."""
@@ -61,13 +63,15 @@ TIGHT = Accuracy(1e-12)
 class Active:
     """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge.
 
-    ``drag`` (c,) is what the friction of sliding ones grows by with their normal force.
+    ``drag`` (c,) is what the friction of sliding ones grows by with their normal force, ``along`` (c, d - 1) the unit
+    vector of their friction, zero of others.
     """
 
     closed: Bools
     sticking: Bools
     still: Bools
     drag: Floats
+    along: Floats
 
     @staticmethod
     def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
@@ -78,7 +82,25 @@ class Active:
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - max(STICKS * largest, noise))
         slip = norm(motion[:, 1:])
         still = closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0)))
-        return Active(closed, sticking, still, rows.limit_slope(r))
+        slides = closed & rows.rubs & ~sticking & carries(r, noise)
+        along = np.where(slides[:, None], unit(r[:, 1:]), 0.0)
+        return Active(closed, sticking, still, rows.limit_slope(r), along)
+
+    def only(self, chosen: Bools) -> Active:
+        """Those of the ``chosen`` contacts (c,), as if all others were open."""
+        along = np.where(chosen[:, None], self.along, 0.0)
+        closed, sticking, still = (which & chosen for which in (self.closed, self.sticking, self.still))
+        return Active(closed, sticking, still, self.drag, along)
+
+    def stopped(self, rows: ContactRows, motions: Floats) -> Floats:
+        """What ``motions`` (n, m) do to closed gaps, to slips of sticking contacts and across those of sliding ones."""
+        kept, count = rows.frictional, motions.shape[1]
+        slips = np.asarray(rows.G_t @ motions).reshape(len(kept), rows.tangents, count)
+        along, slides = self.along[kept], self.along[kept].any(axis=1)
+        across = slips - along[:, :, None] * np.einsum("fi,fim->fm", along, slips)[:, None]
+        stopped = slips[self.sticking[kept]], across[slides]
+        every = np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
+        return cleaned(every, motions)
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
@@ -136,8 +158,7 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
     rigid = _rigid(iterate)
     if not rigid.size:
         return rigid
-    active = Active.of(iterate, r, noise)
-    return _unstopped(iterate.rows, rigid, active.closed, active.sticking)
+    return _unstopped(iterate.rows, rigid, Active.of(iterate, r, noise))
 
 
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
@@ -150,9 +171,9 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
         return False
     active = Active.of(iterate, r)
     presses = rows.tied | carries(r, noise)
-    N = _unstopped(rows, rigid, presses, active.sticking & presses)
+    N = _unstopped(rows, rigid, active.only(presses))
     idle = active.closed & ~presses
-    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle]))[0].any())
+    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle], N))[0].any())
 
 
 def branches(iterate: Iterate, r: Floats) -> bool:
@@ -209,10 +230,9 @@ def _rigid(iterate: Iterate) -> Floats:
     return np.hstack([rigid, tools])
 
 
-def _unstopped(rows: ContactRows, rigid: Floats, closed: Bools, sticking: Bools) -> Floats:
-    """Rigid motions (n, m), orthonormal if ``rigid`` are, that keep gaps of ``closed`` and slips of ``sticking``."""
-    stopped = [(rows.G_n @ rigid)[closed], (rows.G_t @ rigid)[_slips(rows, sticking)]]
-    return rigid @ null_space(np.vstack(stopped), rcond=RANK)
+def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:
+    """Rigid motions (n, m), orthonormal if ``rigid`` are, that the ``active`` contacts do not stop."""
+    return rigid @ null_space(active.stopped(rows, rigid), rcond=RANK)
 
 
 def _slips(rows: ContactRows, chosen: Bools) -> Bools:
@@ -250,9 +270,13 @@ def _dependent(A: Floats, of: Ints) -> Ints:
     return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
 
 
-def cleaned(motion: Floats) -> Floats:
-    """Round-off of rows that do not move at all is zero."""
-    return np.where(np.abs(motion) < ROUND_OFF * np.abs(motion).max(initial=0.0), 0.0, motion)
+def cleaned(moved: Floats, motions: Floats) -> Floats:
+    """What rows make of ``motions`` (n, m), with zero for what is round-off of the largest of these.
+
+    >>> cleaned(np.array([[1e-17, 0.3]]), np.array([[0.6, 0.8]])).tolist()
+    [[0.0, 0.3]]
+    """
+    return np.where(np.abs(moved) < ROUND_OFF * np.abs(motions).max(initial=0.0), 0.0, moved)
 
 
 def openable(normal: Floats) -> tuple[Bools, Floats]:

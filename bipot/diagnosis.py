@@ -2,7 +2,8 @@ r"""Why an increment could not be solved, where the scene itself says so: a body
 
 A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
 candidate (none closes), and no friction where it keeps a contact closed. Candidates count however far they are, since
-they may land. That is a cone in at most three numbers v; a linear program says which contacts a motion in it can open.
+they may land. That is a cone in at most three numbers v, six in space; a linear program says which contacts a motion in
+it can open.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ SPINS = 0.95
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
-    found = _blocked(system, state, tau) or _inside(system, state) or _unheld(system, state, tau)
-    return found or _spun(system, state, tau)
+    found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
+    return found or _unheld(system, state, tau) or _spun(system, state, tau)
 
 
 def _blocked(system: System, state: State, tau: float) -> str | None:
@@ -41,6 +42,14 @@ def _blocked(system: System, state: State, tau: float) -> str | None:
         f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "
         "stop the tool before it, or let the node go."
     )
+
+
+def _torn(system: System, state: State, tau: float) -> str | None:
+    """A weld that a support tears."""
+    node = Increment(system, state, tau).torn
+    if node is None:
+        return None
+    return f"Node {node} cannot go with the tool that it is welded to: let it go there, or give the tool friction."
 
 
 def _inside(system: System, state: State) -> str | None:
@@ -69,7 +78,7 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
-    what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
+    what = f"moving along ({', '.join(f'{part:.3g}' for part in shift)}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
 
@@ -99,16 +108,17 @@ def free_motion(system: System, state: State) -> Floats | None:
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
-    normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
-    tangent = np.zeros((rows.count, rigid.shape[1]))
-    tangent[rows.frictional] = cleaned(rows.G_t @ rigid)
+    normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
+    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
     basis = np.eye(rigid.shape[1])
     while True:
         opened, v = openable(normal @ basis)
         closed = rubs & ~opened
         if not closed.any():
             break
-        basis, rubs = basis @ null_space(tangent[closed] @ basis, rcond=ROUND_OFF), rubs & opened
+        slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
+        basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
     if not opened.any():
         v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
     motion = space.spread(rigid @ basis @ v)

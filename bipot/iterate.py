@@ -274,6 +274,8 @@ class Iterate:
         A unit of thickness's, anticlockwise.
         """
         contacts = self.increment.system.candidates
+        if not contacts.scene.turning.any():
+            return np.zeros(len(contacts.scene.tools))
         nodes = self.increment.start.nodes + self.response.du
         return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.mean(nodes), self.placed)
 

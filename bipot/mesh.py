@@ -122,6 +122,7 @@ class Mesh:
         Raises:
             SceneError: elements of another shape are asked for.
 
+        >>> from bipot.sections import block
         >>> block(1.0, 1.0, 2, 2).to(Element.Q4).nodes.shape
         (9, 2)
         """

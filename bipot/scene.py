@@ -45,6 +45,9 @@ from bipot.symmetry import PLANAR, Plane, planes_of, require_mirrored
 from bipot.tools import AnyTool, FlatTool, Sampling, Tool
 from bipot.typing import Bools, Floats
 
+IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
+"""How elements of space are numbered, in words."""
+
 
 @dataclass(frozen=True)
 class Scene:
@@ -74,7 +77,8 @@ class Scene:
         try:
             refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
         except InvertedElement as inverted:
-            raise SceneError(f"mesh: {inverted}: number nodes anticlockwise, keep r > 0") from inverted
+            ordered = "anticlockwise, keep r > 0" if self.mesh.dimension == 2 else IN_SPACE
+            raise SceneError(f"mesh: {inverted}: number nodes {ordered}") from inverted
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
         self._check_axis()

@@ -11,7 +11,7 @@ from bipot.contact import ROUND_OFF, Candidates
 from bipot.reflection import across
 from bipot.tensors import norm
 from bipot.tools import Tool
-from bipot.typing import Floats
+from bipot.typing import Bools, Floats
 
 ALIGNED = 1e-9
 """A motion along the tangent below this fraction of what tool and support move by is round-off."""
@@ -69,15 +69,27 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
     """
     size = candidates.scene.mesh.size
     along = candidates.welded & touches(start.gap, size)
-    slipping = candidates.node[along & dragged(candidates, travel, driven).any(axis=1)]
-    if slipping.size:
-        return int(slipping[0])
+    slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
+    if (along & slipping).any():
+        return int(candidates.node[np.argmax(along & slipping)])
     for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
         apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
         near = touches(tool.distance(start.nodes[held], placed), size)
         if tool.welded and (apart & near).any():
             return int(held[apart & near][0])
     return None
+
+
+def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
+    """Candidates (c,) that supports hold, or drive, along some direction otherwise than their tool goes on its path.
+
+    Of nodes, at flat tools that no force drives: one may take its tool to where the node is.
+    """
+    scene, node, tool = candidates.scene, candidates.node, candidates.tool
+    each = zip(scene.tools, candidates.points, strict=True)
+    led = np.array([t.flat and t.driven_by is None and not p.weighted for t, p in each], dtype=bool)
+    off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - travel[tool]), 0.0)
+    return led[tool] & (norm(off) > ALIGNED * (norm(travel)[tool] + norm(driven[node])))
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:

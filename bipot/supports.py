@@ -91,9 +91,9 @@ class Symmetry(Support):
 def named(vector: Vector) -> str:
     """A direction in words: the number of the axis that it is, else the vector.
 
-    >>> named((0.0, 1.0)), named((0.6, -0.8))
-    ('1', '(0.6, -0.8)')
+    >>> named((0.0, 1.0)), named((0.6, -0.8)), named((0.0, 0.6, -0.8))
+    ('1', '(0.6, -0.8)', '(0, 0.6, -0.8)')
     """
     if 1.0 in vector:
         return str(vector.index(1.0))
-    return f"({vector[0]:g}, {vector[1]:g})"
+    return f"({', '.join(f'{part:g}' for part in vector)})"

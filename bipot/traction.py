@@ -158,7 +158,8 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
     """Pressure and shear (c,) by the consistent mass, as :func:`tractions` but not within sign and cone.
 
     Of weighted points they are the :func:`multipliers`. At the axis of a quadratic mesh the row of M sums to zero but M
-    is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is left out.
+    is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is left out. In space the
+    shear is the length of its vector.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
     for number in range(len(candidates.scene.tools)):
@@ -175,7 +176,8 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
         pressure[line] = splu(M).solve(r[line, 0])
         shear[line] = 0.0
         if free.any():
-            shear[line[free]] = splu(M[free][:, free].tocsc()).solve(r[line[free], 1])
+            along = splu(M[free][:, free].tocsc()).solve(r[line[free], 1:])
+            shear[line[free]] = along[:, 0] if along.shape[1] == 1 else norm(along)
     return pressure, shear
 
 

@@ -1,11 +1,12 @@
 """Random scenes and discrete Coulomb problems, each judged by an independent recomputation.
 
-    python -m studies.fuzz [--scenes 600] [--shaped 300] [--coulomb 2000] [--seed S] [--jobs J]
+    python -m studies.fuzz [--scenes 600] [--shaped 300] [--solid 100] [--coulomb 2000] [--seed S] [--jobs J]
                            [--resume | --overwrite] [--out DIR] [--fast]
 
-Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz_shaped`). Scenes and problems
-have the seeds S, S + 1, ...: one seed again is ``--seed THAT --scenes 1 --shaped 0 --coulomb 0``. Every scene is
-marched as drawn, in other units, mirrored, renumbered and, about each of its planes of symmetry, unfolded.
+Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz_shaped`), solid ones are of
+bodies in space (:mod:`studies.fuzz_solid`). Scenes and problems have the seeds S, S + 1, ...: one seed again is
+``--seed THAT --scenes 1 --shaped 0 --solid 0 --coulomb 0``. Every scene is marched as drawn, in other units, mirrored,
+renumbered and, about each of its planes of symmetry, unfolded; bodies in space with their axes exchanged instead.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
 gets a row as each is done. Rows depend on their seeds alone, so that those it has are not run again, with ``--resume``
 or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are not flat, whether contact is weighted or
@@ -37,6 +38,7 @@ from studies.command import command, say
 from studies.fuzz_coulomb import judge_coulomb
 from studies.fuzz_judge import judge_scene, judge_shaped
 from studies.fuzz_row import FAILURES, Outcome, Row, Table
+from studies.fuzz_solid import judge_solid
 from studies.options import count, processes
 from studies.outputs import add_options
 from studies.pool import completed
@@ -49,12 +51,17 @@ class Task(NamedTuple):
     seed: int
 
 
-JUDGES: dict[str, Callable[[int], Row]] = {"scene": judge_scene, "shaped": judge_shaped, "coulomb": judge_coulomb}
+JUDGES: dict[str, Callable[[int], Row]] = {
+    "scene": judge_scene,
+    "shaped": judge_shaped,
+    "solid": judge_solid,
+    "coulomb": judge_coulomb,
+}
 
-OPTIONS = {"scene": "scenes", "shaped": "shaped", "coulomb": "coulomb"}
+OPTIONS = {"scene": "scenes", "shaped": "shaped", "solid": "solid", "coulomb": "coulomb"}
 """Which option says how many of a kind."""
 
-FAST = {"scene": 10, "shaped": 10, "coulomb": 50}
+FAST = {"scene": 10, "shaped": 10, "solid": 5, "coulomb": 50}
 """The most of each kind where a run is to be short."""
 
 
@@ -95,11 +102,12 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="studies.fuzz", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
     p.add_argument("--scenes", type=count(0), default=600, help="random scenes (default %(default)s)")
     p.add_argument("--shaped", type=count(0), default=300, help="those with curved tools (default %(default)s)")
+    p.add_argument("--solid", type=count(0), default=100, help="bodies in space (default %(default)s)")
     p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
     p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")
     p.add_argument("--out", type=Path, default=Path("results/fuzz"))
-    p.add_argument("--fast", action="store_true", help="at most 10 scenes of either kind and 50 problems")
+    p.add_argument("--fast", action="store_true", help="at most 10 scenes of a kind, 5 solid ones, 50 problems")
     add_options(p, Existing.RESUME)
     return p
 

@@ -32,6 +32,10 @@ SHOWN = {
             "capped": "capped friction",
         },
     ),
+    "solid": (
+        "bodies in space",
+        {"h8": "H8", "h20": "H20", "t10": "T10", "force": "forces on tools", "supports": "moving supports"},
+    ),
     "coulomb": ("discrete problems", {}),
 }
 """By the first word of a kind what it is, and what other words of it say."""

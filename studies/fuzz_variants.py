@@ -59,7 +59,7 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
     assert isinstance(scene.material, VonMises)
     mesh, elastic = scene.mesh, scene.material.elasticity
     material = VonMises(
-        Elasticity(elastic.young * stress, elastic.poisson), _hardening(scene.material.hardening, stress)
+        Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
     )
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
     tools = tuple(Seen.scaled(length).tool(tool, force) for tool in scene.tools)
@@ -137,7 +137,8 @@ def _turned(load: Load, sign: Floats) -> Load:
     return load
 
 
-def _hardening(curve: Hardening, stress: float) -> Hardening:
+def hardened_in(curve: Hardening, stress: float) -> Hardening:
+    """The curve with its stresses times ``stress``."""
     if isinstance(curve, Perfect):
         return Perfect(curve.sigma_y * stress)
     if isinstance(curve, Linear):

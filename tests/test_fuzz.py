@@ -20,6 +20,7 @@ from studies.fuzz_whole import difference
 from tests.scenes import with_course
 
 GOOD_SEED = 7
+NO_OTHERS = ["--shaped", "0", "--solid", "0", "--coulomb", "0"]
 
 
 def test_variants_seen_twice_are_the_scene():
@@ -220,7 +221,8 @@ def table_of(folder):
 
 
 def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
-    line = ["--scenes", "1", "--shaped", "1", "--coulomb", "3", "--seed", str(GOOD_SEED), "--out", str(tmp_path)]
+    few = ["--scenes", "1", "--shaped", "1", "--solid", "0", "--coulomb", "3"]
+    line = [*few, "--seed", str(GOOD_SEED), "--out", str(tmp_path)]
     code = fuzz.main(line)
     header, *lines = table_of(tmp_path)
     assert header == HEADER == [
@@ -240,7 +242,7 @@ def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
 def test_exit_code_says_whether_anything_is_wrong(tmp_path, monkeypatch, outcome, code):
     row = Row(0, "scene block", "tangent", outcome, "a\nreason", 1, 0.0, 0.0, 0.0, 0.0)
     monkeypatch.setitem(fuzz.JUDGES, "scene", lambda seed: replace(row, seed=seed))
-    assert fuzz.main(["--scenes", "2", "--shaped", "0", "--coulomb", "0", "--out", str(tmp_path)]) == code
+    assert fuzz.main(["--scenes", "2", *NO_OTHERS, "--out", str(tmp_path)]) == code
 
 
 def test_ctrl_c_is_quiet_and_keeps_what_is_done(tmp_path, monkeypatch):
@@ -250,7 +252,7 @@ def test_ctrl_c_is_quiet_and_keeps_what_is_done(tmp_path, monkeypatch):
         return Row(seed, "scene block", "tangent", Outcome.CERTIFIED, "", 1, 0.0, 0.0, 0.0, 0.0)
 
     monkeypatch.setitem(fuzz.JUDGES, "scene", stop)
-    assert fuzz.main(["--scenes", "3", "--shaped", "0", "--coulomb", "0", "--out", str(tmp_path)]) == 130
+    assert fuzz.main(["--scenes", "3", *NO_OTHERS, "--out", str(tmp_path)]) == 130
     assert len(table_of(tmp_path)) == 2
 
 

@@ -106,7 +106,20 @@ def test_jobs_are_taken_as_they_are_needed():
 
 
 def test_a_real_study_in_processes_stops_at_ctrl_c_and_goes_on(tmp_path):
-    command = ["studies.fuzz", "--scenes", "0", "--shaped", "0", "--jobs", "2", "--out", tmp_path, "--coulomb"]
+    command = [
+        "studies.fuzz",
+        "--scenes",
+        "0",
+        "--shaped",
+        "0",
+        "--solid",
+        "0",
+        "--jobs",
+        "2",
+        "--out",
+        tmp_path,
+        "--coulomb",
+    ]
     table = tmp_path / "fuzz.csv"
     with running(*command, NEVER) as process:
         until(lambda: table.exists() and table.read_text().count("\n") > 3)

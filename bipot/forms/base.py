@@ -109,7 +109,7 @@ class Cache:
 
     def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:
         parts = [a for G in (rows.G_n, rows.G_t) for a in (G.indptr, G.indices, G.data)]
-        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional))
+        key = b"".join(np.ascontiguousarray(a).tobytes() for a in (*parts, rows.frictional, rows.dragged))
         if self._frames is None or self._frames[0] != key:
             self._frames = key, Frames.of(rows, pattern)
         return self._frames[1]

@@ -14,7 +14,9 @@ from bipot.closeness import touches
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.contact import Candidates
+from bipot.elements import Element
 from bipot.errors import ProgramError, require, require_number, require_type
+from bipot.facets import edges_of
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -149,7 +151,9 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.mesh.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
     area = facet_mass(scene.mesh.nodes, lines, scene.geometry).sum()
-    ends = scene.mesh.nodes[lines[:, [0, -1]]]
+    # Of faces of space the edges, each once.
+    edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
+    ends = scene.mesh.nodes[edges]
     h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 

@@ -128,6 +128,18 @@ class ContactRows:
         """Coefficients (c,) of Coulomb's law where it rules the tangential motion, zero elsewhere and where tied."""
         return np.where(self.rubs & ~self.tied, self.mu, 0.0)
 
+    @cached_property
+    def dragged(self) -> Bools:
+        """Which candidates (c,) slip along a tangent that no unknown moves them along: they slide, if they are closed.
+
+        In space a support may hold one tangent, while the tool goes along it, and leave the other.
+        """
+        lines = np.repeat(np.arange(self.slip.size), np.diff(self.G_t.indptr))
+        moved = np.bincount(lines, np.abs(self.G_t.data), self.slip.size).reshape(self.slip.shape) > 0
+        out = np.zeros(self.count, dtype=bool)
+        out[self.frictional] = (~moved & (self.slip != 0)).any(axis=1)
+        return out
+
     def take(self, chosen: Bools) -> ContactRows:
         """The rows of the chosen candidates (c,) only."""
         if chosen.all():

@@ -2,8 +2,9 @@
 
 A contact owns its unknowns where no other contact touches them, they are no more than its rows, which are independent,
 and all have the same neighbours (those of one node do): equilibrium there defines its forces. Contacts that share a
-node, hang on a tool that a force drives, couple several nodes, or have two rows on one unknown (an inclined tool at the
-axis) keep their forces as unknowns.
+node, hang on a tool that a force drives, couple several nodes, have two rows on one unknown (an inclined tool at the
+axis), or slip along a tangent that a support holds, where no equilibrium tells of a force, keep their forces as
+unknowns.
 """
 
 from __future__ import annotations
@@ -53,7 +54,8 @@ class Frames:
     def of(rows: ContactRows, pattern: Pattern) -> Frames:
         """Frames of contact rows on the unknowns of ``pattern``."""
         touched = Touched.of(rows)
-        own, T, owns = touched.frames(touched.alone(pattern.size) & _alike(touched, pattern), pattern.size)
+        alone = touched.alone(pattern.size) & ~rows.dragged
+        own, T, owns = touched.frames(alone & _alike(touched, pattern), pattern.size)
         border = None if owns.all() else Border.of(touched, ~owns, pattern)
         return Frames(pattern, own, T, _dual(T), *_places(own, pattern), border)
 
@@ -61,7 +63,7 @@ class Frames:
         """Those of rows with the same entries in other directions."""
         touched, before = Touched.of(rows), self.own[:, 0] < self.pattern.size
         _, T, owns = touched.frames(before, self.pattern.size)
-        if not np.array_equal(owns, before):
+        if not np.array_equal(owns, before) or (owns & rows.dragged).any():
             return Frames.of(rows, self.pattern)
         border = self.border and replace(self.border, touched=touched.take(~owns))
         return replace(self, T=T, dual=_dual(T), border=border)
@@ -121,7 +123,7 @@ class Touched:
         own[contact, local] = self.dof[mine]
         T = np.zeros((self.count, width, width))
         T[contact, :, local] = self.column[mine]
-        T = np.where(np.any(T != 0, axis=2, keepdims=True), T, np.linalg.svd(T)[2])
+        T = _completed(T)
         volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
         owns = chosen & (volume > DEPENDENT)
         own[~owns], T[~owns] = n, np.eye(width)
@@ -192,6 +194,14 @@ class Border:
         """The law by force (b, d, d), with a compliance where it does not depend on it."""
         by_force = law.by_force[self.contact]
         return by_force + YIELDING * np.eye(by_force.shape[1]) * (by_force == 0)
+
+
+def _completed(T: Floats) -> Floats:
+    """Frames T (c, d, d) with unit vectors at a right angle to all others in the place of rows that are zero."""
+    none = ~np.any(T != 0, axis=2)
+    number = T.shape[1] - none.sum(axis=1, keepdims=True) + np.cumsum(none, axis=1) - 1
+    across = np.take_along_axis(np.linalg.svd(T)[2], np.where(none, number, 0)[..., None], axis=1)
+    return np.where(none[..., None], across, T)
 
 
 def times(matrices: Floats, vectors: Floats) -> Floats:

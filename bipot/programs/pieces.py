@@ -79,9 +79,11 @@ class Pieces:
         y = r[:, 1:] - scale[:, None] * motion[:, 1:]
         length, drag = norm(y), np.where(closed, mu * r[:, 0], 0.0) + fixed
         rubs = (closed & (mu > 0)) | (fixed > 0)
-        slides = ~(rows.tied & rows.rubs) & (~rubs | (length > np.maximum(drag, 0.0)))
+        slides = ~(rows.tied & rows.rubs) & (~rubs | rows.dragged | (length > np.maximum(drag, 0.0)))
         safe = np.where(length > 0, length, 1.0)
-        return Pieces(closed, DiscSlope(slides, y / safe[:, None], drag / safe), mu, fixed, scale)
+        # What is dragged slides from inside of the disc too, whose projection is then not to stretch.
+        shrink = np.where(rows.dragged, np.minimum(drag / safe, 1.0), drag / safe)
+        return Pieces(closed, DiscSlope(slides, y / safe[:, None], shrink), mu, fixed, scale)
 
     def same(self, other: object) -> bool:
         """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
