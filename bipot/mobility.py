@@ -12,6 +12,9 @@ from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
+"""Of a turn (radians), by which no surface but one around its centre comes to itself."""
+
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
     """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
@@ -41,7 +44,8 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
-    what is held. A curved tool that is driven moves against nodes that are held wholly as it would at rest.
+    what is held. A curved tool that is driven moves against nodes that are held wholly in either way, where what drives
+    it ever changes its gap to them: at rest it may be off them, or pass them along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
     along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
@@ -53,6 +57,7 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
         free = ~holding.held[nodes]
         turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
         first = np.arange(scene.mesh.dimension) == 0
+        driven |= _comes(scene, number, nodes)[:, None]
         moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first) | driven
     return moves
 
@@ -62,6 +67,20 @@ def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
     drives, x = scene.drives, scene.mesh.nodes[nodes]
     own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
     return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
+
+
+def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether what drives the curved tool of that ``number`` ever changes its gap to nodes (a,).
+
+    A force does; a moment but where the surface goes around the centre of the turn.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
+        return np.full(len(nodes), tool.driven_by is not None)
+    poses = np.zeros((len(ANGLES), 3))
+    poses[:, 2] = ANGLES
+    gaps = np.array([tool.distance(x, pose) for pose in poses])
+    return np.ptp(gaps, axis=0) > ACROSS * np.max([tool.places(x, pose) for pose in poses], axis=0)
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
