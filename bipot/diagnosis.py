@@ -74,7 +74,10 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
 
 
 def _spun(system: System, state: State, tau: float) -> str | None:
-    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that."""
+    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that.
+
+    Of one that is still to be pressed, by its path or a force, there are none to tell from.
+    """
     scene, contacts = system.body.scene, system.candidates
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
     if not drives.spins.any():
@@ -83,7 +86,9 @@ def _spun(system: System, state: State, tau: float) -> str | None:
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     by_friction = contacts.driven_sums(np.abs(levers[:, 1]) * here.rows.limit(state.forces))
     asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
-    spun = np.flatnonzero((drives.spins > 0) & (np.abs(asked - by_normal) > SPINS * by_friction))
+    coming = scene.travel(state.tau, tau).any(axis=1) | np.array([tool.driven_by is not None for tool in scene.tools])
+    told = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
+    spun = np.flatnonzero((drives.spins > 0) & told & (np.abs(asked - by_normal) > SPINS * by_friction))
     if not len(spun):
         return None
     k = int(spun[0])
