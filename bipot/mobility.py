@@ -10,7 +10,9 @@ from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, Vector
+
+RADIAL: Vector = (1.0, 0.0)
 
 ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
 """Of a turn (radians), by which no surface but one around its centre comes to itself."""
@@ -27,17 +29,24 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
 def mirrored(scene: Scene, number: int, own: Points) -> Bools:
     """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
 
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
+    curved tool that is not its own mirror image tangents turn, and it and its image both rub.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
-    if scene.ring:
+    if scene.ring and _stays(scene, number, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
-        if isinstance(support, Symmetry):
+        if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
             there &= ~creased(scene.mesh, own, support.along(d))
             left[there] = across(left[there], support.along(d))
     return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
+
+
+def _stays(scene: Scene, number: int, normal: Vector) -> bool:
+    """Whether the tangents of the tool of that ``number`` stay as they are in the plane of that normal, or the axis."""
+    tool = scene.tools[number]
+    return tool.flat or any(plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal))
 
 
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:

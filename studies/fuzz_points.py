@@ -77,7 +77,7 @@ def _by_tool(scene: Scene, setting: Setting, found: list[Means]) -> Points:
     tool = np.repeat(np.arange(len(found)), [len(own.node) for own in found])
     tangents = _normals(scene, setting)[..., ::-1] * (1.0, -1.0)
     slides = ((weights != 0) & _slides(scene, setting, tangents)[tool]).any(axis=1)
-    beyond = moves(~_mirrored(scene, setting)[node], np.zeros((1, 2)), tangents[tool, node])
+    beyond = moves(~_mirrored(scene, setting)[tool, node], np.zeros((1, 2)), tangents[tool, node])
     return Points(node, tool, weights, ~slides, slides & beyond)
 
 
@@ -134,11 +134,18 @@ def _movable(scene: Scene, setting: Setting, ways: Floats) -> Bools:
 
 
 def _mirrored(scene: Scene, setting: Setting) -> Bools:
-    """Which displacements (a, 2) the body beyond an axis or a plane of symmetry has the other way."""
-    radius = setting.rest[:, 0]
+    """Which displacements (tools, a, 2) the body beyond an axis or a plane of symmetry has the other way.
+
+    Of a curved tool those alone where it is its own mirror image: the tangents of another turn.
+    """
+    out, radius = np.zeros((len(scene.tools), *setting.rest.shape), dtype=bool), setting.rest[:, 0]
     on_axis = setting.axisymmetric & (radius <= ON_AXIS * radius.max())
-    out = np.column_stack([on_axis, np.zeros(len(radius), dtype=bool)])
-    for support in scene.supports:
-        if isinstance(support, Symmetry):
-            out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+    across = dict(planes(scene))
+    for k, tool in enumerate(scene.tools):
+        out[k, :, 0] = on_axis & (not setting.axisymmetric or cut(tool, 0, 0.0) or isinstance(tool, FlatTool))
+        for support in scene.supports:
+            if isinstance(support, Symmetry):
+                d = axis_of(support)
+                own = isinstance(tool, FlatTool) or cut(tool, d, across[d])
+                out[k, np.unique(scene.mesh.boundaries[support.boundary]), d] |= own
     return out
