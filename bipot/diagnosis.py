@@ -28,7 +28,7 @@ SPINS = 0.95
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
     found = _blocked(system, state, tau) or _inside(system, state) or _unheld(system, state, tau)
-    return found or _spun(system, state, tau)
+    return found or _aloft(system, state, tau) or _spun(system, state, tau)
 
 
 def _blocked(system: System, state: State, tau: float) -> str | None:
@@ -71,6 +71,20 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
     what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
+
+
+def _aloft(system: System, state: State, tau: float) -> str | None:
+    """A tool that a moment turns in the air, where its path does not bring it to the body."""
+    scene, gap = system.body.scene, Increment(system, state, tau).rows.gap
+    for k, tool in enumerate(scene.tools):
+        moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
+        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.mesh.size).any()
+        if off and moment is not None and moment.at(tau) != 0:
+            return (
+                f"tools[{k}] touches nothing that would hold its moment of {moment.at(tau):.4g}: "
+                "bring it to the body before it has one."
+            )
+    return None
 
 
 def _spun(system: System, state: State, tau: float) -> str | None:

@@ -110,3 +110,10 @@ def test_numbers_of_other_types_are_plain_ones_or_refused_in_words():
         Turn(1e7, (0.0, 0.0))
     assert Turn(1e-8, (0.0, 0.0)).at(1.0) == 1e-8
     assert describe(roller(0.8))["supports"][0]["direction"] == 1
+
+
+def test_a_moment_on_a_roll_in_the_air_is_told_that_nothing_holds_it():
+    aloft = roller(0.8, travel=(0.0, 0.0))
+    aloft = replace(aloft, tools=(replace(aloft.tools[0], surface=Circle((0.9, 1.6), 1.0)),))
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] touches nothing that would hold its moment of"):
+        list(march(aloft, Schedule(4), Control(Newton(), (Tangent(),), cuts=0)))
