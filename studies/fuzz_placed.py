@@ -25,6 +25,9 @@ from studies.independent_outline import cross
 SAME = 1e-9
 """Sine of the angle between directions that are one."""
 
+STRAIGHT = 1e-12
+"""Of a unit vector along an axis the other component, by round-off."""
+
 
 def along_path(scene: Scene, tau: float, tau_end: float) -> Floats:
     """Displacement (k, d) of the tools along their paths between two times."""
@@ -156,7 +159,7 @@ def held_by(scene: Scene) -> tuple[Floats, Bools]:
                 continue
             if held[a].any():
                 axes[a], held[a] = np.eye(2), True
-            elif np.abs(n).max() > 1 - SAME:
+            elif np.abs(n).min() <= STRAIGHT:
                 held[a, np.argmax(np.abs(n))] = True
             else:
                 axes[a], held[a, 0] = [n, (-n[1], n[0])], True
