@@ -29,7 +29,8 @@ SPINS = 0.95
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
     found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
-    return found or _unheld(system, state, tau) or _spun(system, state, tau)
+    found = found or _unheld(system, state, tau)
+    return found or _aloft(system, state, tau) or _spun(system, state, tau)
 
 
 def _blocked(system: System, state: State, tau: float) -> str | None:
@@ -82,8 +83,25 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
 
+def _aloft(system: System, state: State, tau: float) -> str | None:
+    """A tool that a moment turns in the air, where its path does not bring it to the body."""
+    scene, gap = system.body.scene, Increment(system, state, tau).rows.gap
+    for k, tool in enumerate(scene.tools):
+        moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
+        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.mesh.size).any()
+        if off and moment is not None and moment.at(tau) != 0:
+            return (
+                f"tools[{k}] touches nothing that would hold its moment of {moment.at(tau):.4g}: "
+                "bring it to the body before it has one."
+            )
+    return None
+
+
 def _spun(system: System, state: State, tau: float) -> str | None:
-    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that."""
+    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that.
+
+    Of one that is still to be pressed, by its path or a force, there are none to tell from.
+    """
     scene, contacts = system.body.scene, system.candidates
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
     if not drives.spins.any():
@@ -92,7 +110,9 @@ def _spun(system: System, state: State, tau: float) -> str | None:
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     by_friction = contacts.driven_sums(np.abs(levers[:, 1]) * here.rows.limit(state.forces))
     asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
-    spun = np.flatnonzero((drives.spins > 0) & (np.abs(asked - by_normal) > SPINS * by_friction))
+    coming = scene.travel(state.tau, tau).any(axis=1) | np.array([tool.driven_by is not None for tool in scene.tools])
+    told = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
+    spun = np.flatnonzero((drives.spins > 0) & told & (np.abs(asked - by_normal) > SPINS * by_friction))
     if not len(spun):
         return None
     k = int(spun[0])

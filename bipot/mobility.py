@@ -10,7 +10,12 @@ from bipot.scene import Scene
 from bipot.supports import Symmetry
 from bipot.surfaces import ACROSS, frames
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, Vector
+
+RADIAL: Vector = (1.0, 0.0)
+
+ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
+"""Of a turn (radians), by which no surface but one around its centre comes to itself."""
 
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
@@ -24,24 +29,32 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
 def mirrored(scene: Scene, number: int, own: Points) -> Bools:
     """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
 
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own.
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
+    curved tool that is not its own mirror image tangents turn, and it and its image both rub.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
-    if scene.ring:
+    if scene.ring and _stays(scene, number, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
-        if isinstance(support, Symmetry):
+        if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
             there &= ~creased(scene.mesh, own, support.along(d))
             left[there] = across(left[there], support.along(d))
     return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
 
 
+def _stays(scene: Scene, number: int, normal: Vector) -> bool:
+    """Whether the tangents of the tool of that ``number`` stay as they are in the plane of that normal, or the axis."""
+    tool = scene.tools[number]
+    return tool.flat or any(plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal))
+
+
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
     A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
-    what is held. A curved tool that is driven moves against nodes that are held wholly as it would at rest.
+    what is held. A curved tool that is driven moves against nodes that are held wholly in either way, where what drives
+    it ever changes its gap to them: at rest it may be off them, or pass them along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
     along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
@@ -53,6 +66,7 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
         free = ~holding.held[nodes]
         turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
         first = np.arange(scene.mesh.dimension) == 0
+        driven |= _comes(scene, number, nodes)[:, None]
         moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first) | driven
     return moves
 
@@ -62,6 +76,20 @@ def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
     drives, x = scene.drives, scene.mesh.nodes[nodes]
     own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
     return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
+
+
+def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether what drives the curved tool of that ``number`` ever changes its gap to nodes (a,).
+
+    A force does; a moment but where the surface goes around the centre of the turn.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
+        return np.full(len(nodes), tool.driven_by is not None)
+    poses = np.zeros((len(ANGLES), 3))
+    poses[:, 2] = ANGLES
+    gaps = np.array([tool.distance(x, pose) for pose in poses])
+    return np.ptp(gaps, axis=0) > ACROSS * np.max([tool.places(x, pose) for pose in poses], axis=0)
 
 
 def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:

@@ -83,7 +83,8 @@ def require_components(value: Sequence[float], dimension: int, field: str) -> No
 
 def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -> tuple[float, ...]:
     """``value`` as so many finite numbers."""
-    given: list[Any] = list(value) if isinstance(value, tuple | list | np.ndarray) else []
+    several = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    given: list[Any] = list(value) if several else []  # type: ignore[call-overload]
     require(len(given) in counts and all(map(_finite, given)), field, value, allowed)
     return tuple(map(float, given))
 

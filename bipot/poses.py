@@ -14,11 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.driving import Moment
-from bipot.errors import require, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude, pair
+from bipot.errors import require, require_number, require_type
+from bipot.paths import RAMP, Amplitude
+from bipot.surfaces import place
 from bipot.typing import Floats
 
-LARGEST_ANGLE = 1e6
+LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
+"""In radians: what is smaller takes no point along, however far it is from the centre."""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,10 @@ class Turn:
         object.__setattr__(self, "angle", float(self.angle))
         require_type(self.amplitude, Amplitude, "turn.amplitude")
         for size in (self.angle, self.angle * self.amplitude.largest):
-            require_magnitude(size, "turn.angle, its amplitude with it", LARGEST_ANGLE)
-        object.__setattr__(self, "centre", pair(self.centre, "turn.centre", "two finite numbers"))
+            known = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
+            fits = size == 0 or SMALLEST_ANGLE <= abs(size) <= LARGEST_ANGLE
+            require(fits, "turn.angle, its amplitude with it", size, known)
+        object.__setattr__(self, "centre", place(self.centre, "turn.centre"))
         require(self.amplitude.at(0.0) == 0, "turn.amplitude", self.amplitude.points, "zero at tau = 0")
         require_type(self.driven_by, Moment, "turn.driven_by", optional=True)
         free = self.driven_by is None or self.angle == 0
@@ -58,22 +62,26 @@ class Turn:
         return x - self.centre - pose[:2]
 
     def own(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) as the tool sees them."""
-        return self.arm(x, pose) @ rotation(pose[2]) + self.centre
+        """Points x (…, d) as the tool sees them: what the turn takes them along is added, for the centre may be far."""
+        return x - pose[:2] + self.arm(x, pose) @ _turned_back(pose[2])
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
         """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (3,).
 
         To round-off of the motions, not of the places.
         """
-        angle, half = advance[2], np.sin(advance[2] / 2)
-        back = np.array([[-2 * half**2, -np.sin(angle)], [np.sin(angle), -2 * half**2]])
-        moved = (by - advance[:2]) @ rotation(pose[2] + angle)
-        return moved + self.arm(x, pose) @ rotation(pose[2]) @ back
+        moved = (by - advance[:2]) @ rotation(pose[2] + advance[2])
+        return moved + self.arm(x, pose) @ rotation(pose[2]) @ _turned_back(advance[2])
 
     def carried(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """How far (…, d) the turn alone takes the tool's points at x (…, d), half the way from ``pose`` on."""
         return 2 * np.sin(advance[2] / 2) * across(self.arm(x, pose) - advance[:2] / 2)
+
+
+def _turned_back(angle: float) -> Floats:
+    """Q - 1 (d, d), by which vectors v as rows change as v @ Q turns them back: no difference of numbers about one."""
+    less = -2 * np.sin(angle / 2) ** 2
+    return np.array([[less, -np.sin(angle)], [np.sin(angle), less]])
 
 
 def across(vectors: Floats) -> Floats:

@@ -134,10 +134,15 @@ class Scene:
         return planes_of(self.mesh, self.geometry, self.supports)
 
     @cached_property
-    def surroundings(self) -> Surroundings:
-        """The whole body's surface: beyond planes of symmetry, and beyond the axis of a meridian, by mirror image."""
+    def mirrors(self) -> tuple[Plane, ...]:
+        """The planes beyond which the body goes on as its mirror image: of symmetry, and that of a meridian's axis."""
         axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
-        return Surroundings.of(self.mesh, (*self.planes, axis) if self.ring else self.planes)
+        return (*self.planes, axis) if self.ring else self.planes
+
+    @cached_property
+    def surroundings(self) -> Surroundings:
+        """The whole body's surface: beyond its mirrors by mirror image."""
+        return Surroundings.of(self.mesh, self.mirrors)
 
     @property
     def images(self) -> int:

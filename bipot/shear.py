@@ -76,10 +76,15 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
     """
     own = facet_mass(nodes, lines, geometry).sum(axis=2)
     part = np.maximum(own, 0.0)
-    return part * (own.sum(axis=1) / part.sum(axis=1))[:, None]
+    whole = part.sum(axis=1)
+    return part * np.divide(own.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
 
 
 def lying(x: Floats, gap: Floats) -> Floats:
-    """How far edges at x (f, n, d) with gaps (f, p) of their points lie on the tool (f,): w_e (module docstring)."""
-    length = norm(x[:, -1] - x[:, 0])
-    return np.clip(1.0 - gap.max(axis=1) / (LIES * length), 0.0, 1.0)
+    """How far edges at x (f, n, d) with gaps (f, p) of their points lie on the tool (f,): w_e (module docstring).
+
+    Those of no length, of trial iterates, do not.
+    """
+    most = LIES * norm(x[:, -1] - x[:, 0])
+    steep = np.divide(gap.max(axis=1), most, out=np.full_like(most, np.inf), where=most > 0)
+    return np.clip(1.0 - steep, 0.0, 1.0)

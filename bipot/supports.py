@@ -37,6 +37,7 @@ class Support:
             require_count(self.direction, "support.direction", 0)
             known = "0, 1 or, in space, 2, or a unit vector"
             require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
+            object.__setattr__(self, "direction", int(self.direction))
 
     def along(self, dimension: int) -> Vector:
         """The direction as a unit vector of so many dimensions, on an axis where it is off it by round-off.

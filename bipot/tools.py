@@ -24,6 +24,7 @@ from bipot.frozen import FrozenMap
 from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
 from bipot.poses import Turn, pose_size, rotation
 from bipot.surfaces import ACROSS, Plane, Surface, direction
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 LARGEST_MU = 1e12
@@ -159,8 +160,10 @@ class Tool:
 
     def places(self, x: Floats, pose: Floats) -> Floats:
         """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
-        own = x if self.turn is None else self.own(x, pose)
-        return self.face.size(own, pose[: x.shape[-1]])
+        if self.turn is None:
+            return self.face.size(x, pose[: x.shape[-1]])
+        taken = 2 * abs(np.sin(pose[2] / 2)) * norm(self.turn.arm(x, pose))
+        return np.maximum(self.face.size(self.own(x, pose), pose[:2]), taken)
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
 
@@ -12,6 +12,7 @@ import numpy as np
 from bipot.errors import LimitPassed
 from bipot.response import State
 from bipot.scene import Scene
+from bipot.tools import FlatTool
 from bipot.typing import Floats
 from studies.fuzz_placed import led_of
 from studies.fuzz_record import candidates_at, loads_at, setting_of
@@ -26,12 +27,16 @@ FRACTION = 1e-5
 
 @dataclass(frozen=True)
 class Claim:
-    """The motion (a, d) of a march that ended at ``state``, the ``fraction`` carried and the time asked for."""
+    """The motion (a, d) of a march that ended at ``state``, the ``fraction`` carried and the time asked for.
+
+    ``ways`` (m,) are those of the driven tools in it.
+    """
 
     state: State
     motion: Floats
     fraction: float
     tau: float
+    ways: Floats = field(default_factory=lambda: np.empty(0))
 
 
 def claim_of(error: BaseException) -> Claim | None:
@@ -42,19 +47,23 @@ def claim_of(error: BaseException) -> Claim | None:
     asked = re.search(r"to (\S+) failed", str(error))
     assert asked is not None, error
     state: Any = error.state
-    return Claim(state, np.array(error.ray, dtype=np.float64), error.fraction, float(asked[1]))
+    ways = np.array(error.translation, dtype=np.float64)
+    return Claim(state, np.array(error.ray, dtype=np.float64), error.fraction, float(asked[1]), ways)
 
 
 def proofs(scene: Scene, claim: Claim) -> list[Proof]:
     """The study's own judgements of the motion as it is claimed, of the rigid motion in it, and of tools alone.
 
-    Those that touch nothing rest; then the motion and the rigid motion once more, where such tools follow the body.
+    Those that touch nothing rest; then the motion and the rigid motion once more, where such tools follow the body. Of
+    shaped tools that are driven the ways are those that are claimed.
     """
     setting, state = setting_of(scene), claim.state
     placed = scene.mesh.nodes if setting.small else state.nodes
     loads, led = loads_at(scene, setting, placed, claim.tau)[0], led_of(scene, claim.tau, state)
     collapse = Collapse(placed, claim.motion, loads, led, *candidates_at(scene, setting, state))
     motions = claim.motion, rigid_part(setting, placed, claim.motion), np.zeros_like(claim.motion)
+    if any(not isinstance(scene.tools[k], FlatTool) for k in led.tool.tolist()):
+        return [judged(setting, replace(collapse, motion=motion), claim.ways) for motion in motions]
     cases = [(motion, False) for motion in motions] + [(motion, True) for motion in motions[:2]]
     return [judged(setting, replace(collapse, motion=motion, following=follows)) for motion, follows in cases]
 

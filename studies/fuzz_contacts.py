@@ -11,7 +11,15 @@ from bipot.response import State
 from bipot.scene import Scene
 from bipot.tools import AnyTool, FlatTool
 from bipot.typing import Bools, Floats
-from studies.fuzz_placed import directions, gone, poses, prescribed_at, tools_at, tools_gone
+from studies.fuzz_placed import (
+    directions,
+    gone,
+    poses,
+    prescribed_at,
+    tools_at,
+    tools_gone,
+    turned_by_moments,
+)
 from studies.fuzz_points import Points
 from studies.fuzz_surfaces import outlines
 from studies.independent_data import Contacts, Curved, Setting
@@ -32,7 +40,8 @@ def rigid(scene: Scene, number: int, start: State, end: State) -> Rigid | None:
         return None
     centre = np.zeros(2) if tool.turn is None else np.array(tool.turn.centre)
     begun, ended = poses(scene, start)[number], poses(scene, end)[number]
-    return Rigid(outlines(tool.surface), centre, begun, ended, gone(scene, start, end)[number])
+    by_moment = float(turned_by_moments(scene, end.translated)[number])
+    return Rigid(outlines(tool.surface), centre, begun, ended, gone(scene, start, end)[number], by_moment)
 
 
 def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:

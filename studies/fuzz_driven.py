@@ -13,7 +13,7 @@ from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
 from bipot.scene import Scene
 from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.tools import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.flat import axis_of, flat_tools
 from studies.fuzz_meshes import Rng
@@ -70,12 +70,12 @@ def _force(rng: Rng, scene: Scene, tool: FlatTool) -> FlatTool:
     across = np.array([way[1], -way[0]])
     travel = {"normal": 0.0, "mixed": reach, "oblique": 0.0, "tangential": gone * float(normal @ across)}[kind] * across
     # Friction carries a share of what presses, which the path does here.
-    size = share * _carried(scene, tool) * 2 ** len(cut)
+    size = share * carried(scene, tool) * 2 ** len(cut)
     if kind == "tangential":
         young = scene.material.elasticity.young
         pressed = min(1.0, young * length / (scene.mesh.size * float(scene.material.yield_stress(0.0))))
         size *= float(min(tool.mu, 0.6) or 0.1) * pressed
-    return replace(tool, travel=_pair(travel), driven_by=Force(_pair(size * way), _amplitude(rng)))
+    return replace(tool, travel=_pair(travel), driven_by=Force(_pair(size * way), force_amplitude(rng)))
 
 
 def _against(tool: FlatTool, force: Force) -> FlatTool:
@@ -89,7 +89,7 @@ def _against(tool: FlatTool, force: Force) -> FlatTool:
     )
 
 
-def _carried(scene: Scene, tool: FlatTool) -> float:
+def carried(scene: Scene, tool: AnyTool) -> float:
     """The yield stress on the first boundary of the tool: on its width, or its ring."""
     nodes = scene.mesh.nodes[scene.mesh.boundary_nodes(tool.candidates[0])]
     (left, low), (right, high) = nodes.min(axis=0), nodes.max(axis=0)
@@ -101,7 +101,7 @@ def _carried(scene: Scene, tool: FlatTool) -> float:
     return area * float(scene.material.yield_stress(0.0))
 
 
-def _amplitude(rng: Rng) -> Amplitude:
+def force_amplitude(rng: Rng) -> Amplitude:
     """Once, held, partly unloaded, there and back and above, at once."""
     every = (
         ((0.0, 0.0), (1.0, 1.0)),
@@ -126,7 +126,7 @@ def prescribed(rng: Rng, scene: Scene) -> Scene:
         weights = np.array([0.15 if name in touched else 1.0 for name in names])
         boundary, direction = str(rng.choice(names, p=weights / weights.sum())), int(rng.integers(2))
         far = scene.mesh.size * 10.0 ** rng.uniform(-6, -1) * float(rng.choice([-1.0, 1.0]))
-        support = Prescribed(boundary, direction, far, _motion(rng))
+        support = Prescribed(boundary, direction, far, motion_amplitude(rng))
         others = tuple(s for s in scene.supports if not _same(s, support))
         try:
             return replace(scene, supports=(*others, support))
@@ -139,7 +139,7 @@ def _same(support: Support, other: Support) -> bool:
     return (support.boundary, support.direction) == (other.boundary, other.direction)
 
 
-def _motion(rng: Rng) -> Amplitude:
+def motion_amplitude(rng: Rng) -> Amplitude:
     """Once, held, partly or all the way back and beyond."""
     every = (
         ((0.0, 0.0), (1.0, 1.0)),

@@ -13,6 +13,7 @@ from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import BipotError
+from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.marching import Control, march, system_of
 from bipot.scene import Scene
@@ -22,6 +23,7 @@ from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_o
 from studies.fuzz_row import Outcome, Row, ended
 from studies.fuzz_scenes import Drawn, draw
 from studies.fuzz_shaped import draw_shaped
+from studies.fuzz_turned import turned
 from studies.fuzz_unfolded import unfolded
 from studies.fuzz_variants import Variant, variants
 from studies.fuzz_whole import difference, images, misstated
@@ -56,6 +58,9 @@ DISSIPATES = -TEN * BOUNDS.relative_gap
 """Least plastic or frictional dissipation over the largest energy of the increment."""
 
 DISAGREEMENT = 1e-5
+TURNED = 1 / 3
+"""Of the scenes in plane strain are run turned too."""
+
 SECONDS = 4.0
 """Of processor time; after these a run is left where it is, and what it accepted is judged."""
 
@@ -166,9 +171,9 @@ def disagreement(base: Ran, other: Ran, seen: Variant, resolution: float) -> tup
             break
         count += 1
         r = forces_by_node(base.scene, mine, a.state)
-        s = seen.sign * forces_by_node(other.scene, theirs, b.state)[: len(r), seen.number] / (seen.force * seen.weight)
+        s = seen.nodal(forces_by_node(other.scene, theirs, b.state)[: len(r), seen.number]) / (seen.force * seen.weight)
         u = a.state.nodes - base.scene.mesh.nodes
-        v = seen.sign * (b.state.nodes - other.scene.mesh.nodes)[seen.number] / seen.length
+        v = seen.nodal(b.state.nodes - other.scene.mesh.nodes)[seen.number] / seen.length
         forces.append(np.array([np.abs(r - s).max() - 2 * resolution, np.abs(r).max()]))
         moves.append(np.array([np.abs(u - v).max() - _blur(base.scene), np.abs(u).max()]))
     return _share(forces), _share(moves), count
@@ -206,8 +211,26 @@ def _known(name: str, seed: int, drawing: Callable[[int], Drawn], others: bool) 
 
 
 def _others(drawn: Drawn, seed: int) -> list[Variant]:
-    """What the scene is run as besides; penalties are a law of every node's, which a plane of symmetry would halve."""
-    return variants(drawn.scene, seed) + (unfolded(drawn.scene) if drawn.form != "penalty" else [])
+    """What the scene is run as besides; penalties are a law of every node's, which a plane of symmetry would halve.
+
+    Turned are bodies in plane strain alone, one of three.
+    """
+    rng, out = np.random.default_rng([seed, 13]), list[Variant](variants(drawn.scene, seed))
+    if drawn.scene.geometry is Geometry.PLANE_STRAIN and rng.random() < TURNED:
+        out.append(turned(drawn.scene, float(rng.uniform(0.05, 2 * np.pi))))
+    return out + (unfolded(drawn.scene) if drawn.form != "penalty" else [])
+
+
+def read(seen: Variant, ran: Ran) -> Ran:
+    """A run of a variant in the terms in which it is judged."""
+    steps = [
+        replace(a, start=seen.read(a.start), course=replace(a.course, state=seen.read(a.state))) for a in ran.steps
+    ]
+    claim = ran.claim
+    if claim is not None:
+        ways = seen.ways(claim.ways)
+        claim = replace(claim, state=seen.read(claim.state), motion=seen.read_vectors(claim.motion), ways=ways)
+    return Ran(seen.read_in, steps, ran.reason, claim)
 
 
 def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
@@ -222,7 +245,7 @@ def _judged(row: Row, drawn: Drawn, others: bool) -> Row:
     wrong += misstated(base.scene, base.steps, all_measures) + unproved(base)
     worst, moved, resolution = 0.0, 0.0, max((m.resolution for m in all_measures), default=0.0)
     for seen in _others(drawn, row.seed) if others else ():
-        other = run(drawn, seen.scene)
+        other = read(seen, run(drawn, seen.scene))
         force, move, count = disagreement(base, other, seen, resolution)
         worst, moved = max(worst, force, move), max(moved, move)
         where = f"{seen.name}, {count} increments"

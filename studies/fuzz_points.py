@@ -13,17 +13,24 @@ from bipot.tools import AnyTool, FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz_meshes import Rng
-from studies.fuzz_placed import directions, planes
+from studies.fuzz_placed import directions, directions_of, planes
 from studies.fuzz_surfaces import cut, outlines
-from studies.independent_contact import moves
+from studies.independent_contact import FREE, moves
 from studies.independent_data import Setting
 from studies.independent_sampling import Means, around_ends, at_nodes
+from studies.independent_tools import turning
 
 WEIGHTED = 0.4
 """Of the scenes of quadratic elements have contact in weighted means: at all of their tools, or at one of two."""
 
 ON_AXIS = 1e-9
 """A radius below this fraction of the largest is none."""
+
+TURNS = np.linspace(0.0, 2 * np.pi, 12)[1:-1]
+"""Angles of a tool: one to whose nodes the gaps are the same at all is round about its centre."""
+
+ROUND = 1e-12
+"""Round-off of gaps over the numbers that they are differences of."""
 
 
 @dataclass(frozen=True)
@@ -77,7 +84,7 @@ def _by_tool(scene: Scene, setting: Setting, found: list[Means]) -> Points:
     tool = np.repeat(np.arange(len(found)), [len(own.node) for own in found])
     tangents = _normals(scene, setting)[..., ::-1] * (1.0, -1.0)
     slides = ((weights != 0) & _slides(scene, setting, tangents)[tool]).any(axis=1)
-    beyond = moves(~_mirrored(scene, setting)[node], np.zeros((1, 2)), tangents[tool, node])
+    beyond = moves(~_mirrored(scene, setting)[tool, node], np.zeros((1, 2)), tangents[tool, node])
     return Points(node, tool, weights, ~slides, slides & beyond)
 
 
@@ -109,36 +116,66 @@ def _normals(scene: Scene, setting: Setting) -> Floats:
 
 
 def _approaches(scene: Scene, setting: Setting) -> Bools:
-    """Whether (tools, a) a node, or a tool by a force, can move along the normal: that of a curved tool may turn."""
+    """Whether (tools, a) a node, or a tool by a force, can move along the normal: that of a curved tool may turn.
+
+    One that is driven may come to nodes that do not move at all.
+    """
     out = _movable(scene, setting, _normals(scene, setting))
-    free = (~setting.held).any(axis=1)
-    return np.where([[not isinstance(tool, FlatTool)] for tool in scene.tools], free, out)
+    for k, tool in enumerate(scene.tools):
+        if not isinstance(tool, FlatTool):
+            out[k] = (~setting.held).any(axis=1) | _comes(scene, k)
+    return out
+
+
+def _comes(scene: Scene, number: int) -> Bools:
+    """Whether (a,) the force or moment that drives a shaped tool ever changes its gap to a node."""
+    tool, x = scene.tools[number], scene.mesh.nodes
+    if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
+        return np.full(len(x), tool.driven_by is not None)
+    own, centre = outlines(tool.face), np.array(tool.turn.centre)
+    seen = [(x - centre) @ turning(angle) + centre for angle in TURNS]
+    gaps = np.array([np.min([outline.near(y).gap for outline in own], axis=0) for y in seen])
+    far = max(outline.extent for outline in own) + float(np.abs(centre).max() + np.abs(x).max())
+    return np.ptp(gaps, axis=0) > ROUND * far
 
 
 def _slides(scene: Scene, setting: Setting, tangents: Floats) -> Bools:
     """Whether (tools, a) the two can move along the tangent, which of a curved tool turns to where they do."""
     out, moved = _movable(scene, setting, tangents), np.zeros(setting.held.shape, dtype=bool)
-    for support in scene.supports:
+    for number, support in enumerate(scene.supports):
         if isinstance(support, Prescribed) and support.displacement != 0:
-            moved[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+            there = np.isin(np.arange(len(moved)), np.unique(scene.mesh.boundaries[support.boundary]))
+            along = setting.along(directions_of(scene)[number] + 0 * setting.rest)
+            moved |= there[:, None] & (np.abs(along) > FREE)
     for k, tool in enumerate(scene.tools):
         if not isinstance(tool, FlatTool):
-            goes = moved | (np.array(tool.travel) != 0) | (tool.turn is not None)
+            ways = np.array([tool.travel, directions(scene)[k]])[:, None] + 0 * setting.rest
+            goes = moved | (np.abs(setting.along(ways)) > FREE * np.abs(ways).max(axis=-1)[..., None]).any(axis=0)
+            goes |= tool.turn is not None
             out[k] = (~setting.held).any(axis=1) & (out[k] | (setting.held & goes).any(axis=1))
+            out[k] |= _comes(scene, k)
     return out
 
 
 def _movable(scene: Scene, setting: Setting, ways: Floats) -> Bools:
     """Whether a node can move along its way of ``ways`` (tools, a, 2), or that tool by a force (tools, a)."""
-    return moves(~setting.held, directions(scene)[:, None], ways)
+    by_tool = np.abs(np.vecdot(directions(scene)[:, None], ways)) > FREE
+    return moves(~setting.held, np.zeros(2), setting.along(ways)) | by_tool
 
 
 def _mirrored(scene: Scene, setting: Setting) -> Bools:
-    """Which displacements (a, 2) the body beyond an axis or a plane of symmetry has the other way."""
-    radius = setting.rest[:, 0]
+    """Which displacements (tools, a, 2) the body beyond an axis or a plane of symmetry has the other way.
+
+    Of a curved tool those alone where it is its own mirror image: the tangents of another turn.
+    """
+    out, radius = np.zeros((len(scene.tools), *setting.rest.shape), dtype=bool), setting.rest[:, 0]
     on_axis = setting.axisymmetric & (radius <= ON_AXIS * radius.max())
-    out = np.column_stack([on_axis, np.zeros(len(radius), dtype=bool)])
-    for support in scene.supports:
-        if isinstance(support, Symmetry):
-            out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+    across = dict(planes(scene))
+    for k, tool in enumerate(scene.tools):
+        out[k, :, 0] = on_axis & (not setting.axisymmetric or cut(tool, 0, 0.0) or isinstance(tool, FlatTool))
+        for support in scene.supports:
+            if isinstance(support, Symmetry):
+                d = axis_of(support)
+                own = isinstance(tool, FlatTool) or cut(tool, d, across[d])
+                out[k, np.unique(scene.mesh.boundaries[support.boundary]), d] |= own
     return out

@@ -19,9 +19,8 @@ from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
 from bipot.scene import Scene
 from bipot.typing import Bools, Floats, Ints
-from studies.flat import axis_of
 from studies.fuzz_contacts import contacts, shaped
-from studies.fuzz_placed import led_of, planes, prescribed_at, tools_gone
+from studies.fuzz_placed import held_by, led_of, planes, prescribed_at, tools_gone
 from studies.fuzz_points import held_nodes, posed
 from studies.independent_between import surface_of
 from studies.independent_contact import TOUCHING
@@ -37,9 +36,7 @@ IN_PLANE = 1e-9
 
 def setting_of(scene: Scene) -> Setting:
     """What stays the same in a run."""
-    held = np.zeros(scene.mesh.nodes.shape, dtype=bool)
-    for support in scene.supports:
-        held[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+    axes, held = held_by(scene)
     assert isinstance(scene.material, VonMises)
     x, size = scene.mesh.nodes, float(np.ptp(scene.mesh.nodes, axis=0).max())
     mirrors = planes(scene)
@@ -62,6 +59,7 @@ def setting_of(scene: Scene) -> Setting:
         volume=scene.volume_change.value,
         surface=surface_of(scene.mesh.elements, beside),
         mirrors=tuple(mirrors),
+        axes=axes if (axes != np.eye(2)).any() else None,
     )
 
 

@@ -56,7 +56,10 @@ class Drawn:
         faces = sorted({type(tool.face).__name__.lower() for tool in self.scene.tools if not tool.flat})
         turning = any(tool.turn is not None for tool in self.scene.tools)
         capped = any(tool.capped for tool in self.scene.tools)
-        drives = " turning" * turning + " by force" * forced + " by supports" * moved
+        moments = any(tool.turn is not None and tool.turn.driven_by is not None for tool in self.scene.tools)
+        aslant = any(not isinstance(support.direction, int) for support in self.scene.supports)
+        drives = " turning" * turning + " by force" * forced + " by moment" * moments + " by supports" * moved
+        drives += " aslant" * aslant
         return " ".join([self.body, *faces]) + " weighted" * weighted + " capped" * capped + drives
 
 

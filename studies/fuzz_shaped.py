@@ -2,7 +2,8 @@
 
 Each is that of the same seed with flat tools, of which one or all get another surface: round, hollow, a wedge, a punch
 with round edges, a die, a closed roll, several surfaces at once. It is turned to where the flat one looked, and put as
-far off the body as that was.
+far off the body as that was. Of some the forces that press them and the moments that turn them are given, and some have
+supports between the axes (:mod:`studies.fuzz_led`).
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from bipot.supports import Support, Symmetry
 from bipot.surfaces import Plane, Surface
 from bipot.tools import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Floats
+from studies.fuzz_led import aslant, led
 from studies.fuzz_meshes import Rng
 from studies.fuzz_scenes import Drawn, cut_by_planes, draw
 from studies.fuzz_surfaces import outlines, pair
@@ -59,7 +61,9 @@ def draw_shaped(seed: int) -> Drawn:
     why: SceneError | None = None
     for _ in range(TRIES):
         try:
-            return replace(drawn, scene=_shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED))
+            shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
+            driven = led(np.random.default_rng([seed, 12]), shaped)
+            return replace(drawn, scene=aslant(np.random.default_rng([seed, 14]), driven))
         except SceneError as error:
             why = error
     assert why is not None
@@ -75,7 +79,7 @@ def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:
     planes = any(isinstance(s, Symmetry) for s in scene.supports)
     may = [k for k, tool in enumerate(scene.tools) if tool.driven_by is None]
     if not may:
-        # Only flat tools are driven by forces: the first one goes its way here.
+        # The first one goes its way here, whatever drives it in its place.
         may = [0]
     chosen = [int(rng.choice(may))] if len(may) > 1 and rng.random() < ALONE else may
     symmetric = planes and rng.random() < 0.5

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from bipot.circle import Circle
 from bipot.profiles import Profile, Union
+from bipot.supports import Prescribed, Support
 from bipot.surfaces import Plane, Surface
 from bipot.tools import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.independent_chains import chain, disc, half_plane
 from studies.independent_outline import Outline
+from studies.independent_tools import turning
 
 FLAT = 1e-9
 """A normal with less than this along a direction has none: a plane of symmetry across that cuts the tool."""
@@ -23,35 +26,44 @@ ROUND, AWAY = 96, 3.0
 
 @dataclass(frozen=True)
 class Seen:
-    """x becomes (x ``sign`` + ``shift``) ``length``, lengths of components: other units, or a mirror image."""
+    """x becomes (``matrix`` x + ``shift``) ``length``: other units, a mirror image, or turned about the origin."""
 
-    sign: Floats
+    matrix: Floats
     shift: Floats
     length: float = 1.0
 
     @staticmethod
     def scaled(length: float) -> Seen:
         """In units of which a length has so many more."""
-        return Seen(np.ones(2), np.zeros(2), length)
+        return Seen(np.eye(2), np.zeros(2), length)
+
+    @staticmethod
+    def turned(angle: float) -> Seen:
+        """By an angle anticlockwise."""
+        return Seen(turning(angle), np.zeros(2))
 
     @staticmethod
     def mirrored(direction: int, position: float = 0.0) -> Seen:
         """In the plane x_direction = position."""
         across = np.arange(2) == direction
-        return Seen(np.where(across, -1.0, 1.0), np.where(across, 2 * position, 0.0))
+        return Seen(np.diag(np.where(across, -1.0, 1.0)), np.where(across, 2 * position, 0.0))
 
     @property
     def turns(self) -> float:
         """What angles are multiplied by."""
-        return float(np.prod(self.sign))
+        return float(np.sign(np.linalg.det(self.matrix)))
+
+    def points(self, x: Floats) -> Floats:
+        """Places (a, 2)."""
+        return (x @ self.matrix.T + self.shift) * self.length
 
     def point(self, x: tuple[float, ...]) -> tuple[float, float]:
         """A place."""
-        return pair((np.array(x) * self.sign + self.shift) * self.length)
+        return pair(self.points(np.array(x)))
 
     def way(self, v: tuple[float, ...], length: float = 1.0) -> tuple[float, float]:
         """A direction, or a vector with components in units of a ``length``."""
-        return pair(np.array(v) * self.sign * length)
+        return pair(self.matrix @ v * length)
 
     def surface(self, surface: Surface) -> Surface:
         """A surface."""
@@ -70,15 +82,42 @@ class Seen:
 
     def tool(self, tool: AnyTool, force: float = 1.0) -> AnyTool:
         """A tool, forces in units of which one has ``force`` more."""
-        travel, led = self.way(tool.travel, self.length), tool.driven_by
+        led, path = tool.driven_by, self._path(tool)
+        push = None if led is None else replace(led, vector=self.way(led.vector, force))
         if isinstance(tool, FlatTool):
-            push = None if led is None else replace(led, vector=self.way(led.vector, force))
             place = self.point(tool.point), self.way(tool.normal)
-            return replace(tool, point=place[0], normal=place[1], travel=travel, driven_by=push)
+            return replace(tool, point=place[0], normal=place[1], **path, driven_by=push)
         turn = tool.turn
         if turn is not None:
-            turn = replace(turn, angle=self.turns * turn.angle + 0.0, centre=self.point(turn.centre))
-        return replace(tool, surface=self.surface(tool.surface), travel=travel, turn=turn)
+            moment = turn.driven_by
+            if moment is not None:
+                moment = replace(moment, value=self.turns * moment.value * force * self.length + 0.0)
+            turn = replace(turn, angle=self.turns * turn.angle + 0.0, centre=self.point(turn.centre), driven_by=moment)
+        return replace(tool, surface=self.surface(tool.surface), **path, turn=turn, driven_by=push)
+
+    def _path(self, tool: AnyTool) -> dict[str, Any]:
+        """Travel and path: turned, multiples of each component of the travel are those of others."""
+        if self.straight or all(np.size(multiple) == 1 for _, multiple in tool.path):
+            return {"travel": self.way(tool.travel, self.length)}
+        size = float(np.abs(tool.travel).max()) or 1.0
+        path = tuple((tau, self.way(tuple(np.multiply(m, tool.travel) / size))) for tau, m in tool.path)
+        return {"travel": (size * self.length, size * self.length), "path": path}
+
+    def support(self, support: Support) -> Support:
+        """A support, or one that moves."""
+        along = support.direction
+        if isinstance(along, int) and not self.straight:
+            along = pair(np.eye(2)[along])
+        far = {}
+        if isinstance(support, Prescribed):
+            way = self.length if not isinstance(along, int) else self.length * float(self.matrix[along, along])
+            far = {"displacement": support.displacement * way + 0.0}
+        return replace(support, direction=along if isinstance(along, int) else self.way(along), **far)
+
+    @property
+    def straight(self) -> bool:
+        """Whether axes stay along axes, each along its own."""
+        return not (self.matrix * (1 - np.eye(2))).any()
 
 
 def pair(vector: Floats) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from bipot.tools import AnyTool
 from bipot.typing import Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz_surfaces import Seen, cut, pair
-from studies.fuzz_variants import Variant, moved_by, reflected
+from studies.fuzz_variants import Variant, reflected
 
 IMAGE = "'"
 """Ends the names of mirrored boundaries."""
@@ -72,7 +72,8 @@ def about(scene: Scene, plane: Symmetry) -> Unfolded:
     weight = np.ones((len(scene.tools), len(mesh.nodes), 1))
     for k, tools in enumerate(whole):
         weight[k, on] = 3 - len(tools)
-    return Unfolded("unfolded", other, np.arange(len(mesh.nodes)), np.ones(2), 1.0, 1.0, weight, image, d)
+    own = np.arange(len(mesh.nodes))
+    return Unfolded("unfolded", other, own, Seen.scaled(1.0), 1.0, 1.0, weight, image, d)
 
 
 def _mesh(mesh: Mesh, plane: Symmetry, at: float, image: Ints) -> Mesh:
@@ -92,8 +93,7 @@ def _supports(support: Support, plane: Symmetry) -> tuple[Support, ...]:
     """A support and its image, which is itself in the plane."""
     if support.boundary == plane.boundary:
         return (support,)
-    reversed_along = np.where(np.arange(2) == axis_of(plane), -1.0, 1.0)
-    return support, replace(moved_by(support, reversed_along), boundary=support.boundary + IMAGE)
+    return support, replace(Seen.mirrored(axis_of(plane)).support(support), boundary=support.boundary + IMAGE)
 
 
 def _tools(tool: AnyTool, d: int, at: float, image: Ints) -> tuple[AnyTool, ...]:

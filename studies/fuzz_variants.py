@@ -11,10 +11,9 @@ from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.mesh import Mesh
+from bipot.response import State
 from bipot.scene import Scene
-from bipot.supports import Prescribed, Support
 from bipot.typing import Floats, Ints
-from studies.flat import axis_of
 from studies.fuzz_surfaces import Seen
 
 ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
@@ -25,17 +24,43 @@ ACROSS = {0: (1, 0, 3, 2, 4, 7, 6, 5, 8), 1: (3, 2, 1, 0, 6, 5, 4, 7, 8)}
 class Variant:
     """A scene that is the original seen otherwise.
 
-    Original nodal vectors are ``sign * vectors[number] / scale``; ``number`` (a,) is each original node's here. Nodal
-    forces of the original tools are ``weight`` (tools, a, 1) times the original's beside, a factor of them all or each.
+    Original nodal vectors are :meth:`nodal` of ``vectors[number]`` over the scale; ``number`` (a,) is each original
+    node's here. Nodal forces of the original tools are ``weight`` (tools, a, 1) times the original's beside, a factor
+    of them all or each.
     """
 
     name: str
     scene: Scene
     number: Ints
-    sign: Floats
+    seen: Seen
     length: float
     force: float
     weight: Floats | float = 1.0
+
+    def back(self, vectors: Floats) -> Floats:
+        """Vectors (..., 2) as they are in the original, but for their unit."""
+        return vectors @ self.seen.matrix
+
+    @property
+    def read_in(self) -> Scene:
+        """The scene as one of which states are :meth:`read`."""
+        return self.scene
+
+    def read(self, state: State) -> State:
+        """A state of it as the study reads it."""
+        return state
+
+    def read_vectors(self, vectors: Floats) -> Floats:
+        """Vectors (..., 2) of it likewise."""
+        return vectors
+
+    def nodal(self, vectors: Floats) -> Floats:
+        """Vectors (..., 2) of what was read as they are in the original, but for their unit."""
+        return self.back(vectors)
+
+    def ways(self, ways: Floats) -> Floats:
+        """Ways (m,) of driven tools as the study reads them."""
+        return ways
 
     def tells(self, nodes: Floats) -> bool:
         """Whether an answer of which ``nodes`` (a, d) are the places is one that the original must have."""
@@ -62,28 +87,30 @@ def in_units(scene: Scene, length: float, stress: float) -> Variant:
         Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
     )
     force = stress * (length if scene.geometry is Geometry.PLANE_STRAIN else length**2)
-    tools = tuple(Seen.scaled(length).tool(tool, force) for tool in scene.tools)
+    seen = Seen.scaled(length)
+    tools = tuple(seen.tool(tool, force) for tool in scene.tools)
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
         material=material,
         tools=tools,
-        supports=tuple(moved_by(support, np.full(2, length)) for support in scene.supports),
+        supports=tuple(map(seen.support, scene.supports)),
         loads=tuple(_in_units(load, length, stress, force) for load in scene.loads),
     )
-    return Variant("units", other, np.arange(len(mesh.nodes)), np.ones(2), length, force)
+    return Variant("units", other, np.arange(len(mesh.nodes)), seen, length, force)
 
 
 def mirrored(scene: Scene, axis: int) -> Variant:
     """Coordinate ``axis`` reversed."""
-    mesh, sign = scene.mesh, np.ones(2)
-    sign[axis] = -1.0
-    tools = tuple(Seen.mirrored(axis).tool(tool) for tool in scene.tools)
-    supports = tuple(moved_by(support, sign) for support in scene.supports)
-    mesh = Mesh(mesh.nodes * sign, mesh.elements[:, reflected(mesh, axis)], mesh.boundaries)
-    loads = tuple(_turned(load, sign) for load in scene.loads)
-    other = replace(scene, mesh=mesh, tools=tools, supports=supports, loads=loads)
-    return Variant("mirrored", other, np.arange(len(mesh.nodes)), sign, 1.0, 1.0)
+    mesh, seen = scene.mesh, Seen.mirrored(axis)
+    other = replace(
+        scene,
+        mesh=Mesh(seen.points(mesh.nodes), mesh.elements[:, reflected(mesh, axis)], mesh.boundaries),
+        tools=tuple(map(seen.tool, scene.tools)),
+        supports=tuple(map(seen.support, scene.supports)),
+        loads=loads_seen(scene, seen),
+    )
+    return Variant("mirrored", other, np.arange(len(mesh.nodes)), seen, 1.0, 1.0)
 
 
 def reflected(mesh: Mesh, axis: int) -> Ints:
@@ -111,14 +138,7 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints) -> Variant:
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
     )
     other = replace(scene, mesh=Mesh(x, nodes[mesh.elements[elements]], boundaries), tools=tools, loads=loads)
-    return Variant("renumbered", other, nodes, np.ones(2), 1.0, 1.0)
-
-
-def moved_by(support: Support, factor: Floats) -> Support:
-    """The support with its motion, if it moves, times that of the factors (2,) which is its direction's."""
-    if isinstance(support, Prescribed):
-        return replace(support, displacement=support.displacement * float(factor[axis_of(support)]) + 0.0)
-    return support
+    return Variant("renumbered", other, nodes, Seen.scaled(1.0), 1.0, 1.0)
 
 
 def _in_units(load: Load, length: float, stress: float, force: float) -> Load:
@@ -130,11 +150,12 @@ def _in_units(load: Load, length: float, stress: float, force: float) -> Load:
     raise TypeError(f"no units known for {load!r}")
 
 
-def _turned(load: Load, sign: Floats) -> Load:
-    if isinstance(load, BodyForce | Traction | PointForce):
-        # No signed zeros, as for tools.
-        return replace(load, vector=(load.vector[0] * sign[0] + 0.0, load.vector[1] * sign[1] + 0.0))
-    return load
+def loads_seen(scene: Scene, seen: Seen) -> tuple[Load, ...]:
+    """The loads of a scene as they are in another."""
+    return tuple(
+        replace(load, vector=seen.way(load.vector)) if isinstance(load, BodyForce | Traction | PointForce) else load
+        for load in scene.loads
+    )
 
 
 def hardened_in(curve: Hardening, stress: float) -> Hardening:

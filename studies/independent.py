@@ -15,7 +15,8 @@ the size of the body, is then judged as any other.
 * past: contact forces past an open end of a tool, over the largest;
 * between: how deep convex tools are in the body, and it in them, anywhere on their surfaces, over what they may be
   (:mod:`studies.independent_between`);
-* driven: |sum_c r . d - F| over F, of each tool that a force F drives along d, F and contacts of the modelled part;
+* driven: |sum_c r . d - F| over F, of each tool that a force F drives along d, F and contacts of the modelled part; of
+  one that a moment M turns |sum_c r . (z x a) - M| over M, or over sum_c |r| |a| where that is more, a from its centre;
 * placed: how far held nodes are from where supports ask for them, and tools from where they were plus their advance,
   over the size of the body; the same of the increment's displacements of held nodes over its largest motion;
 * law: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force, u = (gap, slip), rho the elastic stiffness of
@@ -140,10 +141,10 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     element = element_forces(placed, with_fitted_trace(s, step.end.stress, placed.volume))
     forces = c.vectors(step.end.forces)
     residual = nodal(s.elements, element, count) - step.loads[1] - c.on_nodes(forces)
-    residual[s.held] = 0.0
+    residual = s.freed(residual)
     # What the body carried at the start counts: unloading ends where forces are what solving has left of them.
     carried = [element, element_forces(placed, step.start.stress)]
-    acting = np.linalg.norm(np.where(s.held, 0.0, step.loads[1]), axis=1)
+    acting = np.linalg.norm(s.freed(step.loads[1]), axis=1)
     scale = max(float((nodal(s.elements, np.linalg.norm(f, axis=-1), count) + acting).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
     round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)

@@ -54,7 +54,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     slip, opened = c.slip(du), c.opened(du)
     tied = c.welded & (before <= TOUCHING * s.size)
     mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
-    rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held)
+    rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held, s.axes)
     r = step.end.forces
     cone, cut = _projected(r, gap, slip, mu, rho), _cut(r, gap, slip, np.where(c.rubs, c.most(r), 0.0), rho)
     law = np.where(np.broadcast_to(np.isinf(c.cap), mu.shape)[:, None], cone, cut)
@@ -85,18 +85,21 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     )
 
 
-def point_stiffness(c: Contacts, nodal: Floats, free: Bools) -> Floats:
+def point_stiffness(c: Contacts, nodal: Floats, free: Bools, axes: Floats | None = None) -> Floats:
     r"""rho = sum_a w_a^2 k_a / (sum_a w_a^2)^2 (c,) of the nodes a that give way, k_a = n . K_aa n, n the normal.
 
-    In k_a it is the normal's components that are ``free`` (a, 2). A force r on the mean loads node a by w_a r. Where
-    nodes give way in that proportion, v_a = w_a n / sum w^2, the mean does by n, and with neighbours at rest that costs
-    rho: so much force is a gap or slip of the mean. Of one node it is k_a. The law is met for every rho or for none: it
-    is but the scale by which lengths are compared with forces, and of means it is larger than that of their nodes.
+    In k_a it is the normal's components that are ``free`` (a, 2), along ``axes`` (a, 2, 2) of the nodes if there are
+    any. A force r on the mean loads node a by w_a r. Where nodes give way in that proportion, v_a = w_a n / sum w^2,
+    the mean does by n, and with neighbours at rest that costs rho: so much force is a gap or slip of the mean. Of one
+    node it is k_a. The law is met for every rho or for none: it is but the scale by which lengths are compared with
+    forces, and of means it is larger than that of their nodes.
     Of held nodes that a tool is driven against it is the stiffness that they would have.
     """
-    gives = (c.weights != 0) & moves(free, np.zeros((1, 1, 2)), c.normal[:, None])
+    along = np.broadcast_to(np.eye(2), (c.weights.shape[1], 2, 2)) if axes is None else axes
+    parts = np.einsum("aij,cj->cai", along, c.normal)
+    gives = (c.weights != 0) & moves(free, np.zeros((1, 1, 2)), parts)
     stuck = ~gives.any(axis=1)
-    n = c.normal[:, None] * (free | stuck[:, None, None])
+    n = np.einsum("aij,cai->caj", along, parts * (free | stuck[:, None, None]))
     share = np.where(gives | stuck[:, None], c.weights, 0.0) ** 2
     return (share * np.einsum("cai,aij,caj->ca", n, nodal, n)).sum(axis=1) / share.sum(axis=1) ** 2
 

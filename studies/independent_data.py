@@ -19,7 +19,8 @@ CARRIES = 1e-8
 
 @dataclass(frozen=True)
 class Setting:
-    """What does not change in a run. ``held`` (a, 2) says which components a support fixes.
+    """What does not change in a run. ``held`` (a, 2) says which components along its ``axes`` (a, 2, 2) a node's
+    supports fix, rows of each node's; those of coordinates where there are none.
 
     ``rest`` (a, 2) are the nodes at rest, where ``small`` strain is taken and equilibrium asked. ``volume`` is what the
     volume change of an element is fitted by: as_is, p0, p1. ``surface`` (f, 2) are neighbours on that of the body, and
@@ -40,6 +41,19 @@ class Setting:
     volume: str = "as_is"
     surface: Ints = field(default_factory=lambda: np.empty((0, 2), np.intp))
     mirrors: tuple[tuple[int, float], ...] = ()
+    axes: Floats | None = None
+
+    def along(self, vectors: Floats) -> Floats:
+        """Components (..., a, 2) along the axes of nodes of their vectors (..., a, 2)."""
+        return vectors if self.axes is None else np.einsum("aij,...aj->...ai", self.axes, vectors)
+
+    def across(self, components: Floats) -> Floats:
+        """The vectors (..., a, 2) of components (..., a, 2) along the axes."""
+        return components if self.axes is None else np.einsum("aij,...ai->...aj", self.axes, components)
+
+    def freed(self, vectors: Floats) -> Floats:
+        """What of nodes' vectors (..., a, 2) is not held."""
+        return self.across(np.where(self.held, 0.0, self.along(vectors)))
 
     @property
     def shear(self) -> float:
@@ -169,15 +183,26 @@ class Led:
 
     ``force`` (m,) is what acts at the end on the modelled part. How far the tool has gone along it since rest is
     ``begun`` and ``ended`` (m,) at start and end, ``advance`` (m,) in the increment, as stored.
+
+    What a moment turns goes by ``spin`` (m,) times the arm as that grows by one, about ``centre`` (m, 2) at the end:
+    its direction is zero, its force the moment times the spin; the spin is zero of others, and so is the normal of what
+    is not flat.
     """
 
     tool: Ints
     normal: Floats
     direction: Floats
+    spin: Floats
+    centre: Floats
     force: Floats
     begun: Floats
     ended: Floats
     advance: Floats
+
+    def ways(self, k: int, x: Floats) -> Floats:
+        """What the tool of number k here takes its points at x (c, 2) along (c, 2)."""
+        arm = x - self.centre[k]
+        return self.direction[k] + self.spin[k] * np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
 @dataclass(frozen=True)

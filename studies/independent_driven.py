@@ -1,50 +1,54 @@
 """What drives a body in the fuzz study's recomputation: forces on tools, and supports that move.
 
 A tool that a force F drives along d translates along d as far as its contacts let it: sum_c r . d = F. Across d it goes
-its path. What a support holds is where the support asks for it, and the support does the work of its reaction.
+its path. One that a moment M turns does so about its centre: sum_c r . (z x a) = M. What a support holds is where the
+support asks for it, and the support does the work of its reaction.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from studies.independent_data import EPS, Bools, Floats, Setting, Step, beyond
+from studies.independent_data import EPS, Floats, Setting, Step, beyond
 from studies.independent_element import Placed, element_forces, nodal, place
 
 
 def driven(step: Step) -> float:
-    """Largest |sum_c r . d - F| over F of the tools that forces drive; 0 without one."""
-    led, c, r = step.led, step.contacts, step.end.forces
-    vectors = c.vectors(r)
-    worst = [0.0]
-    for tool, direction, force in zip(led.tool, led.direction, led.force, strict=True):
-        along = vectors[c.tool == tool] @ direction
-        blur = EPS * float(np.linalg.norm(vectors[c.tool == tool], axis=1).sum())
-        worst.append(beyond(np.abs(along.sum() - force)[None], blur, abs(float(force))))
+    """Largest |sum_c r . w - F| over F of the tools that forces drive, or moments, w what they go by; 0 without one."""
+    led, c = step.led, step.contacts
+    vectors, x, worst = c.vectors(step.end.forces), c.mean(step.end.nodes), [0.0]
+    for k, (tool, force) in enumerate(zip(led.tool, led.force, strict=True)):
+        own = c.tool == tool
+        ways = led.ways(k, x[own])
+        sizes = float((np.linalg.norm(vectors[own], axis=1) * np.linalg.norm(ways, axis=1)).sum())
+        scale = max(abs(float(force)), sizes) if led.spin[k] else abs(float(force))
+        blur = EPS * (sizes + led.spin[k] * float(np.abs(vectors[own]).sum() * np.abs(x[own]).max(initial=0.0)))
+        worst.append(beyond(np.abs(np.vdot(vectors[own], ways) - force)[None], blur, scale))
     return max(worst)
 
 
 def placed(s: Setting, step: Step) -> float:
     """How far held nodes and driven tools are from where they ought to be, see :mod:`studies.independent`."""
     (begun, ended), led, held = step.prescribed, step.led, s.held
-    at, rest = step.end.nodes[held], s.rest[held]
-    off = beyond(np.abs(at - rest - ended[held]), EPS * (np.abs(at) + np.abs(rest)), s.size)
+    at, rest = np.abs(step.end.nodes).max(axis=1), np.abs(s.rest).max(axis=1)
+    away = np.abs(s.along(step.end.nodes - s.rest - ended))
+    off = beyond(away[held], EPS * np.broadcast_to((at + rest)[:, None], held.shape)[held], s.size)
     moved = float(max(np.abs(step.displacement).max(), np.abs(led.advance).max(initial=0.0)))
-    asked = (ended - begun)[held]
-    blur = EPS * (np.abs(begun) + np.abs(ended))[held] + _stored(step, held)
-    short = beyond(np.abs(step.displacement[held] - asked), blur, moved)
+    blur = EPS * np.abs(begun).max(axis=1) + EPS * np.abs(ended).max(axis=1) + _stored(step)
+    missed = np.abs(s.along(step.displacement - (ended - begun)))
+    short = beyond(missed[held], np.broadcast_to(blur[:, None], held.shape)[held], moved)
     jumped = np.abs(led.ended - led.begun - led.advance)
     return max(off, short, beyond(jumped, EPS * (np.abs(led.ended) + np.abs(led.begun)), s.size))
 
 
-def _stored(step: Step, held: Bools) -> Floats | float:
-    """Round-off of displacements (h,) that are differences of positions."""
-    return EPS * np.abs(step.end.nodes[held]) if step.by_difference else 0.0
+def _stored(step: Step) -> Floats | float:
+    """Round-off of displacements (a,) that are differences of positions."""
+    return EPS * np.abs(step.end.nodes).max(axis=1) if step.by_difference else 0.0
 
 
 def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, float]:
     """Mean of the reactions at start and end times what supports move by; the sum of the sizes of its terms."""
-    asked = np.where(s.held, step.prescribed[1] - step.prescribed[0], 0.0)
+    asked = step.prescribed[1] - step.prescribed[0]
     if not asked.any():
         return 0.0, 0.0
     begun = place(s.rest if s.small else step.start.nodes, s.elements, s.quadrature, s.axisymmetric)

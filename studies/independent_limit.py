@@ -60,16 +60,17 @@ class Proof:
     held: float
 
 
-def judged(s: Setting, c: Collapse) -> Proof:
-    """The inequalities of a claim; the tools that forces drive go as far as their contacts let them."""
-    ways = np.array([_farthest(c, k) for k in range(len(c.led.tool))])
+def judged(s: Setting, c: Collapse, ways: Floats | None = None) -> Proof:
+    """The inequalities of a claim; the driven tools go by ``ways`` (m,), or as far as their contacts let them."""
+    if ways is None:
+        ways = np.array([_farthest(c, k) for k in range(len(c.led.tool))])
     gain = float(np.vdot(c.loads, c.motion) + c.led.force @ ways)
     largest = float(max(np.abs(c.motion).max(), np.abs(ways).max(initial=0.0)))
     if not (gain > 0 and largest > 0):
         return Proof(gain, *[np.inf] * 5)
     volume, carried = _spent(s, c)
     overtaken, nearer = _closing(c, ways)
-    held = float(np.abs(c.motion[s.held]).max(initial=0.0))
+    held = float(np.abs(s.along(c.motion)[s.held]).max(initial=0.0))
     return Proof(gain, volume / gain, carried / gain, overtaken / largest, nearer / largest, held / largest)
 
 
@@ -136,8 +137,10 @@ def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
     That by more than contacts open by as they slip: the body itself slips without opening.
     """
     contacts, way = c.contacts, np.zeros((len(c.contacts.tool), 2))
-    for number, direction, gone in zip(c.led.tool, c.led.direction, ways, strict=True):
-        way[contacts.tool == number] = gone * direction
+    x = contacts.mean(c.placed)
+    for k, (number, gone) in enumerate(zip(c.led.tool, ways, strict=True)):
+        own = contacts.tool == number
+        way[own] += gone * c.led.ways(k, x[own])
     v = contacts.mean(c.motion) - way
     opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
     welded = contacts.welded

@@ -8,7 +8,7 @@ goes on past a body at rest, would come to touch it.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -26,7 +26,8 @@ LOOKS = 52
 class Rigid:
     """A tool of several ``outlines`` at rest, which turns about ``centre`` (2,).
 
-    It goes from the pose ``begun`` (3,) by ``gone`` (3,), which is no difference of poses, to ``ended`` (3,).
+    It goes from the pose ``begun`` (3,) by ``gone`` (3,), which is no difference of poses, to ``ended`` (3,). Of that
+    angle it is a moment that turns it ``by_moment``: it goes along with the body then, and not through the air.
     """
 
     outlines: tuple[Outline, ...]
@@ -34,6 +35,7 @@ class Rigid:
     begun: Floats
     ended: Floats
     gone: Floats
+    by_moment: float = 0.0
 
     def seen(self, x: Floats, pose: Floats) -> Floats:
         """Points x (c, 2) from the tool in a pose."""
@@ -109,7 +111,8 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
     opened = np.where(moved, other.gap - one.gap, grown[:, 0])
     apart, air = one.gap > TOUCHES * size, np.zeros(len(y))
     if apart.any():
-        air[apart] = in_air(tool, y[apart], tool.way(start[apart], asked[apart]))
+        aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
+        air[apart] = in_air(tool, y[apart], aloft.way(start[apart], asked[apart]))
     return Met(
         gap=(one.gap, other.gap),
         normal=(one.normal @ turning(tool.begun[2]).T, other.normal @ turning(tool.ended[2]).T),

@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 from bipot.circle import Circle
+from bipot.driving import Force, Moment
 from bipot.errors import SceneError
 from bipot.marching import Schedule, march
 from bipot.poses import Turn
-from bipot.supports import Symmetry
+from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from studies import fuzz_judge, fuzz_whole
 from studies.fuzz_record import setting_of, step_of
 from studies.fuzz_row import Outcome
 from studies.fuzz_shaped import draw_shaped
+from studies.fuzz_turned import turned
 from studies.fuzz_unfolded import about
 from studies.fuzz_variants import in_units, mirrored, renumbered
 from studies.independent import measure
@@ -23,8 +25,9 @@ from tests.scenes import with_course
 
 PLANTED = 1e-4
 
-CERTIFIED = (730009, 730012)
-"""Seeds of scenes that take little time: a block under a ball, a cylinder under one whose friction is capped."""
+CERTIFIED = (730009, 730013, 730011)
+"""Seeds of scenes that take little time: a block under a ball, a cylinder under one whose friction is capped, and a
+block between slants under a profile that a force presses and a moment turns."""
 
 
 def ran(scene, increments=4):
@@ -181,6 +184,8 @@ def test_shaped_tools_of_all_sorts_are_drawn():
     kinds = " ".join(drawn.kind for drawn in scenes)
     for word in ("circle", "profile", "union", "capped", "turning", "weighted", "block", "cylinder", "ring"):
         assert kinds.count(word) > 1, word
+    for word in ("by force", "by moment", "aslant"):
+        assert kinds.count(word) > 1, word
     tools = [tool for drawn in scenes for tool in drawn.scene.tools]
     assert any(isinstance(tool, FlatTool) for tool in tools)
     assert any(tool.capped and np.isinf(tool.mu) for tool in tools)
@@ -195,3 +200,44 @@ def taken(seed):
         return draw_shaped(seed)
     except SceneError:
         return None
+
+
+@pytest.fixture(scope="module")
+def driven():
+    """A block under a roll that a force presses and a moment turns, held along slants."""
+    scene = pressed(elements=2, surface=Circle((0.4, 3.0), 2.0), travel=(0.0, 0.0), mu=0.3)
+    turn = Turn(0.0, (0.4, 3.0), driven_by=Moment(2.0))
+    tool = replace(scene.tools[0], driven_by=Force((0.0, -40.0)), turn=turn)
+    held = Support("base", 1), Support("right", (0.6, 0.8)), Prescribed("left", (0.8, -0.6), 1e-3)
+    return ran(replace(scene, supports=held, tools=(tool,)))
+
+
+def test_what_drives_shaped_tools_and_holds_between_axes_is_right_and_planted_errors_are_found(driven):
+    assert [fuzz_judge.broken(m, exact=True) for m in fuzz_judge.measured(driven)] == [[]] * len(driven.steps)
+    assert misstated(driven) == ""
+    tool, last = driven.scene.tools[0], driven.steps[-1]
+    assert abs(last.tool_pose(0)[2]) > 1e-5
+    for other in (
+        replace(tool, driven_by=Force((0.0, -40.0 * (1 + PLANTED)))),
+        replace(tool, turn=replace(tool.turn, driven_by=Moment(2.0 * (1 + PLANTED)))),
+        replace(tool, turn=replace(tool.turn, centre=(0.4 + PLANTED, 3.0))),
+    ):
+        assert "driven" in found(replace(driven, scene=replace(driven.scene, tools=(other,))))
+    state = replace(last.state, translated=last.state.translated * (1.0, 1 + PLANTED))
+    assert "placed" in found(driven, with_course(last, state=state))
+    slanted, drawn = driven.scene.supports[1:]
+    for own in ((replace(slanted, direction=(0.8, 0.6)), drawn), (slanted, replace(drawn, displacement=2e-3))):
+        other = replace(driven.scene, supports=(driven.scene.supports[0], *own))
+        assert "placed" in found(replace(driven, scene=other))
+    free = replace(driven.scene, supports=(driven.scene.supports[0], drawn))
+    assert "equilibrium" in found(replace(driven, scene=free))
+
+
+def test_a_scene_that_is_turned_is_judged_as_it_was_and_has_the_same_forces(driven):
+    seen = turned(driven.scene, 0.7)
+    other = fuzz_judge.read(seen, ran(seen.scene))
+    assert [fuzz_judge.broken(m, exact=True) for m in fuzz_judge.measured(other)] == [[]] * len(other.steps)
+    force, move, count = fuzz_judge.disagreement(driven, other, seen, 0.0)
+    assert count == len(driven.steps)
+    assert max(force, move) < fuzz_judge.DISAGREEMENT
+    np.testing.assert_allclose(seen.back(other.steps[-1].tool_force(0)), driven.steps[-1].tool_force(0), rtol=1e-6)

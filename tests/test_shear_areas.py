@@ -62,3 +62,11 @@ def test_the_strength_of_an_element_is_its_mean_over_the_volume():
     strength = Strength(np.array([[300.0, 600.0], [100.0, 100.0]]), np.array([[3.0, 1.0], [2.0, 5.0]]))
     np.testing.assert_allclose(strength.shear, np.array([375.0, 100.0]) / np.sqrt(3))
     np.testing.assert_array_equal(mesh.owners("top", "left"), [0, 0])
+
+
+@pytest.mark.parametrize("geometry", PLANES)
+def test_an_edge_of_no_length_carries_nothing_and_warns_of_nothing(geometry):
+    """As trial iterates may have one: warnings are errors here."""
+    x = np.zeros((3, 2))
+    assert not nodal_areas(x, np.arange(3)[None], geometry).any()
+    np.testing.assert_array_equal(lying(x[None], np.array([[0.0, 0.1, 0.0]])), [0.0])

@@ -10,12 +10,14 @@ from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.flow import Integration
-from bipot.laws.hardening import Perfect
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
+from bipot.mesh import Mesh
 from bipot.paths import Amplitude
 from bipot.poses import Turn, rotation
+from bipot.profiles import Profile
 from bipot.scene import Scene
 from bipot.schedule import Schedule
 from bipot.sections import block
@@ -219,3 +221,28 @@ def test_a_tool_that_turns_rubs_a_node_which_a_support_holds_along_it(form):
     assert (last.solved.r[:, 0] > 1e-9 * N).sum() == 1
     np.testing.assert_allclose(last.tool_forces[0], [-N, -mu * N], rtol=1e-9)
     np.testing.assert_allclose(last.tool_moment(0), R * mu * N, rtol=1e-9)
+
+
+def test_a_turning_tool_beside_its_mirror_image_rubs_in_the_plane_between_them():
+    """Of a half what the whole body under both has: at rest the tool's tangent in the plane is across it."""
+    soft, n = VonMises(Elasticity(1e3, 0.3), Linear(5.0, 50.0)), 3
+    right = Profile(((6.0, 1.0), (-2.0, 1.0), (-3.0, 2.0)), 0.3)
+    turns = Turn(-0.2, (-0.5, 1.0)), Turn(0.2, (0.5, 1.0))
+    tools = [
+        ShapedTool(surface, (0.0, 0.0), ("top",), 0.3, turn=turn)
+        for surface, turn in zip((right, right.image((1.0, 0.0), 0.0)), turns, strict=True)
+    ]
+    held = Symmetry("left", 0), Support("base", 1)
+    half = Scene(block(1.0, 1.0, n, n), Geometry.PLANE_STRAIN, soft, held, (tools[0],))
+    both = block(2.0, 1.0, 2 * n, n)
+    x = both.nodes - (1.0, 0.0)
+    top = both.boundary("top")
+    sides = {name: top[(sign * x[top, 0] >= -1e-9).all(axis=1)] for name, sign in (("top", 1.0), ("other", -1.0))}
+    upright = np.flatnonzero(np.abs(x[:, 0]) < 1e-9)[:2]
+    mesh = Mesh(x, both.elements, {**both.boundaries, **sides, "middle": upright[None]})
+    images = (tools[0], replace(tools[1], candidates=("other",)))
+    whole = Scene(mesh, Geometry.PLANE_STRAIN, soft, (Support("middle", 0), Support("base", 1)), images)
+    one, other = (marched(scene, increments=4) for scene in (half, whole))
+    assert abs(one[-1].tool_forces[0, 0]) > 5.0
+    assert apart(forces(one), forces(other)) < 1e-7
+    assert apart([a.tool_moment(0) for a in one], [a.tool_moment(0) for a in other]) < 1e-7
