@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.between import Surroundings
+from bipot.between_faces import Skin
 from bipot.drives import Drives
 from bipot.elements import Element
 from bipot.errors import (
@@ -130,8 +131,10 @@ class Scene:
         return planes_of(self.mesh, self.geometry, self.supports)
 
     @cached_property
-    def surroundings(self) -> Surroundings:
+    def surroundings(self) -> Surroundings | Skin:
         """The whole body's surface: beyond planes of symmetry, and beyond the axis of a meridian, by mirror image."""
+        if self.mesh.dimension == 3:
+            return Skin.of(self.mesh, self.planes)
         axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
         return Surroundings.of(self.mesh, (*self.planes, axis) if self.ring else self.planes)
 
