@@ -59,9 +59,7 @@ class Skin:
 
     def triangles(self, nodes: Floats) -> Floats:
         """Of the whole body's faces (f', m, 3, 3) where the modelled part's nodes are at ``nodes`` (a, 3)."""
-        ring = nodes[self.rings]
-        middle = np.broadcast_to(ring.mean(axis=1, keepdims=True), ring.shape)
-        out = np.stack([ring, np.roll(ring, -1, axis=1), middle], axis=2)
+        out = _triangles(nodes, self.rings)
         for plane in self.planes:
             out = np.concatenate([out, plane.images(out[:, :, [1, 0, 2]])])
         return out
@@ -111,6 +109,22 @@ def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
     require(thickness >= THIN * longest, f"{label}.surface", tool.face, allowed)
 
 
+def points_between(nodes: Floats, faces: Ints) -> Floats:
+    """Points (f, m, p, 3) of the triangles that faces (f, n) are where nodes are at ``nodes`` (a, 3)."""
+    return _points(_triangles(nodes, faces[:, _around(faces.shape[1])]))
+
+
+def _triangles(nodes: Floats, rings: Ints) -> Floats:
+    """Triangles (f, m, 3, 3) between outlines (f, m) and their middles."""
+    ring = nodes[rings]
+    middle = np.broadcast_to(ring.mean(axis=1, keepdims=True), ring.shape)
+    return np.stack([ring, np.roll(ring, -1, axis=1), middle], axis=2)
+
+
+def _points(triangles: Floats) -> Floats:
+    return np.einsum("pk,fmkd->fmpd", PLACES, triangles)
+
+
 def _around(nodes: int) -> Ints:
     """Columns of a face of so many nodes, around it."""
     return Element.of(nodes).edges[:, :-1].ravel()
@@ -139,12 +153,11 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
     allowed = _allowed(triangles, tips)
     out = np.zeros(len(triangles), dtype=bool)
     near = _near(triangles, surface, np.zeros(len(triangles)))
-    points = np.einsum("pk,fmkd->fmpd", PLACES, triangles[near])
-    out[near] = -surface.distance(points).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
+    out[near] = -surface.distance(_points(triangles[near])).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
     for centre, radius in zip(tips.centre, tips.radius, strict=True):
         if float(surface.distance(centre).gap) <= 0 and _around_it(triangles, centre) > 2 * np.pi:
             # The nearest face is where it came in.
-            far = norm(np.einsum("pk,fmkd->fmpd", PLACES, triangles) - centre).min(axis=(1, 2))
+            far = norm(_points(triangles) - centre).min(axis=(1, 2))
             face = int(np.argmin(far))
             out[face] |= bool(radius + far[face] > allowed[face])
     return out
