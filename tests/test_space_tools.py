@@ -146,6 +146,20 @@ def test_every_form_finds_the_same_forces_under_a_sphere(form, material):
     assert (one[kept - 1].peeq.max() > 1e-3) == (material is STEEL)
 
 
+@pytest.mark.parametrize("flat", [False, True], ids=["sphere", "plane"])
+def test_nodes_in_planes_of_symmetry_own_their_unknowns(flat):
+    """Of their three rows the tangent across the plane is none: nothing borders Newton's matrix."""
+    scene = dented(elements=3)
+    if flat:
+        punch = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2)
+        scene = replace(scene, tools=(punch,))
+    system = system_of(scene)
+    increment = Increment(system, system.rest(), 0.5)
+    _, found = Cache().newton(increment.at(np.zeros(increment.size)))
+    assert found.border is None
+    assert (found.own[:, 0] < found.pattern.size).all()
+
+
 def test_the_penalised_form_comes_near():
     soft = forces(marched(dented(material=RUBBER), Penalty(1e5, 1e5), increments=5))[-1]
     assert 1e-9 < apart(soft, forces(pushed(RUBBER))[-1]) < 1e-2

@@ -121,7 +121,11 @@ class Touched:
         own[contact, local] = self.dof[mine]
         T = np.zeros((self.count, width, width))
         T[contact, :, local] = self.column[mine]
-        T = np.where(np.any(T != 0, axis=2, keepdims=True), T, np.linalg.svd(T)[2])
+        missing = ~np.any(T != 0, axis=2)
+        # The last singular vectors are those across all rows there are.
+        across = width - missing.sum(axis=1, keepdims=True) + np.cumsum(missing, axis=1) - 1
+        others = np.take_along_axis(np.linalg.svd(T)[2], np.maximum(across, 0)[..., None], axis=1)
+        T = np.where(missing[..., None], others, T)
         volume = np.abs(np.linalg.det(T / np.linalg.norm(T, axis=2, keepdims=True)))
         owns = chosen & (volume > DEPENDENT)
         own[~owns], T[~owns] = n, np.eye(width)
