@@ -126,10 +126,10 @@ def test_the_force_of_coining_rises_as_the_die_fills(run):
 
 
 def test_a_sphere_dents_a_block_in_space_as_on_a_meridian(run):
-    curves, last = run("dented_block", increments=5, elements=6)
+    curves, last = run("dented_block", increments=5, elements=4)
     space, ring = (np.array(curves[name])[:, 1] for name in ("in space", "on a meridian"))
     # Each node that comes to touch is a step of either force, at depths of their own.
-    assert space.sum() == pytest.approx(ring.sum(), rel=0.1)
+    assert space.sum() == pytest.approx(ring.sum(), rel=0.2)
     assert (last.solved.r[:, 0] > 0).sum() >= 4
 
 

@@ -104,7 +104,7 @@ def test_a_disc_that_is_twisted_under_pressure_slips_all_over_at_two_thirds_of_m
     np.testing.assert_allclose(end.tool_forces[0, :2], 0.0, atol=1e-7 * abs(end.tool_forces[0, 2]))
 
 
-@pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=named)
+@pytest.mark.parametrize("form", [Tangent(), pytest.param(Dissipation(), marks=pytest.mark.slow)], ids=named)
 def test_forms_agree_in_torsion(form):
     assert apart(moments(torsion(form)), moments(torsion(Newton()))) < 1e-6
 

@@ -55,12 +55,11 @@ def twisted(n: int) -> Scene:
 
 def run(n: int, watch: Watch) -> list[float]:
     """Stiffness while all sticks, moment and friction across the circles where all but the middle slips."""
-    scene, stiffness = twisted(n), 0.0
+    scene = twisted(n)
     sticking = PRESSED + (1 - PRESSED) * STICKS / ANGLE
-    for accepted in watch.march(scene, Schedule(20, landings=(PRESSED, sticking))):
-        if accepted.state.tau == sticking:
-            stiffness = accepted.tool_moment(0) / (YOUNG / 2 * np.pi / 2 * RADIUS**4 * STICKS / HEIGHT)
-        last = accepted
+    *steps, last = watch.march(scene, Schedule(20, landings=(PRESSED, sticking)))
+    stuck = next(accepted for accepted in steps if accepted.state.tau == sticking)
+    stiffness = stuck.tool_moment(0) / (YOUNG / 2 * np.pi / 2 * RADIUS**4 * STICKS / HEIGHT)
     contacts, r = last.solved.iterate.increment.system.candidates, last.solved.r
     x, force = last.state.nodes[contacts.node, :2], contacts.vectors(r, last.solved.iterate.frames)
     far = np.linalg.norm(x, axis=1)
