@@ -6,7 +6,7 @@ results by name and its certificate. Public names by subject; everything else is
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
-* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
+* surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone
 * meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
@@ -76,6 +76,7 @@ from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
+from bipot.revolved import Revolved, cone, roll, sphere
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.sections import block, cylinder, ring
@@ -145,6 +146,7 @@ __all__ = [
     "Recorder",
     "Refused",
     "ResultsError",
+    "Revolved",
     "Safeguard",
     "Sampling",
     "Scene",
@@ -169,6 +171,7 @@ __all__ = [
     "VonMises",
     "block",
     "brick",
+    "cone",
     "conic_program",
     "cylinder",
     "cylinder_3d",
@@ -176,6 +179,8 @@ __all__ = [
     "limit_load",
     "march",
     "ring",
+    "roll",
+    "sphere",
     "upsetting",
     "wedge",
 ]

@@ -58,7 +58,9 @@ class Advance:
     def by(self, travel: Floats) -> Floats:
         """What poses (k, p) change by where the tools ``travel`` (k, d), and turn as is prescribed."""
         angles = np.zeros((len(travel), pose_size(travel.shape[1]) - travel.shape[1]))
-        angles[:, 0] = self.turned
+        for k, tool in enumerate(self.candidates.scene.tools):
+            if tool.turn is not None:
+                angles[k] = self.turned[k] * tool.turn.about
         return np.hstack([travel, angles])
 
     def swept(self, advance: Floats) -> Floats:

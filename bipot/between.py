@@ -39,31 +39,6 @@ STEPS, HALVINGS = 8, 40
 """Of an increment, between which a part goes in once at most, and of one of them: when it got too deep."""
 
 
-def inside(body: Surroundings, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
-    """Two neighbours on the surface of which a part of the tool is too deep behind, or None.
-
-    Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
-    """
-    tips = tool.face.tips()
-    if not len(tips.radius):
-        return None
-    ends = tool.own(body.ends(nodes), pose)
-    return body.nodes(_behind(ends, tips, tool.face) | _sunk(ends, tips, tool.face))
-
-
-def between(body: Surroundings, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
-    """Two neighbours on the surface between which a part of the tool comes in, or None.
-
-    Nodes go from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
-    """
-    tips = tool.face.tips()
-    if not len(tips.radius):
-        return None
-    before, after = tool.own(body.ends(start), poses[0]), tool.own(body.ends(end), poses[1])
-    sunk = _behind(after, tips, tool.face) | _sunk(after, tips, tool.face)
-    return body.nodes(sunk | _passed(before, after, tips, tool.face))
-
-
 @dataclass(frozen=True)
 class Surroundings:
     """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it."""
@@ -73,9 +48,7 @@ class Surroundings:
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Plane]) -> Surroundings:
-        """Of the modelled part what is not in a plane; in space none, for no tool there has tips."""
-        if mesh.dimension == 3:
-            return Surroundings(np.empty((0, 2), dtype=np.intp), planes)
+        """Of the modelled part what is not in a plane."""
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
         edges = edges[~np.any(cut, axis=0)] if cut else edges
@@ -87,6 +60,29 @@ class Surroundings:
         for plane in self.planes:
             out = np.concatenate([out, plane.images(out[:, ::-1])])
         return out
+
+    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
+        """Two neighbours on the surface of which a part of the tool is too deep behind, or None.
+
+        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
+        """
+        tips = tool.face.tips()
+        if not len(tips.radius):
+            return None
+        ends = tool.own(self.ends(nodes), pose)
+        return self.nodes(_behind(ends, tips, tool.face) | _sunk(ends, tips, tool.face))
+
+    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
+        """Two neighbours on the surface between which a part of the tool comes in, or None.
+
+        Nodes go from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
+        """
+        tips = tool.face.tips()
+        if not len(tips.radius):
+            return None
+        before, after = tool.own(self.ends(start), poses[0]), tool.own(self.ends(end), poses[1])
+        sunk = _behind(after, tips, tool.face) | _sunk(after, tips, tool.face)
+        return self.nodes(sunk | _passed(before, after, tips, tool.face))
 
     def nodes(self, found: Bools) -> tuple[int, int] | None:
         """The ends of the first segment (f',) that was found."""

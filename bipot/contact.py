@@ -32,6 +32,7 @@ from bipot.operators import Operators, without_zeros
 from bipot.programs.data import ContactRows, rows_of
 from bipot.sampling import Points, points
 from bipot.scene import Scene
+from bipot.surfaces import frames
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
@@ -81,7 +82,16 @@ class Candidates:
     @cached_property
     def faces(self) -> Faces:
         """The surfaces of the tools."""
-        return Faces(self.scene.tools, self._owned)
+        return Faces(self.scene.tools, self._owned, self._reference)
+
+    @cached_property
+    def _reference(self) -> Floats:
+        """The frames (c, d, d) at rest."""
+        x = self.mean(self.scene.mesh.nodes)
+        normal = np.empty_like(x)
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            normal[mine] = tool.face.distance(x[mine]).normal
+        return frames(normal)
 
     @cached_property
     def frames(self) -> Floats:

@@ -7,8 +7,9 @@ Beside the normal that turns as the two pass each other, the vector turns with t
     d f / d x_j = -B w_j + (z x f) / L_j,
     d (-f . w_i) / d x_j = -(d f / d x_j) . w_i + f . (z x e_j) / L_i,
 
-e_j the direction of x_j where that is a force's. The whole is symmetric, as that of -f . w_i by the place is the
-transpose of the first: it has a potential, but for friction, of which f is frozen here.
+e_j the direction of x_j where that is a force's. In a plane the whole is symmetric, as that of -f . w_i by the place is
+the transpose of the first: it has a potential, but for friction, of which f is frozen here. In space, where no moment
+drives a tool, that is -w_i' B.
 """
 
 from __future__ import annotations
@@ -40,7 +41,8 @@ class Pushed(NamedTuple):
 class Coupled:
     """Of b nodes and curved tools of the ``scene`` that are driven, each pair once, what couples their unknowns.
 
-    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none.
+    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none. In
+    space a force alone drives tools, along itself.
     """
 
     scene: Scene
@@ -50,13 +52,14 @@ class Coupled:
 
     @property
     def unknowns(self) -> Ints:
-        """Full numbers (b, 4) of the unknowns, those of tools behind the nodes'; -1 for none."""
-        driven = np.where(self.number >= 0, self.scene.mesh.nodes.size + self.number, -1)
-        return np.column_stack([2 * self.node[:, None] + np.arange(2), driven])
+        """Full numbers (b, d + 2) of the unknowns, those of tools behind the nodes'; -1 for none."""
+        driven, d = np.where(self.number >= 0, self.scene.mesh.nodes.size + self.number, -1), self.scene.mesh.dimension
+        return np.column_stack([d * self.node[:, None] + np.arange(d), driven])
 
     def matrices(self, pushed: Pushed) -> Floats:
-        """What is to be taken off the stiffness (b, 4, 4) on these unknowns but for what nodes alone change."""
-        out = np.zeros((len(self.node), 2 + MOST, 2 + MOST))
+        """What is to be taken off the stiffness (b, d + 2, d + 2) on them, but for what nodes alone change."""
+        d = self.scene.mesh.dimension
+        out = np.zeros((len(self.node), d + MOST, d + MOST))
         if not len(out):
             return out
         mine = np.isin(pushed.tool, self.tool)
@@ -65,18 +68,24 @@ class Coupled:
         f = np.einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine]
         arm, bending = pushed.meeting.arm[mine, None], pushed.meeting.bending(pushed.r)[mine]
         ways, drives = self.scene.drives.ways[number], self.scene.drives
-        w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, 2))))
-        spin, e = np.where(none, 0.0, ways[..., 2:]), np.where(none, 0.0, ways[..., :2])
-        turned = -np.einsum("cij,caj->cai", bending, w) + spin * across(f)[:, None]
+        w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, d))))
+        turned = -np.einsum("cij,caj->cai", bending, w)
+        spin, e = np.where(none, 0.0, ways[..., d:]), np.where(none, 0.0, ways[..., :d])
+        if d == 2:
+            turned += spin * across(f)[:, None]
         own = -np.einsum("cbi,cai->cab", turned, w)
-        own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
-        # The unknowns of a node are components along its own axes.
-        axes, nodes = self.scene.holding.axes, self.node[at]
-        nodal = np.stack([axes.at(nodes, turned[:, a]) for a in range(MOST)], axis=1)
-        out[at, 2:, :2] = nodal
-        out[at, :2, 2:] = nodal.transpose(0, 2, 1)
-        out[at, 2:, 2:] = own
+        if d == 2:
+            own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
+        out[at, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
+        # In space friction turns with the frames: what the place does to the tool is not what that does to it.
+        out[at, d:, :d] = self._along(at, turned if d == 2 else -np.einsum("cij,cai->caj", bending, w))
+        out[at, d:, d:] = own
         return out
+
+    def _along(self, pair: Ints, vectors: Floats) -> Floats:
+        """Vectors (m, 2, d) of pairs (m,) by the unknowns of their nodes: components along these nodes' own axes."""
+        axes, nodes = self.scene.holding.axes, self.node[pair]
+        return np.stack([axes.at(nodes, vectors[:, a]) for a in range(MOST)], axis=1)
 
     def _key(self, tool: Ints, node: Ints) -> Ints:
         return tool * len(self.scene.mesh.nodes) + node

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.between import Surroundings, inside
+from bipot.between import Surroundings
+from bipot.between_faces import Skin, require_thick
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
 from bipot.holding import Holding
@@ -31,7 +32,7 @@ class Fitted(NamedTuple):
     geometry: Geometry
     material: Material
     holding: Holding
-    surroundings: Surroundings
+    surroundings: Surroundings | Skin
 
     @property
     def ring(self) -> bool:
@@ -52,14 +53,19 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     _require_surface(body.mesh, tool, label)
     d = body.mesh.dimension
     require_components(tool.travel, d, f"{label}.travel")
+    own = "a plane, or what is Revolved" if d == 3 else "of a plane"
+    same = tool.face.tips().centre.shape[-1] == d
+    require(same, f"{label}.surface", tool.face, f"{own}, as the nodes of the mesh have {d} coordinates")
+    if tool.turn is not None:
+        require_components(tool.turn.centre, d, f"{label}.turn")
     if d == 3:
-        _require_known_in_space(tool, label)
+        _require_known_in_space(body.mesh, tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
     holding = body.holding
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-    deep = inside(body.surroundings, tool, body.mesh.nodes, np.zeros(pose_size(d)))
+    deep = body.surroundings.inside(tool, body.mesh.nodes, np.zeros(pose_size(d)))
     allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
     require(deep is None, f"{label}.surface", tool.face, allowed)
     if body.ring and not tool.flat:
@@ -70,11 +76,11 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     _require_coefficients(body, tool, label)
 
 
-def _require_known_in_space(tool: Tool, label: str) -> None:
-    """A plane that does not turn, contact at nodes, friction without a cap: others are of a plane alone so far."""
-    require(tool.flat, f"{label}.surface", tool.face, "a plane that does not turn, on a body in space")
+def _require_known_in_space(mesh: Mesh, tool: Tool, label: str) -> None:
+    """Contact at nodes, friction without a cap: others are of a plane alone so far."""
     require(tool.sampling is Sampling.NODES, f"{label}.sampling", tool.sampling, "Sampling.NODES on a body in space")
     require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
+    require_thick(mesh, tool, label)
 
 
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
@@ -131,7 +137,8 @@ def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
     """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
     found = surface.distance(x)
     require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
-    for name, value, shape in zip(Distance._fields, found, (x.shape[:-1], x.shape, x.shape[:-1]), strict=True):
+    shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
+    for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
         good = np.shape(value) == shape and bool(np.isfinite(value).all())
         require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
     units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))

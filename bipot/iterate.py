@@ -207,6 +207,11 @@ class Iterate:
         contacts = self.increment.system.candidates
         return self.meeting.frames if contacts.curved else contacts.frames
 
+    @property
+    def measured(self) -> Floats | None:
+        """What :attr:`motion` changes by (c, d, d) where :attr:`rows` say by one; None where it is that."""
+        return self.meeting.measured if self.increment.system.candidates.curved else None
+
     @cached_property
     def motion(self) -> Floats:
         """Gap at the end and slip (c, d) of all candidates."""

@@ -2,17 +2,18 @@ r"""Where candidates meet their tools at the end of an increment, and how that c
 
 A candidate that its tool sees at y goes to y + dy in the increment. Its gap at the end is that at the start and what
 it grew by; its slip is the arc of the surface between the nearest points of start and end, so slips add up over
-increments (:mod:`bipot.surfaces`). Of who starts apart from the tool it begins where the body at rest would come to
-touch it: what goes on in the air is no slip (:meth:`Faces.in_air`). Forces r = (r_n, r_t) dual to them are, with frame
-n, t and curvature c at the end,
+increments (:mod:`bipot.surfaces`), and in space the way of :mod:`bipot.slips`. Of who starts apart from the tool it
+begins where the body at rest would come to touch it: what goes on in the air is no slip (:meth:`Faces.in_air`). Forces
+r = (r_n, r_t) dual to them are, with frame n, t_i and C = grad n at the end, c t t' in a plane,
 
-    r_n n + r_t (1 - c g) t,
+    r_n n + sum_i r_i (1 - g C) t_i,
 
 along the frame where the gap g is zero, and change with the place by
 
-    r_n c t t' - r_t c (1 - c g) (n t' + t n').
+    r_n C - sum_i r_i (B_i n' + n B_i'),    B_i = C (1 - g C) t_i,
 
-By the pose of the tool that is driven they change as :mod:`bipot.coupling` says.
+and in space by the turn of t_1 and t_2 about n. That is exact where the gap is zero or C is constant along the surface,
+as on planes, cylinders and spheres. By the pose of the tool that is driven they change as :mod:`bipot.coupling` says.
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.poses import across
+from bipot.poses import rotation
+from bipot.slips import Slip, measured, spin, transported
 from bipot.surfaces import frames
 from bipot.tools import Tool
 from bipot.typing import Bools, Floats
@@ -33,7 +35,7 @@ HALVINGS = 40
 
 
 class Going(NamedTuple):
-    """Points x (c, d) that go ``by`` (c, d) while tools in the poses ``placed`` (k, 3) go on by ``advance`` (k, 3)."""
+    """Points x (c, d) that go ``by`` (c, d) while tools in the poses ``placed`` (k, p) go on by ``advance`` (k, p)."""
 
     x: Floats
     by: Floats
@@ -44,9 +46,12 @@ class Going(NamedTuple):
 @dataclass(frozen=True)
 class Meeting:
     """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    the ``curvature`` (c,) of the lines of equal gaps they are on, ``arm`` (c, d) where they are seen from the centre
-    about which their tool turns, zero if it does not; as their tools see them they were at ``place`` (c, d) and went
-    ``by`` (c, d).
+    the ``curvature`` C (c, d, d) of the lines or surfaces of equal gaps they are on, ``arm`` (c, d) where they are seen
+    from the centre about which their tool turns, zero if it does not; as their tools see them they were at ``place``
+    (c, d) and went ``by`` (c, d).
+
+    In space the frames turn about their normals by ``turning`` (c, 3) times what the place goes by, and slips change by
+    ``measured`` (c, 3, 3) times what the frames say; in a plane None.
     """
 
     motion: Floats
@@ -55,23 +60,30 @@ class Meeting:
     arm: Floats
     place: Floats
     by: Floats
+    turning: Floats | None = None
+    measured: Floats | None = None
 
     def bending(self, r: Floats) -> Floats:
         """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""
-        normal, along = self.frames[:, 0], self.frames[:, 1]
-        tangent = frames(normal)[:, 1]
-        crossed = normal[:, :, None] * along[:, None]
-        c, (push, shear) = self.curvature[:, None, None], r.T[:, :, None, None]
-        turned = tangent[:, :, None] * tangent[:, None]
-        return c * (push * turned - shear * (crossed + crossed.transpose(0, 2, 1)))
+        normal, along = self.frames[:, 0], self.frames[:, 1:]
+        crossed = normal[:, :, None] * np.einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
+        out = r[:, :1, None] * self.curvature - crossed - crossed.transpose(0, 2, 1)
+        if self.turning is None:
+            return out
+        turned = r[:, 1, None] * along[:, 1] - r[:, 2, None] * along[:, 0]
+        return out + turned[:, :, None] * self.turning[:, None]
 
 
 @dataclass(frozen=True)
 class Faces:
-    """The surfaces of tools as c candidates meet them; ``owned`` (k, c) says whose they are."""
+    """The surfaces of tools as c candidates meet them; ``owned`` (k, c) says whose they are.
+
+    Frames in space are those of the ``reference`` (c, 3, 3), any at all, carried from their normals to the place's.
+    """
 
     tools: Sequence[Tool]
     owned: Bools
+    reference: Floats
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
         """Gap (c,) of points x (c, d) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
@@ -89,11 +101,14 @@ class Faces:
 
     def slopes(self, x: Floats, placed: Floats) -> Floats:
         """Derivatives (c, d, d) of gap and arc of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
-        gap, normal, curvature = np.empty(len(x)), np.empty_like(x), np.empty(len(x))
+        seen = _Seen.none(x)
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
-            gap[mine], own, curvature[mine] = tool.face.distance(tool.own(x[mine], pose))
-            normal[mine] = tool.turned(own, pose)
-        return _slopes(gap, normal, curvature)
+            seen.take(mine, tool, tool.own(x[mine], pose), pose)
+        return _slopes(self._framed(seen.normal), seen.gap, seen.curvature)
+
+    def _framed(self, normal: Floats) -> Floats:
+        """Frames (c, d, d) of the normals (c, d)."""
+        return frames(normal) if normal.shape[1] == 2 else transported(self.reference, normal)
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
         """The ``arm`` (c, d) of :class:`Meeting` of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
@@ -105,27 +120,39 @@ class Faces:
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
         """Of candidates that start with a ``gap`` (c,) and are ``going``.
 
-        What arcs they come along ``before`` (c,) they touch is no slip.
+        How far they go ``before`` (c, d) they touch, as their tools see it, is no slip.
         """
-        motion, normal, curvature = np.empty_like(going.x), np.empty_like(going.x), np.empty(len(gap))
-        place, by, arm = (np.empty_like(going.x) for _ in range(3))
+        motion, arm = np.empty_like(going.x), np.empty_like(going.x)
+        place, by, slid = (np.empty_like(going.x) for _ in range(3))
+        begun, seen = _Seen.none(going.x), _Seen.none(going.x)
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             place[mine] = start = tool.own(going.x[mine], pose)
             by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
-            motion[mine] = tool.face.passed(start, went)
-            _, own, curvature[mine] = tool.face.distance(start + went)
-            normal[mine] = tool.turned(own, pose + advance)
+            slips = start + before[mine], went - before[mine]
+            motion[mine, 0] = tool.face.passed(start, went)[:, 0]
+            if motion.shape[1] == 2:
+                motion[mine, 1] = tool.face.passed(*slips)[:, 1]
+            else:
+                begun.take(mine, tool, slips[0], pose + advance)
+            seen.take(mine, tool, start + went, pose + advance)
+            slid[mine] = tool.turned(slips[1], pose + advance)
             arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
         motion[:, 0] += gap
-        motion[:, 1] -= before
-        return Meeting(motion, _slopes(motion[:, 0], normal, curvature), curvature, arm, place, by)
+        framed = self._framed(seen.normal)
+        rows = _slopes(framed, motion[:, 0], seen.curvature)
+        if motion.shape[1] == 2:
+            return Meeting(motion, rows, seen.curvature, arm, place, by)
+        turning = (seen.curvature @ spin(self.reference, seen.normal)[..., None])[..., 0]
+        slip = Slip(begun.gap, begun.normal, slid, seen.gap, framed, seen.curvature, turning)
+        motion[:, 1:] = slip.components
+        return Meeting(motion, rows, seen.curvature, arm, place, by, turning, measured(rows, slip.derivative()))
 
     def in_air(self, apart: Bools, going: Going) -> Floats:
-        """Arcs (c,) that candidates which start ``apart`` (c,) from curved tools come along before these touch them.
+        """How far (c, d) who starts ``apart`` (c,) from a curved tool comes, as that sees it, before they touch.
 
         Of those that are ``going`` as in a body at rest, and on the whole way of who does not touch then.
         """
-        out = np.zeros(len(apart))
+        out = np.zeros_like(going.x)
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart & (not tool.flat))
             start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
@@ -135,7 +162,7 @@ class Faces:
                 middle = (early + late) / 2
                 touches = tool.face.distance(start + middle[:, None] * by).gap < 0
                 early, late = np.where(touches, early, middle), np.where(touches, middle, late)
-            out[own] = tool.face.passed(start, np.where(off, 1.0, early)[:, None] * by)[..., 1]
+            out[own] = np.where(off, 1.0, early)[:, None] * by
         return out
 
     def crossed(self, meeting: Meeting) -> Bools:
@@ -161,11 +188,40 @@ class Faces:
         return out
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (c, d) at x (c, d) about the centres of tools that turn; 0 of others."""
-        return self.owned @ np.vecdot(across(self.arms(x, placed)), vectors)
+        """Moments (k,) of vectors (c, d) at x (c, d) about the centres, or axes, of tools that turn; 0 of others."""
+        out = np.zeros(len(self.tools))
+        for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
+            if tool.turn is not None:
+                out[k] = np.vdot(tool.turn.swirl(tool.arm(x[mine], pose)), vectors[mine])
+        return out
 
 
-def _slopes(gap: Floats, normal: Floats, curvature: Floats) -> Floats:
-    out = frames(normal)
-    out[:, 1:] *= (1 - curvature * gap)[:, None, None]
+class _Seen(NamedTuple):
+    """Of c candidates ``gap`` (c,), ``normal`` (c, d) and ``curvature`` C (c, d, d), filled in tool by tool."""
+
+    gap: Floats
+    normal: Floats
+    curvature: Floats
+
+    @staticmethod
+    def none(x: Floats) -> _Seen:
+        """Of points x (c, d), nothing filled in."""
+        return _Seen(np.empty(len(x)), np.empty_like(x), np.empty((*x.shape, x.shape[1])))
+
+    def take(self, mine: Bools, tool: Tool, own: Floats, pose: Floats) -> None:
+        """Fill in what is ``mine`` (c,) of the ``tool`` in the ``pose`` (p,), which sees it at ``own`` (m, d)."""
+        self.gap[mine], normal, C = tool.face.distance(own)
+        self.normal[mine] = tool.turned(normal, pose)
+        if own.shape[1] == 2:
+            tangent = frames(self.normal[mine])[:, 1]
+            self.curvature[mine] = C[:, None, None] * tangent[:, :, None] * tangent[:, None]
+        else:
+            Q = np.eye(3) if tool.turn is None else rotation(pose[3:])
+            self.curvature[mine] = Q @ C @ Q.T
+
+
+def _slopes(framed: Floats, gap: Floats, curvature: Floats) -> Floats:
+    """Derivatives (c, d, d) of gap and slip from frames (c, d, d): (1 - g C) t_i along the tangents."""
+    out = framed.copy()
+    out[:, 1:] -= gap[:, None, None] * framed[:, 1:] @ curvature
     return out

@@ -10,13 +10,15 @@ such form: it is sampled, and where it is least its slope n . x'(s) is bisected 
 discretisation, which no certificate of the nodal law holds.
 
 In space the edges are those of the faces. A face of straight ones is a mean of its nodes everywhere, so that it is
-nearest to a flat tool at one of them; between the curved edges of a face nothing is looked at.
+nearest to a flat tool at one of them; between the curved edges of a face nothing is looked at. To a curved tool the gap
+is sampled between edges too, on the triangles of :mod:`bipot.between_faces`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from bipot.between_faces import points_between
 from bipot.elements import Element
 from bipot.mesh import Mesh
 from bipot.scene import Scene
@@ -42,6 +44,9 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
         edges = nodes[_edges(scene.mesh, tool)]
         gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
         deepest = max(deepest, -float(gap.min()))
+        if scene.mesh.dimension == 3 and not tool.flat:
+            points = points_between(nodes, scene.mesh.edges(*tool.candidates))
+            deepest = max(deepest, -float(tool.distance(points, pose).min()))
     return deepest / scene.mesh.size
 
 

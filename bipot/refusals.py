@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.between import between
 from bipot.certificate import Bounds
 from bipot.closeness import TOUCHES, carries
 from bipot.errors import NotConverged, Refused
@@ -93,7 +92,7 @@ def _refuse_between(iterate: Iterate) -> None:
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
         start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
-        passed = between(scene.surroundings, tool, start, start + iterate.response.du, poses)
+        passed = scene.surroundings.between(tool, start, start + iterate.response.du, poses)
         if passed is not None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"

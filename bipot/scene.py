@@ -12,6 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from bipot.between import Surroundings
+from bipot.between_faces import Skin
 from bipot.drives import Drives
 from bipot.elements import Element
 from bipot.errors import (
@@ -140,9 +141,9 @@ class Scene:
         return (*self.planes, axis) if self.ring else self.planes
 
     @cached_property
-    def surroundings(self) -> Surroundings:
+    def surroundings(self) -> Surroundings | Skin:
         """The whole body's surface: beyond its mirrors by mirror image."""
-        return Surroundings.of(self.mesh, self.mirrors)
+        return (Skin if self.mesh.dimension == 3 else Surroundings).of(self.mesh, self.mirrors)
 
     @property
     def images(self) -> int:

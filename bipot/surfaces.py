@@ -11,7 +11,8 @@ arc s of its nearest point, whose derivatives are
     grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
 
 on pieces of constant k. Slips measured by s add up over increments to what they are over all of them, however long
-those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0.
+those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0. In space a surface has two
+principal curvatures, grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.slips`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,10 @@ ACROSS = 1e-12
 
 
 class Distance(NamedTuple):
-    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps."""
+    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps.
+
+    In space ``curvature`` is that of the surface of equal gaps, as grad n (…, 3, 3).
+    """
 
     gap: Floats
     normal: Floats
@@ -68,7 +72,10 @@ class Surface(Protocol):
         ...
 
     def passed(self, x: Floats, by: Floats) -> Floats:
-        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``."""
+        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``.
+
+        In space the gap alone, as (…, 1).
+        """
         ...
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
@@ -76,7 +83,7 @@ class Surface(Protocol):
         ...
 
     def tips(self) -> Tips:
-        """Its convex parts: circles of which an arc is the surface."""
+        """Its convex parts: circles of which an arc is the surface; in space spheres, of which a part is."""
         ...
 
     def beyond(self, x: Floats) -> Bools:
@@ -135,7 +142,8 @@ class Plane:
     def distance(self, x: Floats) -> Distance:
         """As :meth:`Surface.distance`."""
         gap = self.gap(x, np.zeros(len(self.point)))
-        return Distance(gap, np.broadcast_to(self.normal, x.shape), np.zeros_like(gap))
+        straight = np.zeros(gap.shape + (3, 3) * (len(self.normal) == 3))
+        return Distance(gap, np.broadcast_to(self.normal, x.shape), straight)
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`Surface.gap`."""
@@ -147,7 +155,7 @@ class Plane:
 
     def passed(self, x: Floats, by: Floats) -> Floats:
         """As :meth:`Surface.passed`."""
-        return by @ frames(np.array(self.normal)).T
+        return by @ frames(np.array(self.normal))[:2].T if len(self.normal) == 2 else by @ np.array([self.normal]).T
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`Surface.crossed`: out of a half-space there is one way."""

@@ -156,7 +156,7 @@ class Tool:
         """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
         if self.turn is None:
             return self.face.gap(x, pose[: x.shape[-1]])
-        return self.face.gap(self.own(x, pose), np.zeros(2))
+        return self.face.gap(self.own(x, pose), np.zeros(x.shape[-1]))
 
     def places(self, x: Floats, pose: Floats) -> Floats:
         """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
@@ -179,14 +179,14 @@ class Tool:
 
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
         """Vectors (…, d) of the tool at rest as they are in its ``pose`` (3,)."""
-        return vectors if self.turn is None else vectors @ rotation(pose[2]).T
+        return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T
 
     def pose(self, tau: float) -> Floats:
-        """How far (3,) the tool has gone along its path since rest, and by what angle turned."""
+        """How far (p,) the tool has gone along its path since rest, and by what angles turned."""
         out = np.zeros(pose_size(len(self.travel)))
         out[: len(self.travel)] = self.moved(0.0, tau)
         if self.turn is not None:
-            out[-1] = self.turn.at(tau)
+            out[len(self.travel) :] = self.turn.at(tau) * self.turn.about
         return out
 
     def moved(self, tau: float, tau_end: float) -> Floats:

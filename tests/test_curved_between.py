@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.between import Surroundings, between, inside
+from bipot.between import Surroundings
 from bipot.circle import Circle
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
@@ -18,7 +18,7 @@ from bipot.profiles import Profile, flat_punch
 from bipot.schedule import Schedule
 from bipot.sections import block
 from bipot.supports import Support
-from bipot.surfaces import Distance, Plane
+from bipot.surfaces import Distance, Plane, Tips
 from bipot.system import system_of
 from bipot.tools import ShapedTool
 from tests.curved import dragged, forces, marched, pressed
@@ -73,7 +73,7 @@ def test_between_is_by_the_way_of_both():
         if depth[0] > 0 or abs(depth.max()) < 3 * R:
             continue
         asked += 1
-        found = between(body, tool, start, end, np.zeros((2, 3))) is not None
+        found = body.between(tool, start, end, np.zeros((2, 3))) is not None
         assert found == (depth.max() > 0)
         seen += found
     assert 15 < seen < asked - 15
@@ -96,7 +96,7 @@ def test_a_circle_that_is_in_the_body_at_rest_is_refused(centre):
     mesh = block(1.0, 1.0, 2, 2)
     for circle in (Circle((0.5, 1.05), 0.06), Circle((0.5, 0.5), 3.0, concave=True)):
         tool = ShapedTool(circle, (0.0, 0.0), ("top",), 0.1)
-        assert inside(Surroundings.of(mesh, ()), tool, mesh.nodes, np.zeros(3)) is None
+        assert Surroundings.of(mesh, ()).inside(tool, mesh.nodes, np.zeros(3)) is None
 
 
 def test_a_mirror_image_that_meets_the_modelled_part_is_named():
@@ -131,7 +131,10 @@ class Broken:
     def distance(self, *x: Any) -> Any:
         return self.said(*x)
 
-    gap = size = passed = crossed = beyond = tips = mirrored = image = same = lines = distance
+    def tips(self) -> Tips:
+        return Tips(np.empty((0, 2)), np.empty(0), np.inf)
+
+    gap = size = passed = crossed = beyond = mirrored = image = same = lines = distance
 
 
 @pytest.mark.parametrize(

@@ -125,6 +125,23 @@ def test_the_force_of_coining_rises_as_the_die_fills(run):
     assert force[-1] > 1.5 * force[len(force) // 2]
 
 
+def test_a_sphere_dents_a_block_in_space_as_on_a_meridian(run):
+    curves, last = run("dented_block", increments=5, elements=4)
+    space, ring = (np.array(curves[name])[:, 1] for name in ("in space", "on a meridian"))
+    # Each node that comes to touch is a step of either force, at depths of their own.
+    assert space.sum() == pytest.approx(ring.sum(), rel=0.2)
+    assert (last.solved.r[:, 0] > 0).sum() >= 4
+
+
+def test_the_moment_that_twists_a_pressed_disc_tends_to_two_thirds(run):
+    angle, moment = np.array(run("twisted_disc", increments=10, elements=2)[0]).T
+    assert moment[0] == pytest.approx(0.0, abs=1e-12)
+    assert angle[-1] == pytest.approx(0.01)
+    assert moment[-1] == pytest.approx(2 / 3, rel=0.02)
+    # Elastic at first: G J angle / h over mu N R, where all sticks.
+    assert moment[1] == pytest.approx(500 * np.pi * 10**4 / 2 * angle[1] / 5 / (0.2 * 10 * np.pi * 10**3), rel=0.05)
+
+
 def test_every_example_has_a_test():
     tested = {
         node.args[0].value

@@ -171,7 +171,7 @@ def test_tools_of_a_plane_are_refused_on_a_body_in_space():
     flat = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.1)
     with pytest.raises(SceneError, match=r"tools\[0\].travel = .*of 3 numbers"):
         replace(scene, tools=(flat,))
-    with pytest.raises(SceneError, match=r"tools\[0\].surface = Circle.*a plane that does not turn"):
+    with pytest.raises(SceneError, match=r"tools\[0\].surface = Circle.*a plane, or what is Revolved"):
         replace(scene, tools=(ShapedTool(Circle((0.0, 6.0), 1.0), (0.0, 0.0, 0.0), ("top",), 0.1),))
 
 

@@ -54,7 +54,7 @@ def test_what_the_tool_sees_is_the_difference_of_places(centre):
     np.testing.assert_allclose(turn.going(x, by, pose, advance), after - there, atol=1e-14)
     # A point of the tool is seen where it is at rest, and goes nowhere.
     X = rng.uniform(-1, 1, (50, 2))
-    at = [np.add(centre, p[:2]) + (X - centre) @ rotation(p[2]).T for p in (pose, pose + advance)]
+    at = [np.add(centre, p[:2]) + (X - centre) @ rotation(p[2:]).T for p in (pose, pose + advance)]
     np.testing.assert_allclose(turn.own(at[0], pose), X, atol=1e-14)
     np.testing.assert_allclose(turn.going(at[0], at[1] - at[0], pose, advance), 0.0, atol=1e-14)
 

@@ -34,6 +34,8 @@ class Union:
     def __post_init__(self) -> None:
         object.__setattr__(self, "surfaces", require_tuple(self.surfaces, Surface, "union.surfaces"))
         require(len(self.surfaces) > 0, "union.surfaces", self.surfaces, "at least one")
+        dimensions = {surface.tips().centre.shape[-1] for surface in self.surfaces}
+        require(len(dimensions) == 1, "union.surfaces", self.surfaces, "all of a plane, or all of space")
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`bipot.surfaces.Surface.distance`."""
@@ -52,7 +54,7 @@ class Union:
         """As :meth:`bipot.surfaces.Surface.passed`; where another surface is nearest at the end, by two distances."""
         start, end = self._nearest(x), self._nearest(x + by)
         out = _chosen(end, [surface.passed(x, by) for surface in self.surfaces])
-        rest = np.zeros(2)
+        rest = np.zeros(x.shape[-1])
         out[..., 0] = np.where(start == end, out[..., 0], self.gap(x + by, rest) - self.gap(x, rest))
         return out
 
@@ -94,7 +96,7 @@ class Union:
 
     def _nearest(self, x: Floats) -> Ints:
         """Number (…) of the surface that is nearest to points x (…, d)."""
-        rest = np.zeros(2)
+        rest = np.zeros(x.shape[-1])
         return np.argmin([surface.gap(x, rest) for surface in self.surfaces], axis=0)
 
 

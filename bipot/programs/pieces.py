@@ -40,7 +40,8 @@ class Pieces:
     """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of the friction force at y, outside of which it slides.
 
     The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap in the place of the
-    former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0.
+    former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0. Motions
+    change by ``measured`` (c, d, d) times what the rows say, or by that where it is None.
     """
 
     closed: Bools
@@ -48,6 +49,7 @@ class Pieces:
     mu: Floats
     fixed: Floats
     scale: Floats
+    measured: Floats | None = None
 
     @staticmethod
     def of(
@@ -122,11 +124,11 @@ class Pieces:
 
     @cached_property
     def by_motion(self) -> Floats:
-        """Derivative (c, d, d) of :meth:`value` with respect to motion."""
+        """Derivative (c, d, d) of :meth:`value` with respect to motion as the rows have it."""
         out = self._zeros()
         out[:, 0, 0] = self.scale * self.closed
         out[:, 1:, 1:] = self.scale[:, None, None] * self.disc.by_point
-        return out
+        return out if self.measured is None else out @ self.measured
 
     @cached_property
     def by_force(self) -> Floats:

@@ -1,8 +1,8 @@
 r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
 
-A line is kept at rest; in the pose (a_1, a_2, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being
-the point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body. In
-space a plane is drawn by an outline, and no tool turns.
+A line is kept at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being the
+point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body. In space a
+plane is drawn by an outline, a surface of revolution by meridians and circles.
 """
 
 from __future__ import annotations
@@ -58,7 +58,5 @@ class Lines:
         lines, d = [], self.centres.shape[1]
         for k, first, last in zip(self.tool.tolist(), self.starts[:-1], self.starts[1:], strict=True):
             out = self.points[first:last] - self.centres[k]
-            if d == 2:
-                out = out @ rotation(poses[k, 2]).T
-            lines.append(Line(k, self.centres[k] + poses[k, :d] + out))
+            lines.append(Line(k, self.centres[k] + poses[k, :d] + out @ rotation(poses[k, d:]).T))
         return lines

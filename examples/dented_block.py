@@ -1,0 +1,92 @@
+"""
+A sphere in a block
+===================
+
+The same dent in space and on a meridian: a quarter of a round block, cut by two planes of symmetry, and a ring. On
+these coarse meshes forces rise by steps, each time that nodes come to touch.
+"""
+
+# %%
+import matplotlib.pyplot as plt
+import numpy as np
+
+from bipot import (
+    Accepted,
+    Circle,
+    Control,
+    Elasticity,
+    Geometry,
+    Linear,
+    Newton,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Support,
+    Symmetry,
+    VonMises,
+    cylinder,
+    cylinder_3d,
+    march,
+    sphere,
+)
+
+SIZE, RADIUS, DEPTH, MU = 4.0, 5.0, 0.5, 0.2  # mm
+LEAD = VonMises(Elasticity(young=20_000.0, poisson=0.4), Linear(20.0, 100.0))
+
+
+def in_space(elements: int) -> Scene:
+    """A quarter with so many elements along its axis, finer towards the top."""
+    ball = sphere((0.0, 0.0, SIZE + RADIUS), RADIUS)
+    return Scene(
+        mesh=cylinder_3d(SIZE, SIZE, elements // 2, elements // 2, elements, grading=(3.0, 0.2)),
+        geometry=Geometry.SOLID,
+        material=LEAD,
+        supports=(Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)),
+        tools=(ShapedTool(ball, (0.0, 0.0, -DEPTH), ("top",), MU),),
+    )
+
+
+def on_a_meridian(elements: int) -> Scene:
+    """The same as a ring, with elements of about the same size."""
+    return Scene(
+        mesh=cylinder(SIZE, SIZE, elements, elements, grading=(2.0, 0.2)),
+        geometry=Geometry.AXISYMMETRIC,
+        material=LEAD,
+        supports=(Support("base", 1), Support("axis", 0)),
+        tools=(ShapedTool(Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), MU),),
+    )
+
+
+def main(increments: int = 12, elements: int = 8) -> tuple[dict[str, list[tuple[float, float]]], Accepted]:
+    """Depth (mm) and force on the whole block (N), in space and on a meridian; the last increment in space."""
+    curves, ends = {}, []
+    for name, scene in (("in space", in_space(elements)), ("on a meridian", on_a_meridian(elements))):
+        steps = list(march(scene, Schedule(increments), Control(Newton())))
+        curves[name] = [(DEPTH * step.state.tau, -float(step.tool_force(0)[-1])) for step in steps]
+        print(f"{name}: a force of {curves[name][-1][1]:.1f} N at a depth of {DEPTH} mm")
+        ends.append(steps[-1])
+    return curves, ends[0]
+
+
+def draw(found: tuple[dict[str, list[tuple[float, float]]], Accepted]) -> None:
+    """Both forces over the depth, and the pressure on a quarter of the top, from above, with friction as arrows."""
+    curves, last = found
+    _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
+    for name, rows in curves.items():
+        left.plot(*np.transpose(rows), ".-", label=name)
+    left.set(xlabel="depth [mm]", ylabel="force [N]")
+    left.legend()
+    solved = last.solved
+    contacts = solved.iterate.increment.system.candidates
+    force, (x, y, _) = contacts.vectors(solved.r, solved.iterate.frames), last.state.nodes[contacts.node].T
+    pressure = np.nan_to_num(last.traction.recovered_pressure)  # none off the contact
+    colours = right.tricontourf(x, y, pressure, levels=12, cmap="viridis")
+    right.quiver(x, y, *force[:, :2].T, angles="xy", color="w", scale=10 * np.abs(force[:, :2]).max())
+    right.set(xlabel="x [mm]", ylabel="y [mm]", aspect="equal", xlim=(0, SIZE / 2), ylim=(0, SIZE / 2))
+    plt.colorbar(colours, ax=right, label="pressure [MPa]")
+
+
+# %%
+if __name__ == "__main__":
+    draw(main())
+    plt.show()

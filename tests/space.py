@@ -1,0 +1,76 @@
+"""Scenes under shaped tools in space, which tests share."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.elements import Element
+from bipot.fem.reduction import Geometry
+from bipot.laws.material import Elastic, Material
+from bipot.laws.von_mises import Elasticity
+from bipot.mesh import Mesh
+from bipot.revolved import Revolved, sphere
+from bipot.scene import Scene
+from bipot.solids import brick
+from bipot.supports import Support, Symmetry
+from bipot.surfaces import Surface
+from bipot.tools import ShapedTool
+from tests.curved import STEEL
+
+BALL = sphere((0.0, 0.0, 3.0), 2.0)
+POINTED = sphere((0.45, 0.55, 1.6), 0.6)
+RUBBER = Elastic(Elasticity(1e3, 0.3))
+PRESSED_THEN = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))
+
+
+def dented(
+    surface: Surface = BALL,
+    travel: tuple[float, float, float] = (0.0, 0.0, -0.1),
+    mu: float = 0.2,
+    elements: int = 3,
+    material: Material = STEEL,
+    element: Element = Element.H8,
+    **tool,
+) -> Scene:
+    """A quarter of a block under a sphere that begins where they touch."""
+    return Scene(
+        brick(1.0, 1.0, 1.0, elements, elements, elements, element=element),
+        Geometry.SOLID,
+        material,
+        (Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)),
+        (ShapedTool(surface, travel, ("top",), mu, **tool),),
+    )
+
+
+def rubbed(surface: Surface = POINTED, elements: int = 2, material: Material = RUBBER, **tool) -> Scene:
+    """The whole block, held at its base, under a small sphere that presses and then goes aside, askew."""
+    given = {"travel": (0.1, 0.06, -0.05), "path": PRESSED_THEN, "mu": 0.2} | tool
+    return Scene(
+        brick(1.0, 1.0, 1.0, elements, elements, elements),
+        Geometry.SOLID,
+        material,
+        tuple(Support("base", d) for d in range(3)),
+        (ShapedTool(surface, candidates=("top",), **given),),
+    )
+
+
+def turned_scene(scene: Scene, Q: np.ndarray) -> Scene:
+    """All of a scene without supports turned about the origin by Q."""
+    mesh = scene.mesh
+    tools = tuple(_moved(tool, lambda v: tuple((Q @ v).tolist())) for tool in scene.tools)
+    return replace(scene, mesh=Mesh(mesh.nodes @ Q.T, mesh.elements, mesh.boundaries), tools=tools)
+
+
+def mirrored_scene(scene: Scene) -> Scene:
+    """The mirror image of a scene without supports in x = 0."""
+    mesh, flip = scene.mesh, np.array([-1.0, 1.0, 1.0])
+    mesh = Mesh(mesh.nodes * flip, mesh.elements[:, mesh.element.mirrored], mesh.boundaries)
+    tools = tuple(_moved(tool, lambda v: tuple((flip * v).tolist())) for tool in scene.tools)
+    return replace(scene, mesh=mesh, tools=tools)
+
+
+def _moved(tool, way):
+    """The tool with all its vectors changed: it goes straight."""
+    surface = tool.face
+    along = {"axis": way(surface.axis)} if isinstance(surface, Revolved) else {"normal": way(surface.normal)}
+    return replace(tool, surface=replace(surface, point=way(surface.point), **along), travel=way(tool.travel))

@@ -1,0 +1,338 @@
+"""Shaped tools in space: derivatives, quadratic steps, all forms, turned frames and scenes, limits, the plane."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bipot import surfaces
+from bipot.certificate import Bounds
+from bipot.circle import Circle
+from bipot.driving import Force
+from bipot.fem.reduction import Geometry
+from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
+from bipot.forms.base import Cache
+from bipot.forms.newton import Reuse
+from bipot.iterate import Increment
+from bipot.laws.flow import Integration
+from bipot.marching import Control, march
+from bipot.poses import Turn
+from bipot.profiles import Profile, flat_punch
+from bipot.revolved import Revolved, cone, roll, sphere
+from bipot.scene import Scene
+from bipot.schedule import Schedule
+from bipot.sections import block, cylinder
+from bipot.solids import brick, cylinder_3d
+from bipot.supports import Support
+from bipot.surfaces import Plane
+from bipot.system import system_of
+from bipot.tools import FlatTool, ShapedTool
+from tests.curved import STEEL, TIGHT, apart, forces, marched
+from tests.scenes import named
+from tests.solids import turned
+from tests.space import POINTED, RUBBER, dented, mirrored_scene, rubbed, turned_scene
+from tests.test_curved_forms import derivative
+
+UP = (0.0, 0.0, 1.0)
+TURN = Turn(0.3, (0.2, 0.4, 1.1), axis=(0.6, 0.0, 0.8))
+SURFACES = {
+    "sphere": sphere((0.1, 0.3, 1.5), 0.5),
+    "hollow": sphere((-0.3, 0.1, -1.5), 2.9, concave=True),
+    "roll": roll((0.3, 0.1, 1.4), (0.6, 0.8, 0.0), 0.4),
+    "plane": Plane((0.0, 0.0, 1.0), (0.0, 0.6, -0.8)),
+}
+
+
+def start_of(scene, rng, tau=0.5):
+    """An increment from rest, unknowns nearby and forces of any size on all candidates."""
+    system = system_of(scene)
+    increment = Increment(system, system.rest(), tau)
+    r = 1e3 * rng.uniform(-1, 1, (len(system.candidates.node), 3))
+    r[~increment.rows.rubs, 1:] = 0.0
+    return increment, 0.01 * rng.uniform(-1, 1, increment.size), r
+
+
+@pytest.mark.parametrize("name", SURFACES)
+@pytest.mark.parametrize("turn", [None, TURN], ids=["still", "turning"])
+def test_rows_motions_and_newtons_tangent_are_derivatives(name, turn):
+    """Of what is unbalanced, where forces turn with their frames, and of the motion, measured beside the rows'."""
+    rng = np.random.default_rng(7)
+    if name == "plane" and turn is None:
+        pytest.skip("a flat tool has the same rows all along")
+    scene = rubbed(SURFACES[name], turn=turn)
+    increment, x, r = start_of(scene, rng)
+    here = increment.at(x)
+    space, rows, contacts = increment.system.body.space, here.rows, increment.system.candidates
+    assert here.measured is not None
+    K = space.matrix(here.tangent(r))
+    straight = space.matrix(here.tangent(np.zeros_like(r)))
+
+    def motion(y):
+        return increment.at(y).motion
+
+    def unbalanced(y):
+        there = increment.at(y)
+        return there.residual - there.rows.forces(r)
+
+    for _ in range(3):
+        v = rng.uniform(-1, 1, len(x))
+        by_rows = rows.motion(x + v) - rows.motion(x)
+        expected = (here.measured @ by_rows[..., None])[..., 0]
+        np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
+        np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
+        # Of a plane it is the frames that turn alone, and only as the tool does.
+        assert (np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()) == (name != "plane")
+    assert contacts.curved
+    # What rows leave out is of second order: the angle that normals turn by in the increment. Cylinders have none.
+    assert np.abs(here.measured - np.eye(3)).max() < 0.2
+
+
+def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
+    rng = np.random.default_rng(3)
+    path = ((0.0, 0.0), (1.0, 1.0))
+    scene = rubbed(travel=(0.03, -0.02, 0.0), path=path, driven_by=Force((0.0, 0.0, -9.0)))
+    increment, x, r = start_of(scene, rng)
+    here, space = increment.at(x), increment.system.body.space
+    K = space.matrix(here.tangent(r))
+
+    def unbalanced(y):
+        there = increment.at(y)
+        return there.residual - there.rows.forces(r)
+
+    for _ in range(3):
+        v = rng.uniform(-1, 1, len(x))
+        found = derivative(unbalanced, x, v)
+        np.testing.assert_allclose(found, K @ v, atol=1e-9 * np.abs(found).max())
+        # The tool's own equation too, which is of another size.
+        np.testing.assert_allclose(found[-1], (K @ v)[-1], atol=1e-7 * abs(found[-1]))
+
+
+def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvatures(monkeypatch):
+    scene = rubbed(sphere((0.45, 0.55, 2.0), 1.0), 4, mu=0.3)
+    last = marched(scene, increments=12, bounds=TIGHT)[-1]
+    increment, end, r = last.solved.iterate.increment, last.solved.iterate.x, last.solved.r
+    assert (r[:, 0] > 0).sum() >= 4
+    slides = np.linalg.norm(last.solved.iterate.motion[:, 1:], axis=1) > 1e-5
+    assert (slides & (r[:, 0] > 0)).sum() >= 3
+    way = np.random.default_rng(2).uniform(-1, 1, len(end)) * np.abs(end).max()
+
+    def after(e):
+        iterate, form = increment.at(end + e * way), Newton(Reuse(0.0))
+        step, _ = form.step(iterate, r, form.init(iterate, r, Cache()))
+        return np.abs(step.iterate.x - end).max() / np.abs(end).max()
+
+    errors = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
+    assert (errors[1:] < 0.03 * errors[:-1]).all()
+    monkeypatch.setattr("bipot.contact.Candidates.add_bending", lambda *_: None)
+    straight = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
+    assert (straight[1:] > 0.05 * straight[:-1]).all()
+
+
+@cache
+def pushed(material):
+    return marched(dented(material=material), increments=5, bounds=TIGHT)
+
+
+FORMS = (Tangent(), Dissipation(), Delassus(), Uzawa(3e4, 3e4))
+LONG = [pytest.param(form, STEEL, marks=pytest.mark.slow) for form in FORMS[1:]]
+
+
+@pytest.mark.parametrize(
+    ("form", "material"),
+    [(FORMS[0], STEEL), *((form, RUBBER) for form in FORMS), *LONG],
+    ids=lambda given: named(given) if given in FORMS else "plastic" if given is STEEL else "elastic",
+)
+def test_every_form_finds_the_same_forces_under_a_sphere(form, material):
+    """A quarter of a block, as long as the increments are those of Newton: who cuts one goes by others on."""
+    one, other = pushed(material), marched(dented(material=material), form, increments=5, bounds=TIGHT)
+    same = [a.state.tau == b.state.tau for a, b in zip(one, other, strict=False)]
+    kept = same.index(False) if False in same else len(same)
+    assert kept >= (9 if material is STEEL and isinstance(form, Delassus | Uzawa) else 15)
+    assert apart(forces(other)[:kept], forces(one)[:kept]) < 1e-6
+    assert (one[kept - 1].peeq.max() > 1e-3) == (material is STEEL)
+
+
+@pytest.mark.parametrize("flat", [False, True], ids=["sphere", "plane"])
+def test_nodes_in_planes_of_symmetry_own_their_unknowns(flat):
+    """Of their three rows the tangent across the plane is none: nothing borders Newton's matrix."""
+    scene = dented(elements=3)
+    if flat:
+        punch = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2)
+        scene = replace(scene, tools=(punch,))
+    system = system_of(scene)
+    increment = Increment(system, system.rest(), 0.5)
+    _, found = Cache().newton(increment.at(np.zeros(increment.size)))
+    assert found.border is None
+    assert (found.own[:, 0] < found.pattern.size).all()
+
+
+def test_the_penalised_form_comes_near():
+    soft = forces(marched(dented(material=RUBBER), Penalty(1e5, 1e5), increments=5))[-1]
+    assert 1e-9 < apart(soft, forces(pushed(RUBBER))[-1]) < 1e-2
+
+
+@pytest.mark.parametrize("form", [Newton(), Tangent()], ids=named)
+def test_forms_agree_and_the_law_holds_where_the_sphere_goes_askew(form):
+    """Slip, friction and cone recomputed from where nodes and sphere are: great circles, unit tangents."""
+    scene = rubbed(mu=0.3)
+    last = marched(scene, form, increments=8, bounds=TIGHT)[-1]
+    contacts, r = last.solved.iterate.increment.system.candidates, last.solved.r
+    centres = [np.add(POINTED.point, scene.travel(0.0, s.tau)[0]) for s in (last.start, last.state)]
+    before, after = (s.nodes[contacts.node] - c for s, c in zip((last.start, last.state), centres, strict=True))
+    gap = np.linalg.norm(after, axis=1) - 0.6
+    np.testing.assert_allclose(last.state.gap, gap, atol=1e-13)
+    touched = (r[:, 0] > 0) & (last.start.gap < 1e-9)
+    assert touched.sum() >= 1
+    m, n = (v[touched] / np.linalg.norm(v[touched], axis=1)[:, None] for v in (before, after))
+    angle = np.arctan2(np.linalg.norm(np.cross(m, n), axis=1), np.vecdot(m, n))
+    way = np.vecdot(m, n)[:, None] * n - m
+    slip = 0.6 * angle[:, None] * way / np.linalg.norm(way, axis=1)[:, None]
+    vectors = contacts.vectors(r, last.solved.iterate.frames)[touched]
+    push = np.vecdot(vectors, n)
+    rubbing = -0.3 * push[:, None] * slip / np.linalg.norm(slip, axis=1)[:, None]
+    np.testing.assert_allclose(vectors - push[:, None] * n, rubbing, atol=1e-6 * push.max())
+    assert apart(forces([last])[-1], forces(marched(scene, increments=8, bounds=TIGHT))[-1]) < 1e-8
+    assert last.energies.friction > 0
+
+
+@pytest.mark.parametrize("angle", [0.4, pytest.param(2.0, marks=pytest.mark.slow)])
+def test_frames_turned_by_any_angle_change_nothing(monkeypatch, angle):
+    """Of all candidates by another angle each."""
+    scene = rubbed(mu=0.3)
+    one = marched(scene, increments=6, bounds=TIGHT)
+
+    def other(normal):
+        out = surfaces.frames(normal)
+        turns = angle * np.arange(1, len(out) + 1)[:, None]
+        first, second = out[:, 1].copy(), out[:, 2].copy()
+        out[:, 1] = np.cos(turns) * first + np.sin(turns) * second
+        out[:, 2] = np.cos(turns) * second - np.sin(turns) * first
+        return out
+
+    monkeypatch.setattr("bipot.contact.frames", other)
+    two = marched(scene, increments=6, bounds=TIGHT)
+    r, turned_r = one[-1].solved.r, two[-1].solved.r
+    assert np.abs(r - turned_r).max() > 0.1 * np.abs(r[:, 1:]).max()
+    assert apart(forces(two), forces(one)) < 1e-9
+    np.testing.assert_allclose(two[-1].state.nodes, one[-1].state.nodes, atol=1e-11)
+
+
+def welded(travel=(0.05, 0.02, -0.06)):
+    """A plastic block on a plane that welds it, under a sphere that comes down askew: nothing is aligned."""
+    scene = rubbed(elements=2, material=STEEL, mu=0.3, travel=travel, path=((0.0, 0.0), (1.0, 1.0)))
+    base = ShapedTool(Plane((0.0, 0.0, 0.0), UP), (0.0, 0.0, 0.0), ("base",), np.inf)
+    return replace(scene, supports=(), tools=(*scene.tools, base))
+
+
+def test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces():
+    Q = turned((1.0, 2.0, -0.5), 0.8)
+    scene = welded()
+    one = forces(marched(scene, increments=3, bounds=TIGHT))
+    assert apart(forces(marched(turned_scene(scene, Q), increments=3, bounds=TIGHT)) @ Q, one) < 1e-8
+    mirrored = forces(marched(mirrored_scene(scene), increments=3, bounds=TIGHT))
+    assert apart(mirrored * (-1.0, 1.0, 1.0), one) < 1e-8
+
+
+def test_a_large_sphere_tends_to_the_plane():
+    flat = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2)
+    scene = dented(elements=2)
+    plane = forces(marched(replace(scene, tools=(flat,)), increments=4))
+    off = []
+    for R in (1e4, 1e6):
+        ball = dented(sphere((0.0, 0.0, 1.0 + R), R), (0.0, 0.0, -0.05), elements=2)
+        off.append(apart(forces(marched(ball, increments=4)), plane))
+    assert off[1] < 0.02 * off[0] < 1e-3
+
+
+def slab(space):
+    """A block whose base is held under a circle that presses and goes aside; in space it is one element deep."""
+    R, path = 0.6, ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+    if not space:
+        tool = ShapedTool(Circle((0.45, 1.0 + R), R), (0.15, -0.05), ("top",), 0.3, path)
+        mesh, held = block(1.0, 1.0, 4, 4), tuple(Support("base", d) for d in (0, 1))
+        return Scene(mesh, Geometry.PLANE_STRAIN, STEEL, held, (tool,))
+    surface = roll((0.45, -3.0, 1.0 + R), (0.0, 1.0, 0.0), R)
+    path = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))
+    tool = ShapedTool(surface, (0.15, 0.0, -0.05), ("top",), 0.3, path)
+    held = *(Support("base", d) for d in (0, 2)), Support("front", 1), Support("back", 1)
+    return Scene(brick(1.0, 0.5, 1.0, 4, 1, 4), Geometry.SOLID, STEEL, held, (tool,))
+
+
+def test_a_cylinder_across_a_slab_of_one_element_is_the_circle_in_plane_strain():
+    """Slips, friction and all: of half the thickness, half the force, increment by increment."""
+    plane, space = (marched(slab(kind), increments=8, bounds=TIGHT) for kind in (False, True))
+    assert len(plane) == len(space)
+    assert apart(2 * forces(space)[:, [0, 2]], forces(plane)) < 1e-8
+    assert np.abs(forces(space)[:, 1]).max() < 1e-8 * np.abs(forces(space)).max()
+    for one, other in zip(plane, space, strict=True):
+        assert 2 * other.energies.friction == pytest.approx(one.energies.friction, rel=1e-7, abs=1e-12)
+    assert plane[-1].energies.friction > 0
+    slid = np.abs(plane[-1].solved.iterate.motion[plane[-1].solved.r[:, 0] > 0, 1])
+    assert slid.max() > 0.005
+
+
+def test_a_force_presses_a_sphere_as_far_as_a_path_does():
+    path = marched(dented(material=RUBBER, travel=(0.0, 0.0, -0.05)), increments=5, bounds=TIGHT)[-1]
+    force = Force(tuple(path.tool_force(0).tolist()))
+    scene = dented(material=RUBBER, travel=(0.0, 0.0, 0.0), driven_by=Force((0.0, 0.0, -force.size)))
+    last = marched(scene, increments=5, bounds=TIGHT)[-1]
+    # The slips on the way are others, increment by increment.
+    assert last.state.translation[0] == pytest.approx(0.05, rel=2e-3)
+    assert last.tool_force(0)[2] == pytest.approx(path.tool_force(0)[2], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "surface",
+    [
+        roll((0.5, 0.0, 1.4), (0.6, 0.8, 0.0), 0.4),
+        pytest.param(cone((0.45, 0.55, 0.95), UP, 60.0, 5.0, 0.3), marks=pytest.mark.slow),
+        pytest.param(Revolved(Circle((1.0, 0.4), 0.4), (0.5, 0.5, 1.0), UP), marks=pytest.mark.slow),
+        pytest.param(Revolved(flat_punch((0.0, 0.0), 0.8, 2.0, 0.2), (0.5, 0.5, 1.0), UP), marks=pytest.mark.slow),
+    ],
+    ids=["roll", "cone", "torus", "punch"],
+)
+def test_forms_agree_under_surfaces_of_all_sorts(surface):
+    scene = rubbed(surface, elements=2 if isinstance(surface.meridian, Plane) else 3, material=STEEL)
+    control = [Control(form, integration=Integration.BACKWARD_EULER) for form in (Newton(), Tangent())]
+    one, other = (list(march(scene, Schedule(6, first=0.01), c)) for c in control)
+    assert apart(forces(other)[-1], forces(one)[-1]) < 1e-5
+    for accepted in one:
+        assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
+
+
+def test_a_sphere_dents_a_block_in_space_as_it_dents_a_ring_on_a_meridian():
+    """Coarse, and of other elements: forces differ by the meshes, by a few percent."""
+
+    ball = dented(material=RUBBER, travel=(0.0, 0.0, -0.1), mu=0.0)
+    quarter = replace(ball, mesh=cylinder_3d(1.0, 1.0, 3, 3, 4))
+    solid = marched(quarter, increments=4)[-1].tool_force(0)[2]
+    punch = ShapedTool(Circle((0.0, 3.0), 2.0), (0.0, -0.1), ("top",), 0.0)
+    held = Support("base", 1), Support("axis", 0)
+    ring = Scene(cylinder(1.0, 1.0, 6, 4), Geometry.AXISYMMETRIC, RUBBER, held, (punch,))
+    assert solid == pytest.approx(marched(ring, increments=4)[-1].tool_force(0)[1], rel=0.03)
+
+
+def test_tools_that_come_in_between_nodes_of_a_face_are_refused():
+    scene = dented(elements=2, material=RUBBER)
+    held = tuple(Support("base", d) for d in range(3))
+    deep = replace(scene, supports=held)
+    for surface in (sphere((0.25, 0.25, 1.0 + 0.16), 0.15), cone((0.25, 0.25, 1.01), UP, 10.0, 5.0)):
+        tool = ShapedTool(surface, (0.0, 0.0, -0.3), ("top",), 0.1)
+        with pytest.raises(Exception, match=r"tools\[0\] comes into the body between nodes"):
+            list(march(replace(deep, tools=(tool,)), Schedule(4), Control(Newton(), cuts=1)))
+        inside = ShapedTool(replace(surface, point=(0.25, 0.25, 0.8)), (0.0, 0.0, -0.3), ("top",), 0.1)
+        with pytest.raises(Exception, match=r"tools\[0\].surface = .*a part of it is behind nodes"):
+            replace(deep, tools=(inside,))
+    thin = Revolved(Profile(((1.0, 1.1), (1.0, 1.0), (-1.0, 1.0), (-1.0, 1.1)), 0.02, True), (0.5, 0.5, 1.0), UP)
+    with pytest.raises(Exception, match=r"tools\[0\].surface = .*thick or more"):
+        replace(deep, tools=(ShapedTool(thin, (0.0, 0.0, -0.3), ("top",), 0.1),))
+
+
+def test_a_sphere_does_not_go_through_a_block_in_one_increment():
+    """Its path leads right through; whoever marches has to stop at it."""
+    scene = dented(elements=2, material=RUBBER)
+    ball = ShapedTool(sphere((0.5, 0.5, 1.6), 0.6), (0.0, 0.0, -4.0), ("top",), 0.1)
+    held = tuple(Support("base", d) for d in range(3))
+    with pytest.raises(Exception, match="tau = 0"):
+        list(march(replace(scene, supports=held, tools=(ball,)), Schedule(1), Control(Newton(), cuts=2)))
