@@ -7,7 +7,7 @@ results by name and its certificate. Public names by subject; everything else is
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch
-* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d
+* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d, ring_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -79,7 +79,7 @@ from bipot.results import Existing, History, Recorder
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.sections import block, cylinder, ring
-from bipot.solids import brick, cylinder_3d
+from bipot.solids import brick, cylinder_3d, ring_3d
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.surfaces import Plane
 from bipot.tools import FlatTool, Sampling, ShapedTool
@@ -176,6 +176,7 @@ __all__ = [
     "limit_load",
     "march",
     "ring",
+    "ring_3d",
     "upsetting",
     "wedge",
 ]
