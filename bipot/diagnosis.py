@@ -69,7 +69,8 @@ def _unheld(system: System, state: State, tau: float) -> str | None:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
-    what = f"moving along ({shift[0]:.3g}, {shift[1]:.3g}){turns}" if shift.any() else "turning"
+    way = ", ".join(f"{part:.3g}" for part in shift)
+    what = f"moving along ({way}){turns}" if shift.any() else "turning"
     return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
 
 
@@ -100,15 +101,18 @@ def free_motion(system: System, state: State) -> Floats | None:
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
     normal, rubs = cleaned(rows.G_n @ rigid), np.isin(np.arange(rows.count), rows.frictional)
-    tangent = np.zeros((rows.count, rigid.shape[1]))
-    tangent[rows.frictional] = cleaned(rows.G_t @ rigid)
+    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid).reshape(tangent[rows.frictional].shape)
     basis = np.eye(rigid.shape[1])
     while True:
         opened, v = openable(normal @ basis)
         closed = rubs & ~opened
         if not closed.any():
             break
-        basis, rubs = basis @ null_space(tangent[closed] @ basis, rcond=ROUND_OFF), rubs & opened
+        basis, rubs = (
+            basis @ null_space(tangent[closed].reshape(-1, len(basis)) @ basis, rcond=ROUND_OFF),
+            rubs & opened,
+        )
     if not opened.any():
         v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
     motion = space.spread(rigid @ basis @ v)
