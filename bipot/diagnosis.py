@@ -109,10 +109,8 @@ def free_motion(system: System, state: State) -> Floats | None:
         closed = rubs & ~opened
         if not closed.any():
             break
-        basis, rubs = (
-            basis @ null_space(tangent[closed].reshape(-1, len(basis)) @ basis, rcond=ROUND_OFF),
-            rubs & opened,
-        )
+        slips = np.concatenate(tangent[closed]) @ basis
+        basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
     if not opened.any():
         v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
     motion = space.spread(rigid @ basis @ v)
