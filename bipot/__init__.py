@@ -7,7 +7,7 @@ results by name and its certificate. Public names by subject; everything else is
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone
-* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d
+* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d, ring_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -80,7 +80,7 @@ from bipot.revolved import Revolved, cone, roll, sphere
 from bipot.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from bipot.sections import block, cylinder, ring
-from bipot.solids import brick, cylinder_3d
+from bipot.solids import brick, cylinder_3d, ring_3d
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.surfaces import Plane
 from bipot.tools import FlatTool, Sampling, ShapedTool
@@ -179,6 +179,7 @@ __all__ = [
     "limit_load",
     "march",
     "ring",
+    "ring_3d",
     "roll",
     "sphere",
     "upsetting",

@@ -78,6 +78,19 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     return Parts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left)))
 
 
+def annulus(radii: Floats, count: int, element: Element) -> Parts:
+    """Q4 or T3 of a quarter of a ring x, y >= 0 between ``radii`` (n + 1,), ``count`` of them around it.
+
+    Boundaries are ``bore``, ``side``, ``front`` and ``left``.
+    """
+    along = np.linspace(0.0, 2.0, count + 1)
+    circle = _circle(np.minimum(np.column_stack([2 - along, along]), 1.0))
+    number = np.arange(len(radii) * (count + 1)).reshape(len(radii), -1)
+    nodes = (radii[:, None, None] * circle).reshape(-1, 2)
+    names, lines = ("bore", "side", "front", "left"), (number[0], number[-1], number[:, 0], number[:, -1])
+    return Parts(nodes, cells_between(number, element), edges_along(names, lines))
+
+
 def _around(inner: Ints, quarter: bool) -> Ints:
     """Numbers of the nodes around the square, anticlockwise: of a quarter its far sides, else all, the first again."""
     far = np.concatenate([inner[-1], inner[-2::-1, -1]])

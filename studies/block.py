@@ -4,8 +4,9 @@ r"""A block upset between rigid platens with exact Coulomb friction, as the eigh
 
 A cube of 10 mm, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa; ``--width``, ``--depth``, ``--height`` and what
 :mod:`studies.upsetting` takes of a material ask for others. For each mu the folder ``DIR/mu{mu}`` receives what that of
-the cylinder does, with the same columns for the full block, and ``line`` (:mod:`studies.block_line`) besides; radii
-are distances from the axis of pressing. Candidates are those of the sides too: they roll onto the platen.
+the cylinder does, with the same columns for the full block, ``line`` and ``corner`` (:mod:`studies.block_line`)
+besides; radii are distances from the axis of pressing. Candidates are those of the sides too: they roll onto the
+platen.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from bipot.scene import Scene
 from bipot.solids import brick
 from bipot.supports import Symmetry
 from bipot.tools import FlatTool
-from studies.block_line import LINE
+from studies.block_line import CORNER, LINE
 from studies.command import command
 from studies.element_types import SolidType
 from studies.upsetting import Planned, complete
@@ -81,8 +82,8 @@ class Block(Upset):
         )
 
     def columns(self) -> list[Column]:
-        """Those of the cylinder and :data:`~studies.block_line.LINE`."""
-        return [*super().columns(), LINE]
+        """Those of the cylinder, :data:`~studies.block_line.LINE` and :data:`~studies.block_line.CORNER`."""
+        return [*super().columns(), LINE, CORNER]
 
 
 def parser() -> argparse.ArgumentParser:

@@ -142,6 +142,33 @@ def test_the_moment_that_twists_a_pressed_disc_tends_to_two_thirds(run):
     assert moment[1] == pytest.approx(500 * np.pi * 10**4 / 2 * angle[1] / 5 / (0.2 * 10 * np.pi * 10**3), rel=0.05)
 
 
+def test_friction_makes_the_sides_of_a_block_in_space_bulge(run):
+    found = run("upset_block", increments=6, elements=3, friction=(0.0, 0.3))
+    forces = {mu: -last.tool_force(0)[2] for mu, last in found.items()}
+    assert forces[0.0] == pytest.approx(300.0 * 100.0 / 0.8, rel=2e-3)
+    assert forces[0.3] > 1.05 * forces[0.0]
+    sides = {mu: last.state.nodes[last.scene.mesh.boundary_nodes("right"), 0] for mu, last in found.items()}
+    assert np.ptp(sides[0.0]) < 1e-6
+    assert np.ptp(sides[0.3]) > 0.5
+
+
+def test_a_picture_that_cannot_be_made_is_missed_in_words(run, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with monkeypatch.context() as patched:
+        patched.setattr(pyplot, "close", lambda *given: None)
+        run("upset_block", increments=2, elements=1, friction=(0.3,))
+    said = [text.get_text() for text in pyplot.gcf().axes[0].texts]
+    pyplot.close("all")
+    assert said == ["no picture: pyvista is not installed"]
+
+
+def test_a_ring_in_space_is_the_ring_of_a_meridian(run):
+    for mu, (flat, solid) in run("ring_in_space", increments=5, elements=2).items():
+        assert (solid[-1, 1] > 0) == (mu < 0.1)
+        np.testing.assert_allclose(solid[:, 1], flat[:, 1], atol=0.2)
+        np.testing.assert_allclose(solid[:, 2], flat[:, 2], rtol=5e-3)
+
+
 def test_every_example_has_a_test():
     tested = {
         node.args[0].value

@@ -18,8 +18,8 @@ from studies.tables import read_csv
 ROOT = Path(__file__).parents[1]
 RESULTS, SHIPPED = ROOT / "docs" / "results", ROOT / "docs" / "figures"
 
-OF_RUNS = {"fig2_velocity", "fig_force_stroke"}
-"""Those of `make run`."""
+OF_RUNS = {"fig2_velocity", "fig_block", "fig_force_stroke"}
+"""Those of `make run`, and of `python -m studies.block`."""
 
 
 def of_table(module):

@@ -33,12 +33,15 @@ from bipot import (
     VonMises,
     brick,
     march,
+    meeting,
     plot,
 )
+from bipot.diagnosis import free_motion
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.surfaces import frames
+from bipot.system import system_of
 from tests.solids import turned
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))
@@ -118,6 +121,30 @@ def test_turned_in_space_with_all_tools_a_scene_has_the_same_forces_turned():
     assert (np.abs(slip) > 1e-5).all(axis=1).any()
 
 
+@pytest.mark.parametrize("form", [Newton(), Tangent(), Dissipation()], ids=lambda form: type(form).__name__)
+def test_frames_turned_about_the_normal_change_nothing(form, monkeypatch):
+    """By another angle at every call's every candidate of a punch that drags the block askew."""
+    schedule, control, ends = Schedule(3, first=0.1), Control(form, ()), []
+    for spread in (0.0, 1.7):
+        monkeypatch.setattr(meeting, "frames", lambda normal, spread=spread: spun(normal, spread))
+        ends.append(list(march(dragged(np.eye(3)), schedule, control))[-1])
+    one, other = ends
+    assert not np.allclose(one.solved.r, other.solved.r, rtol=1e-2)
+    exact = form == Newton()
+    scale = np.abs(one.tool_forces).max()
+    np.testing.assert_allclose(other.tool_forces, one.tool_forces, rtol=0, atol=(1e-9 if exact else 1e-7) * scale)
+    np.testing.assert_allclose(other.state.nodes, one.state.nodes, rtol=0, atol=1e-9 if exact else 1e-7)
+
+
+def spun(normal, spread):
+    """The library's frames, the tangents turned about the normal by an angle of their own each."""
+    found = frames(normal)
+    angle = spread * np.arange(1, 1 + normal[..., 0].size).reshape(normal.shape[:-1])
+    c, s = np.cos(angle)[..., None], np.sin(angle)[..., None]
+    first, second = found[..., 1, :], found[..., 2, :]
+    return np.stack([found[..., 0, :], c * first + s * second, c * second - s * first], axis=-2)
+
+
 def test_frames_of_space_are_orthonormal_and_right_handed():
     rng = np.random.default_rng(0)
     normal = np.vstack([rng.normal(size=(50, 3)), np.eye(3), -np.eye(3)])
@@ -126,6 +153,21 @@ def test_frames_of_space_are_orthonormal_and_right_handed():
     np.testing.assert_allclose(found @ found.swapaxes(1, 2), np.broadcast_to(np.eye(3), found.shape), atol=1e-15)
     np.testing.assert_allclose(np.linalg.det(found), 1.0, rtol=1e-14)
     np.testing.assert_array_equal(found[:, 0], normal)
+
+
+@pytest.mark.parametrize(("mu", "moves"), [(0.0, True), (0.3, False)])
+def test_what_no_support_holds_a_closed_contact_with_friction_holds_along_both_tangents(mu, moves):
+    held = upset(mu)
+    floor = FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), mu)
+    roof = replace(held.tools[0], candidates=("top",))
+    scene = replace(held, supports=(), tools=(floor, roof))
+    system = system_of(scene)
+    motion = free_motion(system, system.rest())
+    if not moves:
+        assert motion is None
+        return
+    assert np.abs(motion[:, :2]).max() == pytest.approx(1.0, rel=0.5)
+    np.testing.assert_allclose(motion[:, 2], 0.0, atol=1e-12)
 
 
 def test_a_force_presses_an_elastic_block_without_friction_to_a_uniform_pressure():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -41,6 +42,7 @@ from bipot import (
 )
 from bipot.fem.elements import RULES, tabulated
 from bipot.results import open as open_results
+from studies.verification.cases import quarter_cylinder
 from tests.solids import SOLIDS, turned
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 1000.0))
@@ -199,6 +201,19 @@ def test_a_run_is_read_back_by_vtk_and_marched_on(element, tmp_path):
             x, weights = [0.0] * 3, [0.0] * element.nodes
             grid.GetCell(e).EvaluateLocation(reference(0), point.tolist(), x, weights)
             np.testing.assert_allclose(x, place, rtol=1e-12, atol=1e-14)
+
+
+def test_a_quarter_of_a_cylinder_has_the_axisymmetric_force():
+    """By six segments of the circle's area; on the circle they would lose more than that."""
+    found = []
+    for scene in (quarter_cylinder.meridian(8), quarter_cylinder.quarter(6)):
+        steps = islice(march(scene, Schedule(15, first=0.001 / 0.45), Control(Newton(), ())), 14)
+        found.append(np.array([(step.state.tau, -step.tool_force(0)[-1]) for step in steps]))
+    (tau, flat), (other, solid) = (rows.T for rows in found)
+    np.testing.assert_array_equal(other, tau)
+    np.testing.assert_allclose(solid, flat, rtol=5e-3)
+    chords = np.sin(np.pi / 12) / (np.pi / 12)
+    assert (chords * solid < 0.993 * flat).all()
 
 
 BRICK = brick(1.0, 1.0, 1.0, 1, 1, 1)

@@ -15,7 +15,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import outward_area
 from bipot.layout import Layout
 from bipot.mesh import Mesh
-from bipot.solids import brick, cylinder_3d
+from bipot.solids import brick, cylinder_3d, ring_3d
 from tests.solids import SOLIDS, curved
 
 meshio = pytest.importorskip("meshio")
@@ -64,6 +64,30 @@ def test_a_cylinder_comes_to_its_volume(element, quarter):
     assert errors[0] / errors[1] == pytest.approx(16 if element.quadratic else 4, rel=0.05)
     flat = cylinder_3d(2.0, 3.0, 4, 1, 1, element=element, quarter=quarter, curved=False)
     assert 1 - volume(flat) / exact == pytest.approx(1 - np.sin(np.pi / 16) / (np.pi / 16), rel=1e-9)
+
+
+@pytest.mark.parametrize("element", SOLIDS)
+@pytest.mark.parametrize("curved", [True, False])
+def test_a_circle_that_is_not_inscribed_has_its_own_area(element, curved):
+    how = {"element": element, "curved": curved, "inscribed": False}
+    assert volume(cylinder_3d(2.0, 3.0, 2, 1, 1, **how)) == pytest.approx(3 * np.pi, rel=1e-12)
+    assert volume(ring_3d(1.0, 2.0, 4.0, 3, 2, 1, **how)) == pytest.approx(3 * np.pi, rel=1e-12)
+
+
+@pytest.mark.parametrize("element", SOLIDS)
+def test_a_quarter_of_a_ring_has_six_sides_on_its_circles_and_planes(element):
+    mesh = ring_3d(1.0, 3.0, 2.0, 4, 2, 2, grading=(2.0, 1.0), element=element)
+    assert volume(mesh) == pytest.approx(4 * np.pi, rel=1e-4 if element.quadratic else 0.03)
+    radius = np.linalg.norm(mesh.nodes[:, :2], axis=1)
+    for name, exact in {"bore": 1.0, "side": 3.0}.items():
+        np.testing.assert_allclose(radius[mesh.boundary_nodes(name)], exact, rtol=1e-14)
+    for name, axis in {"left": 0, "front": 1, "base": 2}.items():
+        assert not mesh.nodes[mesh.boundary_nodes(name), axis].any()
+    assert sum(map(len, mesh.boundaries.values())) == len(mesh.outline)
+    outside = outward_area(mesh.nodes, mesh.boundary("bore"), Geometry.SOLID).sum(axis=(0, 1))
+    assert (outside[:2] < 0).all()
+    sizes = np.diff(np.unique(radius[mesh.boundary_nodes("front")].round(12)))
+    assert sizes[-1] / sizes[0] == pytest.approx(2.0)
 
 
 def test_rings_of_a_cylinder_are_graded():
@@ -156,6 +180,9 @@ HEXAHEDRON = (np.array(Element.H8.places), [("hexahedron", np.array([[0, 1, 3, 2
         (lambda: cylinder_3d(1.0, 1.0, 1, 1, 1, quarter=2), "quarter = 2"),  # pyright: ignore[reportArgumentType]
         (lambda: cylinder_3d(1.0, 1.0, 1, 10**9, 1), "n_r = 1000000000: must be so few"),
         (lambda: cylinder_3d(1.0, 1.0, 1, 1, 1, element=Element.T6), "element = 'T6'"),
+        (lambda: cylinder_3d(1.0, 1.0, 1, 1, 1, inscribed=2), "inscribed = 2"),  # pyright: ignore[reportArgumentType]
+        (lambda: ring_3d(2.0, 2.0, 1.0, 1, 1, 1), "inner = 2.0: must be < outer = 2.0"),
+        (lambda: ring_3d(1.0, 2.0, 1.0, 0, 1, 1), "n_around = 0"),
         (lambda: Mesh.from_meshio(meshio.Mesh(*HEXAHEDRON)), "node order of cell"),
         (lambda: Mesh(np.zeros((4, 4)), np.arange(4)[None]), r"mesh.nodes = .*\(nodes, 3\) in space"),
         (lambda: Mesh(Element.H8.places, np.arange(6)[None]), r"\(1, 6\).*\(n, 4\): T4, .*\(n, 20\): H20"),

@@ -25,12 +25,13 @@ LONG = {
     "bar_drawing",
     "hertz_cylinder",
     "hertz_sphere",
+    "quarter_cylinder",
     "ring_constant_shear",
     "strip_rolling",
     "wedge_extrusion",
     "wedge_indentation",
 }
-"""Cases whose coarsest mesh takes seconds, with short runs of their own: examples (test_examples), test_hertz."""
+"""Cases whose coarsest mesh takes seconds; short runs are in test_examples, test_hertz and test_solid_marches."""
 
 
 def kept():
