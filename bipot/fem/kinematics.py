@@ -86,6 +86,19 @@ class Kinematics(Gradients):
         """Volume change (e, q) of the points as it is, that of the strain before it is projected."""
         return self.middle[..., self.reduction.diagonal].sum(axis=-1)
 
+    def part(self, elements: slice) -> Kinematics:
+        """Those of some elements."""
+        projector, half = self.projector, self.half
+        return Kinematics(
+            reduction=self.reduction,
+            shape=self.shape[elements],
+            volume=self.volume[elements],
+            projector=None if projector is None else projector.part(elements),
+            strain=self.strain[elements],
+            middle=self.middle[elements],
+            half=None if half is None else CLOSED_FORMS[self.reduction.dimension].part(half, elements),
+        )
+
     @property
     def moves(self) -> bool:
         """Whether the configuration where equilibrium is asked moves with the increment."""

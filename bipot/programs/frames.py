@@ -168,7 +168,7 @@ class Border:
         # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
         when[lone] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
-        return Border(contact, touched, number, Pattern.ranked(row, column, rank))
+        return Border(contact, touched, number, replace(Pattern.ranked(row, column, rank), panel=inner.panel))
 
     def factorise(self, data: Floats, law: Law) -> sla.SuperLU:
         """LU with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
