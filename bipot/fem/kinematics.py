@@ -120,7 +120,8 @@ class Kinematics(Gradients):
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:
     """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
-    return D[:, :, reduction.diagonal].sum(axis=2)
+    first, *others = (D[:, :, a] for a in reduction.diagonal)
+    return sum(others, first)
 
 
 def gradients(

@@ -32,9 +32,8 @@ from bipot.fem.reduction import Geometry, Reduction
 from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
-
-TOGETHER = 2**17
-"""Entries of D that are made at a time, 1 MB."""
+TOGETHER = 2**16
+"""Entries of D that are made at a time, half a megabyte."""
 
 
 @dataclass(frozen=True)
@@ -215,19 +214,20 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     e, n, _ = scratch.K.shape
     np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
     if kin.projector is not None:
-        scratch.K[...] += s.bulk * _projected(kin, kin.projector, by_g[:, :, :3].sum(axis=2), scratch.D)
+        theta_by_g = by_g[:, :, 0] + by_g[:, :, 1] + by_g[:, :, 2]
+        scratch.K[...] += _projected(kin, kin.projector, theta_by_g, scratch.D, s.bulk)
 
 
-def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats) -> Floats:
-    """What projecting the volume change adds to K_e (e, dk, dk), over the bulk modulus; ``by_g`` (e, q, m): d tr e/dg.
+def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
+    """What projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
 
-    K_e gains sum_q w V' K (d(Pi theta) - d theta), V the trace of D. Weights that move by w V move Pi theta by
-    phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
+    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by w V
+    move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
     """
-    V = trace_rows(D, kin.reduction)
+    V, by_motion = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
     left = (kin.divergence - trace(kin.strain))[..., None] * V
-    moved = projector.of(left) + projector.left((by_g[:, :, None] @ D)[:, :, 0])
-    return (kin.volume[..., None] * V).transpose(0, 2, 1) @ moved
+    moved = projector.of(left + by_motion) - by_motion
+    return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
 
 
 def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:
