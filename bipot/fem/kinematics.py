@@ -120,8 +120,11 @@ class Kinematics(Gradients):
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:
     """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
-    first, *others = (D[:, :, a] for a in reduction.diagonal)
-    return sum(others, first)
+    a, *others = reduction.diagonal
+    out = D[:, :, a].copy()
+    for b in others:
+        out += D[:, :, b]
+    return out
 
 
 def gradients(
