@@ -11,6 +11,7 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.increment import System
 from bipot.programs.condensation import factorise
+from bipot.programs.factors import SuperLUFactor
 from bipot.programs.ordering import Pattern
 from bipot.response import Response, TangentKind
 
@@ -29,22 +30,23 @@ class Kappa:
     samples: list[float] = field(default_factory=list)
     factorisations: list[float] = field(default_factory=list)
     fill: int = 0
+    """Entries of the factors."""
 
     def sample(self, system: System, response: Response) -> None:
         """Time one assembly (the project's own), one ``splu``, and one solve."""
         began = time.process_time()
         K = system.body.stiffness(response, TangentKind.CONSISTENT)
-        data = self.pattern.by_row(np.asarray(K.data, np.float64))[:-1] if self.pattern else K.data
+        data = self.pattern.by_row(np.asarray(K.data, np.float64))[:-1] if self.pattern else np.empty(0)
         assembled = time.process_time()
-        lu = self.pattern.factorise(data) if self.pattern else factorise(K)
+        factor = self.pattern.factorise(data) if self.pattern else SuperLUFactor(factorise(K))
         factorised = time.process_time()
         if self.pattern:
-            self.pattern.solve(lu, response.internal)
+            self.pattern.solve(factor, response.internal)
         else:
-            lu.solve(response.internal)
+            factor.solve(response.internal)
         self.samples.append(time.process_time() - began)
         self.factorisations.append(factorised - assembled)
-        self.fill = lu.L.nnz + lu.U.nnz
+        self.fill = factor.fill
 
     @property
     def median(self) -> float:

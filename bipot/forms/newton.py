@@ -13,6 +13,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
+from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
@@ -145,10 +146,11 @@ class Memory:
 
 @dataclass(frozen=True)
 class Newton:
-    """The fast path. It can cycle: then others have to go on."""
+    """The fast path. It can cycle: then others have to go on. ``linear`` factorises."""
 
     reuse: Reuse = Reuse()
     search: Search = Search()
+    linear: LinearSolver = SuperLU()
     name: ClassVar[FormName] = FormName.NEWTON
 
     def __post_init__(self) -> None:
@@ -199,7 +201,7 @@ class Newton:
         data = setup.data(element)
         if setup.spins.size:
             setup.hold(data, _resisted(here, setup.spins))
-        return Linearised.of(data, frames, here.pieces)
+        return Linearised.of(data, frames, here.pieces, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""

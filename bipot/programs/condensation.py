@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
-from bipot.programs.ordering import RELAX, SYMMETRIC, minimum_degree
+from bipot.programs.factors import RELAX, SYMMETRIC
+from bipot.programs.ordering import minimum_degree
 from bipot.typing import Floats, Ints
 
 SINGULAR = "the stiffness is singular: a part of the body moves without resistance"

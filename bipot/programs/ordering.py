@@ -11,15 +11,8 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 from numpy.typing import NDArray
 
-from bipot.errors import ProgramError
+from bipot.programs.factors import DEFAULT, SYMMETRIC, Factor, LinearSolver
 from bipot.typing import Floats, Ints
-
-SYMMETRIC = {"SymmetricMode": True}
-"""SuperLU's mode for a symmetric pattern: it keeps to the diagonal pivots the order was made for."""
-
-PIVOT = 1e-2
-"""The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
-
 
 LARGE = {2: 20_000, 3: 0}
 """Unknowns from which on nested dissection is the better order, in two and three dimensions.
@@ -41,9 +34,6 @@ def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) ->
     lu = sla.splu(sample, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=SYMMETRIC)
     return np.asarray(lu.perm_c, dtype=np.intp)
 
-
-RELAX = 4
-"""Up to how many columns at the leaves SuperLU merges: faster than its default on the small supernodes of a mesh."""
 
 LEAF = 100
 """Unknowns of a part that is not cut any further: it is ordered by minimum degree."""
@@ -134,24 +124,20 @@ class Pattern:
         out[self.place] = data
         return out
 
-    def factorise(self, data: Floats) -> sla.SuperLU:
-        """LU of the *transpose* of the row-wise ``data``; raises ProgramError when it is singular."""
+    def factorise(self, data: Floats, solver: LinearSolver = DEFAULT) -> Factor:
+        """Factors of the row-wise ``data`` (nnz,); raises ProgramError when it is singular."""
         # Its index arrays are checked once, not at every factorisation.
         transpose = copy(self._transpose)
         transpose.data = data
-        kept = {"diag_pivot_thresh": PIVOT, "relax": RELAX, "panel_size": self.panel, "options": SYMMETRIC}
-        try:
-            return sla.splu(transpose, permc_spec="NATURAL", **kept)
-        except RuntimeError as singular:
-            raise ProgramError("the Newton matrix is singular: the body can move without resistance") from singular
+        return solver.factorise(transpose, self.panel)
 
     @cached_property
     def _transpose(self) -> sp.csc_matrix:
         """The transpose's pattern with data of no meaning."""
         return sp.csc_matrix((np.ones(len(self.indices)), self.indices, self.indptr), shape=(self.size, self.size))
 
-    def solve(self, lu: sla.SuperLU, b: Floats) -> Floats:
+    def solve(self, factor: Factor, b: Floats) -> Floats:
         """x (n,) with A x = b, both in the numbering of the unknowns."""
         x = np.empty_like(b)
-        x[self.order] = lu.solve(b[self.order], "T")
+        x[self.order] = factor.solve(b[self.order])
         return x

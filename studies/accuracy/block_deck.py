@@ -16,10 +16,14 @@ from bipot.mesh import Mesh
 from bipot.scene import Scene
 from bipot.solids import brick
 from bipot.typing import Floats
-from studies import block
+from studies.accuracy.block_alone import scene_of
 from studies.accuracy.deck import NODES, OUTSIDE, PUNCH, Deck, entries, numbered
+from studies.block import CANDIDATES
 
 QUADRATIC = ("C3D20R",)
+REDUCTION = 0.3
+"""Of a scene of which only mesh and material are asked."""
+
 COPIES = 4
 """Quarters of the platen."""
 
@@ -33,8 +37,7 @@ class BlockDeck(Deck):
 
     def scene(self) -> Scene:
         """The study's."""
-        (case,) = block.cases(block.parser().parse_args(["--mu", f"{self.mu:g}", "--elements", "1"]))
-        return case.scene()
+        return scene_of(self.mu, 1, REDUCTION)
 
     def force(self, total: Sequence[float]) -> float:
         """On the whole platen."""
@@ -59,7 +62,7 @@ class BlockDeck(Deck):
         yield from entries(len(mesh.elements) + 1, *range(first, first + 8))
 
     def _slave(self, mesh: Mesh) -> Iterator[str]:
-        upper = self._upper(mesh, block.CANDIDATES)
+        upper = self._upper(mesh, CANDIDATES)
         yield "*SURFACE, NAME=SLAVE" + (", TYPE=NODE" if self.contact == NODES else "")
         if self.contact == NODES:
             yield from (f"{node + 1}," for node in np.unique(upper))
