@@ -11,6 +11,8 @@ import numpy as np
 from bipot.accepted import Accepted
 from bipot.increment import System
 from bipot.programs.condensation import factorise
+from bipot.programs.factors import SuperLUFactor
+from bipot.programs.ordering import Pattern
 from bipot.response import Response, TangentKind
 
 LEAST = 20
@@ -19,21 +21,32 @@ LEAST = 20
 
 @dataclass
 class Kappa:
-    """Samples of the unit of cost, and of the factorisation in it, in processor seconds."""
+    """Samples of the unit of cost, and of the factorisation in it, in processor seconds.
 
+    In the order of elimination of a ``pattern`` that was found before; without one it is found each time.
+    """
+
+    pattern: Pattern | None = None
     samples: list[float] = field(default_factory=list)
     factorisations: list[float] = field(default_factory=list)
+    fill: int = 0
+    """Entries of the factors."""
 
     def sample(self, system: System, response: Response) -> None:
-        """Time one assembly (the project's own), one ``splu`` with its ordering, and one solve."""
+        """Time one assembly (the project's own), one ``splu``, and one solve."""
         began = time.process_time()
         K = system.body.stiffness(response, TangentKind.CONSISTENT)
+        data = self.pattern.by_row(np.asarray(K.data, np.float64))[:-1] if self.pattern else np.empty(0)
         assembled = time.process_time()
-        lu = factorise(K)
+        factor = self.pattern.factorise(data) if self.pattern else SuperLUFactor(factorise(K))
         factorised = time.process_time()
-        lu.solve(response.internal)
+        if self.pattern:
+            self.pattern.solve(factor, response.internal)
+        else:
+            factor.solve(response.internal)
         self.samples.append(time.process_time() - began)
         self.factorisations.append(factorised - assembled)
+        self.fill = factor.fill
 
     @property
     def median(self) -> float:

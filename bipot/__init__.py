@@ -14,6 +14,7 @@ results by name and its certificate. Public names by subject; everything else is
 * limit loads: limit_load, LimitLoad
 * march: march, Course, Schedule, Control, Integration, Limits, Bounds, Locate
 * forms: Tangent, TangentKind, Dissipation, Newton, Delassus, Penalty, Uzawa, Optimiser, Safeguard
+* linear algebra of Newton: SuperLU, Pardiso
 * conic programs: conic_program, ConicProgram, ConicSolution, Accuracy, Clarabel, Qoco, Cvxpy
 * results: Accepted, State, Components, Certificate, Energies
 * files: Recorder, Existing, History
@@ -73,6 +74,7 @@ from bipot.mesh import Mesh
 from bipot.paths import Amplitude
 from bipot.poses import Turn
 from bipot.profiles import Profile, Union, flat_punch, wedge
+from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
@@ -133,6 +135,7 @@ __all__ = [
     "Newton",
     "NotConverged",
     "Optimiser",
+    "Pardiso",
     "Penalty",
     "Perfect",
     "Plane",
@@ -154,6 +157,7 @@ __all__ = [
     "Schedule",
     "ShapedTool",
     "State",
+    "SuperLU",
     "Support",
     "Swift",
     "Symmetry",

@@ -1,13 +1,21 @@
 """Orders of elimination: minimum degree, and nested dissection of large patterns."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 
+from bipot.errors import ProgramError, SceneError
 from bipot.forms import Newton
+from bipot.forms.memory import ordered
+from bipot.increment import Increment
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.programs import ordering
+from bipot.programs import factors, ordering
+from bipot.programs.factors import Pardiso, SuperLU
+from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern, dissection, minimum_degree
 from bipot.scene import upsetting
+from studies.accuracy.block_alone import scene_of
 
 
 def posed(elements):
@@ -30,7 +38,7 @@ def test_nested_dissection_fills_less_than_minimum_degree_on_a_fine_mesh():
     K, places = posed(40)
     pattern, lu = factor(K, dissection(K.indices, K.indptr, places))
     other = factor(K, minimum_degree(K.indices, K.indptr))[1]
-    assert lu.L.nnz + lu.U.nnz < other.L.nnz + other.U.nnz
+    assert lu.fill < other.fill
     b = np.sin(np.arange(len(places)))
     np.testing.assert_allclose(K @ pattern.solve(lu, b), b, atol=1e-11)
 
@@ -52,8 +60,59 @@ def test_unknowns_that_are_all_in_one_place_are_one_part():
 def test_a_march_in_another_order_has_the_same_answer(monkeypatch: pytest.MonkeyPatch):
     scene, schedule = upsetting(mu=0.3, reduction=0.02, elements=6), Schedule(3, first=0.05)
     forces = []
-    for large in (ordering.LARGE, 0):
-        monkeypatch.setattr(ordering, "LARGE", large)
+    for large in (ordering.LARGE[2], 0):
+        monkeypatch.setitem(ordering.LARGE, 2, large)
         forces.append([a.solved.r for a in march(scene, schedule, Control(Newton(), ()))][-1])
     assert not np.array_equal(*forces)
     np.testing.assert_allclose(*forces, atol=1e-9 * np.abs(forces[0]).max())
+
+
+PARDISO = pytest.mark.skipif(find_spec("pypardiso") is None, reason="pypardiso is not installed")
+
+
+def cube(elements=4):
+    """The eighth of a block."""
+    return scene_of(0.3, elements, 0.02)
+
+
+def test_in_space_nested_dissection_is_the_order_and_fills_less():
+    space = system_of(cube(6)).body.space
+    found = ordered(space)
+    column = np.repeat(np.arange(space.size), np.diff(space.indptr))
+    other = Pattern.ranked(space.indices, column, minimum_degree(space.indices, space.indptr))
+    data = np.where(space.indices == column, 100.0, -1.0)
+    fills = [pattern.factorise(pattern.by_row(data)[:-1]).fill for pattern in (found, other)]
+    assert found.panel > 1
+    assert fills[0] < 0.97 * fills[1]
+
+
+def test_in_space_no_contact_of_a_flat_tool_borders_the_matrix():
+    """Nodes of planes of symmetry, where the normal or a tangent is held, own what is left."""
+    system = system_of(cube())
+    frames = Frames.of(Increment(system, system.rest(), 0.1).rows, ordered(system.body.space))
+    assert frames.border is None
+
+
+@PARDISO
+def test_a_march_by_pardiso_has_the_same_answer():
+    forces = []
+    for linear in (SuperLU(), Pardiso()):
+        control = Control(Newton(linear=linear), ())
+        forces.append([a.solved.r for a in march(cube(), Schedule(2, first=0.05), control)][-1])
+    assert not np.array_equal(*forces)
+    np.testing.assert_allclose(*forces, atol=1e-9 * np.abs(forces[0]).max())
+
+
+@PARDISO
+def test_pardiso_calls_a_singular_matrix_so():
+    K, _ = posed(3)
+    K.data[K.indptr[4] : K.indptr[5]] = 0.0
+    pattern = Pattern.of(K.indices, K.indptr)
+    with pytest.raises(ProgramError, match="singular"):
+        pattern.factorise(pattern.by_row(K.data)[:-1], Pardiso())
+
+
+def test_pardiso_is_refused_in_words_where_it_is_not_installed(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(factors, "find_spec", lambda name: None)
+    with pytest.raises(SceneError, match="pip install pypardiso"):
+        Pardiso()

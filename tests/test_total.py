@@ -34,7 +34,7 @@ def row(program, seconds, error, **changed):
     texts = {"form": "newton", "element": "q4p0", "quadrature": "gauss2", "layout": "tensor", "contact": "nodes"}
     times = {"seconds": seconds, "process_seconds": seconds + (program == OWN)}
     counts = {"elements": 2, "unknowns": 9, "increments": 9, "passes": 9, "runs": 1}
-    found = {"force_45_N": 1.0, "force_error": error, "end_error": error, "band": 1e-3}
+    found = {"end_force_N": 1.0, "force_error": error, "end_error": error, "band": 1e-3}
     words = {"schedule": "12 increments", "version": "1", "outcome": SOLVED}
     return Row(**{"mu": 0.1, "program": program, **texts, **times, **counts, **found, **words, **changed})
 
@@ -73,11 +73,13 @@ PRINTED = """
 
 def test_what_calculix_prints_is_read():
     said = "number of equations\n 220\n\n iteration 1\n\n iteration 2\n\n *ERROR: too many cutbacks\n"
-    found = calculix.read(Ended(said, 1.5, 201), PRINTED, "SUMMARY\n STEP INC\n  1  1  1  4 0.1 0.1 0.1\n", 2)
+    found = calculix.read(
+        Ended(said, 1.5, 201), PRINTED, "SUMMARY\n STEP INC\n  1  1  1  4 0.1 0.1 0.1\n", 2, DECK.force
+    )
     assert found == calculix.Calculation((18000.0,), 220, 1, 2, 1.5, "too many cutbacks")
-    assert calculix.read(Ended("", 1.0, None), "", "", 2).stopped == calculix.LATE
-    assert calculix.read(Ended("", 1.0, -11), "", "", 2).stopped == "exit code -11"
-    assert calculix.read(Ended("", 1.0, 0), PRINTED, "", 1).stopped == ""
+    assert calculix.read(Ended("", 1.0, None), "", "", 2, DECK.force).stopped == calculix.LATE
+    assert calculix.read(Ended("", 1.0, -11), "", "", 2, DECK.force).stopped == "exit code -11"
+    assert calculix.read(Ended("", 1.0, 0), PRINTED, "", 1, DECK.force).stopped == ""
 
 
 EXACT = 42815.427

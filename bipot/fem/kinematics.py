@@ -86,6 +86,19 @@ class Kinematics(Gradients):
         """Volume change (e, q) of the points as it is, that of the strain before it is projected."""
         return self.middle[..., self.reduction.diagonal].sum(axis=-1)
 
+    def part(self, elements: slice) -> Kinematics:
+        """Those of some elements."""
+        projector, half = self.projector, self.half
+        return Kinematics(
+            reduction=self.reduction,
+            shape=self.shape[elements],
+            volume=self.volume[elements],
+            projector=None if projector is None else projector.part(elements),
+            strain=self.strain[elements],
+            middle=self.middle[elements],
+            half=None if half is None else CLOSED_FORMS[self.reduction.dimension].part(half, elements),
+        )
+
     @property
     def moves(self) -> bool:
         """Whether the configuration where equilibrium is asked moves with the increment."""
@@ -107,7 +120,11 @@ class Kinematics(Gradients):
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:
     """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
-    return D[:, :, reduction.diagonal].sum(axis=2)
+    a, *others = reduction.diagonal
+    out = D[:, :, a].copy()
+    for b in others:
+        out += D[:, :, b]
+    return out
 
 
 def gradients(

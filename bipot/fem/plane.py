@@ -65,6 +65,11 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
     return np.stack([1 - square, 2 * t]) / (1 + square)
 
 
+def part(half: Floats, points: slice) -> Floats:
+    """Those of some points along their first axis."""
+    return half[:, points]
+
+
 def turn_half(tensor: Floats, half: Floats) -> Floats:
     """The Mandel tensors (..., 4) turned by theta."""
     return _turned(tensor, *half)

@@ -62,6 +62,10 @@ class Projector:
             return (self.spread @ (self.weight * values)[..., None])[..., 0]
         return self.spread @ (self.weight[..., None] * values)
 
+    def part(self, elements: slice) -> Projector:
+        """That of some elements."""
+        return Projector(self.spread[elements], self.weight[elements])
+
     def left(self, rows: Floats) -> Floats:
         """(Pi - 1) of rows (e, q, n)."""
         return self.of(rows) - rows

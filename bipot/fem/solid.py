@@ -7,10 +7,13 @@ closed forms, four times faster.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from bipot.fem.reduction import Reduction, mandel_to_full
-from bipot.typing import Floats
+from bipot.tensors import contract
+from bipot.typing import Floats, read_only
 
 EYE = np.eye(3)
 
@@ -20,22 +23,28 @@ for _a, _b, _c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
 GENERATORS.flags.writeable = False
 """E_a with E_a v = e_a x v."""
 
+AXIAL = read_only(-GENERATORS.swapaxes(0, 1) / 2, np.float64)
+"""What makes the entries of a skew tensor's axial vector (3, 3, 3), columns first: -E_a / 2."""
+
 
 def cofactors(J: Floats) -> tuple[Floats, Floats]:
     """J'^-1 det J (..., 3, 3), and det J (...)."""
-    columns = [np.cross(J[..., (i + 1) % 3], J[..., (i + 2) % 3]) for i in range(3)]
-    return np.stack(columns, axis=-1), np.vecdot(columns[0], J[..., 0])
+    out = np.empty(J.shape)
+    a, b, c = J[..., 0], J[..., 1], J[..., 2]
+    for column, (x, y) in enumerate(((b, c), (c, a), (a, b))):
+        for row, (i, j) in enumerate(((1, 2), (2, 0), (0, 1))):
+            out[..., row, column] = x[..., i] * y[..., j] - x[..., j] * y[..., i]
+    return out, np.vecdot(out[..., 0], a)
 
 
 def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]:
     """g of H (I - H/2)^-1 (..., m), and what has to be positive: det (I - H/2)."""
     H = _spread(g, reduction)
-    left = EYE - H / 2
-    ratio = np.linalg.det(left)
+    turned, ratio = cofactors(EYE - H / 2)
     if not ratio.min() > 0:
         return g, (ratio,)
-    out = np.linalg.solve(left, H)
-    return out.reshape(*out.shape[:-2], 9) @ reduction.embedding.T, (ratio,)
+    out = turned.swapaxes(-1, -2) @ H / ratio[..., None, None]
+    return contract(out.reshape(*out.shape[:-2], 9), reduction.embedding.T), (ratio,)
 
 
 def half_rotation(g: Floats, reduction: Reduction) -> Floats:
@@ -45,11 +54,16 @@ def half_rotation(g: Floats, reduction: Reduction) -> Floats:
     return c * EYE + c / 2 * _cross(w) + c**2 / (4 * (1 + c)) * w[..., :, None] * w[..., None, :]
 
 
+def part(half: Floats, points: slice) -> Floats:
+    """Those of some points along their first axis."""
+    return half[points]
+
+
 def turn_half(tensor: Floats, half: Floats) -> Floats:
     """Q_h t Q_h' of Mandel tensors (..., s)."""
     full = mandel_to_full(tensor.shape[-1])
-    T = (tensor @ full).reshape(*tensor.shape[:-1], 3, 3)
-    return (half @ T @ half.swapaxes(-1, -2)).reshape(*T.shape[:-2], 9) @ full.T
+    T = contract(tensor, full).reshape(*tensor.shape[:-1], 3, 3)
+    return contract((half @ T @ half.swapaxes(-1, -2)).reshape(*T.shape[:-2], 9), full.T)
 
 
 def turn_whole(tensor: Floats, half: Floats) -> Floats:
@@ -62,44 +76,62 @@ def strain_by_gradient(
 ) -> Floats:
     """d e / d g (..., s, m): see :func:`bipot.fem.plane.strain_by_gradient`.
 
-    With p = w/2 the whole rotation spins by 2 (dp + p x dp) / (1 + p.p), and the half one by (I + Q_h)^-1 times that.
+    A change dH of the gradient is L dH R at the middle, L = I - H/2 and R = I + H/2 with H that of the middle; by it
+    changes F : Q_h L dH R Q_h' for each symmetric F of the Mandel basis. With p = w/2 the whole rotation spins by
+    2 (dp + p x dp) / (1 + p.p), and the half one by (I + Q_h)^-1 = (I - c/(1 + c) P) / 2 times that, c = cos of its
+    angle and P v = p x v.
     """
-    full = mandel_to_full(reduction.mandel)
-    kron = np.einsum("...ik,...jl->...ijkl", half, half).reshape(*half.shape[:-2], 9, 9)
+    points, H = middle.shape[:-1], _spread(middle, reduction) / 2
+    L, R, s = EYE - H, EYE + H, reduction.mandel
     p = _spin(middle, reduction) / 2
-    whole = (EYE + _cross(p)) / (1 + np.vecdot(p, p))[..., None, None]
-    turning = _turn(strain, full) @ np.linalg.solve(EYE + half, whole) + _turn(rotated, full) @ whole / (2 * shear)
-    out = full @ kron @ full.T @ reduction.symmetric + turning @ _axial(reduction).T
-    return out @ _transport(middle, reduction)
+    c = 1 / np.sqrt(1 + np.vecdot(p, p))[..., None, None]
+    P = _cross(p)
+    whole = c**2 * (EYE + P)
+    by_half = (EYE - c / (1 + c) * P) @ whole / 2
+    turning = _turn(strain) @ by_half + _turn(rotated / (2 * shear)) @ whole
+    # Over (j, s, i): each product is one of matrices on what the last left in memory.
+    out = _between(R @ half.swapaxes(-1, -2), _symmetric(s), half @ L)
+    out += turning[..., None, :, :] @ _between(R, AXIAL, L)
+    by_column = np.ascontiguousarray(out.swapaxes(-3, -2)).reshape(*points, s, 9)
+    return by_column if reduction.dimension == 3 else by_column[..., [3 * j + i for i, j in reduction.entries]]
 
 
-def _transport(middle: Floats, reduction: Reduction) -> Floats:
-    """d g_middle / d g_end (..., m, m): (I - H/2) dH (I + H/2), H that of the middle."""
-    H = _spread(middle, reduction) / 2
-    i, j = np.array(reduction.entries).T
-    return (EYE - H)[..., i[:, None], i] * (EYE + H)[..., j, j[:, None]]
+def _between(left: Floats, tensors: Floats, right: Floats) -> Floats:
+    """left t right (..., 3, k, 3), rows first, of tensors t (3, k, 3), rows first too."""
+    _, k, _ = tensors.shape
+    out = contract(left, tensors.reshape(3, -1)).reshape(*left.shape[:-2], 3 * k, 3) @ right
+    return out.reshape(*left.shape[:-2], 3, k, 3)
+
+
+@cache
+def _symmetric(size: int) -> Floats:
+    """The symmetric tensors (3, s, 3) of the Mandel basis, rows first."""
+    return read_only(mandel_to_full(size).reshape(size, 3, 3).swapaxes(0, 1), np.float64)
 
 
 def _spread(g: Floats, reduction: Reduction) -> Floats:
-    return (g @ reduction.embedding).reshape(*g.shape[:-1], 3, 3)
-
-
-def _axial(reduction: Reduction) -> Floats:
-    """What takes g to the axial vector of its skew part (m, 3)."""
-    return reduction.embedding @ GENERATORS.reshape(3, 9).T / 2
+    return contract(g, reduction.embedding).reshape(*g.shape[:-1], 3, 3)
 
 
 def _spin(g: Floats, reduction: Reduction) -> Floats:
-    return g @ _axial(reduction)
+    """The axial vector (..., 3) of the skew part."""
+    return contract(g, reduction.embedding @ GENERATORS.reshape(3, 9).T / 2)
 
 
 def _cross(w: Floats) -> Floats:
     """W (..., 3, 3) with W v = w x v."""
-    return (w @ GENERATORS.reshape(3, 9)).reshape(*w.shape[:-1], 3, 3)
+    return contract(w, GENERATORS.reshape(3, 9)).reshape(*w.shape[:-1], 3, 3)
 
 
-def _turn(tensor: Floats, full: Floats) -> Floats:
+def _turn(tensor: Floats) -> Floats:
     """E_a t - t E_a (..., s, 3) for each axis."""
-    T = (tensor @ full).reshape(*tensor.shape[:-1], 1, 3, 3)
-    out = GENERATORS @ T - T @ GENERATORS
-    return (out.reshape(*out.shape[:-2], 9) @ full.T).swapaxes(-1, -2)
+    return contract(tensor, _turns(tensor.shape[-1])).reshape(*tensor.shape, 3)
+
+
+@cache
+def _turns(size: int) -> Floats:
+    """What makes the (s, 3) entries of all E_a t - t E_a of a Mandel tensor (s, 3 s)."""
+    full = mandel_to_full(size)
+    T = full.reshape(size, 1, 3, 3)
+    out = (GENERATORS @ T - T @ GENERATORS).reshape(size, 3, 9) @ full.T
+    return read_only(out.swapaxes(1, 2).reshape(size, 3 * size), np.float64)

@@ -18,7 +18,7 @@ With H that of the middle, a change dH at the end is (I - H/2) dH (I + H/2) ther
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Protocol
 
@@ -32,12 +32,16 @@ from bipot.fem.reduction import Geometry, Reduction
 from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
+TOGETHER = 2**16
+"""Entries of D that are made at a time, half a megabyte."""
+
 
 @dataclass(frozen=True)
 class Scratch:
-    """Memory of element tangents, to be used again: Z (e, q, m, m), D and Z D (e, q, m, dk), K_e (e, dk, dk).
+    """Memory of element tangents, to be used again: Z (p, q, m, m), D and Z D (p, q, m, dk), K_e (e, dk, dk).
 
     These are the largest arrays of a Newton pass. Asked for anew each time, they cost more than what is done with them.
+    All but the last are of p elements at a time, which the processor's own memory holds.
     """
 
     Z: Floats
@@ -49,9 +53,15 @@ class Scratch:
     def of(elements: int, points: int, unknowns: int, reduction: Reduction) -> Scratch:
         """For e elements of q points and dk unknowns."""
         m = len(reduction.entries)
-        size = (elements, points, m, unknowns)
-        square = np.empty((elements, points, m, m)), np.empty((elements, unknowns, unknowns))
+        some = max(min(elements, TOGETHER // (points * m * unknowns)), 1)
+        size = (some, points, m, unknowns)
+        square = np.empty((some, points, m, m)), np.empty((elements, unknowns, unknowns))
         return Scratch(square[0], np.zeros(size), np.empty(size), square[1])
+
+    def part(self, elements: slice) -> Scratch:
+        """The memory of some elements, no more than it is for at a time."""
+        count = elements.stop - elements.start
+        return Scratch(self.Z[:count], self.D[:count], self.ZD[:count], self.K[elements])
 
 
 @dataclass(frozen=True)
@@ -63,6 +73,11 @@ class Stresses:
     moduli: Floats
     shear: float
     bulk: float
+
+    def part(self, elements: slice) -> Stresses:
+        """Those of some elements."""
+        moduli = self.moduli if self.moduli.ndim == 2 else self.moduli[elements]
+        return replace(self, rotated=self.rotated[elements], returned=self.returned[elements], moduli=moduli)
 
 
 class Measure(Protocol):
@@ -167,22 +182,11 @@ class Midpoint:
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """In ``scratch.K``."""
-        assert kin.half is not None, "kinematics of another measure"
-        reduction, s = kin.reduction, stresses
-        forms = CLOSED_FORMS[reduction.dimension]
-        kin.gradient_operator(scratch.D)
-        by_g = forms.strain_by_gradient(reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear)
-        # SYMMETRIC' times it: rows are only copied, those of shear twice.
-        component, factor = reduction.copied
-        Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
-        Z *= kin.volume[..., None, None] * factor
-        Z += moving_gradient(kin.volume[..., None] * s.returned, reduction)
-        np.matmul(Z, scratch.D, out=scratch.ZD)
-        e, n, _ = scratch.K.shape
-        K = np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
-        if kin.projector is not None:
-            K += s.bulk * _projected(kin, kin.projector, by_g[:, :, :3].sum(axis=2), scratch.D)
-        return K
+        step = len(scratch.D)
+        for begin in range(0, len(scratch.K), step):
+            some = slice(begin, min(begin + step, len(scratch.K)))
+            _moving_tangent(kin.part(some), stresses.part(some), scratch.part(some))
+        return scratch.K
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
         """Middle and end."""
@@ -193,16 +197,37 @@ class Midpoint:
         return nodes + du
 
 
-def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats) -> Floats:
-    """What projecting the volume change adds to K_e (e, dk, dk), over the bulk modulus; ``by_g`` (e, q, m): d tr e/dg.
+def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
+    """K_e of ``midpoint`` in ``scratch.K``, of as many elements as all of it has."""
+    assert kin.half is not None, "kinematics of another measure"
+    reduction = kin.reduction
+    kin.gradient_operator(scratch.D)
+    by_g = CLOSED_FORMS[reduction.dimension].strain_by_gradient(
+        reduction, kin.middle, kin.half, kin.strain, s.rotated, s.shear
+    )
+    # SYMMETRIC' times it: rows are only copied, those of shear twice.
+    component, factor = reduction.copied
+    Z = (s.moduli @ by_g).take(component, axis=-2, out=scratch.Z, mode="clip")
+    Z *= kin.volume[..., None, None] * factor
+    Z += moving_gradient(kin.volume[..., None] * s.returned, reduction)
+    np.matmul(Z, scratch.D, out=scratch.ZD)
+    e, n, _ = scratch.K.shape
+    np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
+    if kin.projector is not None:
+        theta_by_g = by_g[:, :, 0] + by_g[:, :, 1] + by_g[:, :, 2]
+        scratch.K[...] += _projected(kin, kin.projector, theta_by_g, scratch.D, s.bulk)
 
-    K_e gains sum_q w V' K (d(Pi theta) - d theta), V the trace of D. Weights that move by w V move Pi theta by
-    phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
+
+def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
+    """What projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
+
+    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by w V
+    move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
     """
-    V = trace_rows(D, kin.reduction)
+    V, by_motion = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
     left = (kin.divergence - trace(kin.strain))[..., None] * V
-    moved = projector.of(left) + projector.left((by_g[:, :, None] @ D)[:, :, 0])
-    return (kin.volume[..., None] * V).transpose(0, 2, 1) @ moved
+    moved = projector.of(left + by_motion) - by_motion
+    return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
 
 
 def moving_gradient(stress: Floats, reduction: Reduction) -> Floats:

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.conic.solver import Handle
-from bipot.forms.memory import Pace, Paced, Setup
+from bipot.forms.memory import Pace, Paced, Setup, ordered
 from bipot.iterate import Iterate
 from bipot.programs.condensation import Split, touched
 from bipot.programs.conic import TangentProgram
@@ -98,13 +98,9 @@ class Cache:
         return self._held(program.contact.rows, self._ordered(iterate))
 
     def _ordered(self, iterate: Iterate) -> Pattern:
-        """The run's stiffness pattern in its order of elimination, by where the nodes are at rest."""
+        """The run's stiffness pattern in its order of elimination."""
         if self._pattern is None:
-            body = iterate.increment.system.body
-            space, nodes = body.space, body.scene.mesh.nodes
-            places = np.full((space.size, nodes.shape[1]), np.nan)
-            places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
-            self._pattern = Pattern.of(space.indices, space.indptr, places)
+            self._pattern = ordered(iterate.increment.system.body.space)
         return self._pattern
 
     def _held(self, rows: ContactRows, pattern: Pattern) -> Frames:

@@ -22,6 +22,14 @@ FASTER = 1.05
 """What the motion speeds up by from one increment to the next before it tells of a maximum of the load."""
 
 
+def ordered(space: Space) -> Pattern:
+    """The stiffness pattern of a body in its order of elimination, by where the nodes are at rest."""
+    nodes = space.mesh.nodes
+    places = np.full((space.size, nodes.shape[1]), np.nan)
+    places[: len(space.free)] = np.repeat(nodes, nodes.shape[1], axis=0)[space.free]
+    return Pattern.of(space.indices, space.indptr, places)
+
+
 @dataclass(frozen=True)
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.

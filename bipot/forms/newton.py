@@ -13,6 +13,7 @@ from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
+from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
@@ -29,14 +30,18 @@ BAND_LAW = 1e-10
 class Reuse:
     """Keep a factor while the merit falls at least by ``fall`` a pass and no contact changes its piece.
 
-    In an attempt's first pass it must fall by the square of that.
+    In an attempt's first pass it must fall by the square of that. In space slips turn from pass to pass: by less than
+    the angle ``turn`` they are those of the factor, which then still contracts the error about so much.
     """
 
     fall: float = 0.03
+    turn: float = 0.005
 
     def __post_init__(self) -> None:
-        require_number(self.fall, "newton.reuse.fall")
-        require(0 <= self.fall < 1, "newton.reuse.fall", self.fall, "in [0, 1)")
+        for name in ("fall", "turn"):
+            value = getattr(self, name)
+            require_number(value, f"newton.reuse.{name}")
+            require(0 <= value < 1, f"newton.reuse.{name}", value, "in [0, 1)")
 
 
 @dataclass(frozen=True)
@@ -141,10 +146,11 @@ class Memory:
 
 @dataclass(frozen=True)
 class Newton:
-    """The fast path. It can cycle: then others have to go on."""
+    """The fast path. It can cycle: then others have to go on. ``linear`` factorises."""
 
     reuse: Reuse = Reuse()
     search: Search = Search()
+    linear: LinearSolver = SuperLU()
     name: ClassVar[FormName] = FormName.NEWTON
 
     def __post_init__(self) -> None:
@@ -187,7 +193,7 @@ class Newton:
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
         falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
-        if last is not None and falls and last.pieces.same(here.pieces):
+        if last is not None and falls and last.pieces.same(here.pieces, self.reuse.turn):
             # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
             return replace(last, frames=frames, pieces=here.pieces)
         with clock:
@@ -195,7 +201,7 @@ class Newton:
         data = setup.data(element)
         if setup.spins.size:
             setup.hold(data, _resisted(here, setup.spins))
-        return Linearised.of(data, frames, here.pieces)
+        return Linearised.of(data, frames, here.pieces, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""

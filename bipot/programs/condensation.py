@@ -20,13 +20,11 @@ from numpy.typing import NDArray
 from bipot.errors import ProgramError
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows
-from bipot.programs.ordering import SYMMETRIC, minimum_degree
+from bipot.programs.factors import RELAX, SYMMETRIC
+from bipot.programs.ordering import minimum_degree
 from bipot.typing import Floats, Ints
 
 SINGULAR = "the stiffness is singular: a part of the body moves without resistance"
-
-RELAX = 4
-"""Faster than SuperLU's default on the small supernodes of a plane mesh."""
 
 SMALLER = 0.5
 """Entries of a Schur complement over those of the stiffness up to which condensation pays: at 0.1 (10 x 10 elements) a

@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse.linalg as sla
 
 from bipot.programs.data import ContactRows
+from bipot.programs.factors import Factor, LinearSolver
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import Law
 from bipot.typing import Bools, Floats, Ints
@@ -168,17 +168,17 @@ class Border:
         # What no element touches, a tool's coordinate, has a pivot only behind the forces that act on it.
         when[lone] = np.inf
         rank = np.argsort(np.argsort(when, kind="stable"))
-        return Border(contact, touched, number, Pattern.ranked(row, column, rank))
+        return Border(contact, touched, number, replace(Pattern.ranked(row, column, rank), panel=inner.panel))
 
-    def factorise(self, data: Floats, law: Law) -> sla.SuperLU:
-        """LU with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
+    def factorise(self, data: Floats, law: Law, solver: LinearSolver) -> Factor:
+        """Factors with the data (nnz,) of K and the law of all contacts; raises ProgramError where it is singular."""
         G, unit = self.touched.column, law.scale[self.contact] / SOFTENED
         by_motion, by_force = law.by_motion[self.contact], self._yielding(law) * unit[:, None, None]
         acting, moved = -unit[self.number, None] * G, times(by_motion[self.number], G)
         beside = [data, acting.ravel(), moved.ravel(), by_force.ravel()]
-        return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1])
+        return self.pattern.factorise(self.pattern.by_row(np.concatenate(beside))[:-1], solver)
 
-    def solve(self, lu: sla.SuperLU, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
+    def solve(self, factor: Factor, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
         """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r.
 
         The unknowns are changes of the forces: where little moves they are small, and so is their round-off in dx.
@@ -186,7 +186,7 @@ class Border:
         mine, touched = self.contact, self.touched
         acting = np.vecdot(touched.column, r[touched.contact])
         b = b + np.bincount(touched.dof, acting, minlength=len(b))
-        found = self.pattern.solve(lu, np.concatenate([b, -miss[mine].ravel()]))
+        found = self.pattern.solve(factor, np.concatenate([b, -miss[mine].ravel()]))
         change = found[len(b) :].reshape(len(mine), -1) * (law.scale[mine, None] / SOFTENED)
         return found[: len(b)], r[mine] + change
 

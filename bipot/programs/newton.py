@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import Generic
 
 import numpy as np
-import scipy.sparse.linalg as sla
 
+from bipot.programs.factors import DEFAULT, Factor, LinearSolver
 from bipot.programs.frames import Frames, times
 from bipot.programs.pieces import L
 from bipot.typing import Floats, Ints
@@ -31,11 +31,11 @@ class Linearised(Generic[L]):
 
     frames: Frames
     pieces: L
-    lu: sla.SuperLU
+    factor: Factor
     product: Floats
 
     @staticmethod
-    def of(data: Floats, frames: Frames, pieces: L) -> Linearised[L]:
+    def of(data: Floats, frames: Frames, pieces: L, solver: LinearSolver = DEFAULT) -> Linearised[L]:
         """Put the contact law into the own rows of ``data`` (nnz + 1, row-wise; the last collects ghosts).
 
         Raises:
@@ -48,8 +48,11 @@ class Linearised(Generic[L]):
         data[frames.entries] = np.einsum("mij,jm->im", W, product)
         data[frames.corner] += back @ pieces.by_motion @ frames.T
         border = frames.border
-        lu = frames.pattern.factorise(data[:-1]) if border is None else border.factorise(data[:-1], pieces)
-        return Linearised(frames, pieces, lu, product)
+        if border is None:
+            factor = frames.pattern.factorise(data[:-1], solver)
+        else:
+            factor = border.factorise(data[:-1], pieces, solver)
+        return Linearised(frames, pieces, factor, product)
 
     def step(self, residual: Floats, motion: Floats, r: Floats) -> tuple[Floats, Floats]:
         """(dx (n,), new r (c, d)) from rho (n,), motion and forces (c, d) at the iterate."""
@@ -59,9 +62,9 @@ class Linearised(Generic[L]):
         b: Floats = np.append(-residual, 0.0)
         b[frames.own] = -times(frames.T.transpose(0, 2, 1), law)
         if border is None:
-            dx, beside = frames.pattern.solve(self.lu, b[:-1]), None
+            dx, beside = frames.pattern.solve(self.factor, b[:-1]), None
         else:
-            dx, beside = border.solve(self.lu, b[:-1], pieces, miss, r)
+            dx, beside = border.solve(self.factor, b[:-1], pieces, miss, r)
         moved = self.product * dx[frames.column]
         change = np.stack([_sums(frames.owner, row, len(r)) for row in moved], axis=1)
         b[:-1] = residual

@@ -22,6 +22,9 @@ from bipot.programs.data import ContactRows
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
+ALIKE = 1e-9
+"""Angle between directions of slip that are the same."""
+
 
 @dataclass(frozen=True)
 class Deadband:
@@ -87,8 +90,8 @@ class Pieces:
         shrink = np.where(rows.dragged, np.minimum(drag / safe, 1.0), drag / safe)
         return Pieces(closed, DiscSlope(slides, y / safe[:, None], shrink), mu, fixed, scale)
 
-    def same(self, other: object) -> bool:
-        """Whether the law is linear with the same coefficients on both (directions compared on sliding contacts)."""
+    def same(self, other: object, turn: float = ALIKE) -> bool:
+        """Whether the law is linear with the same coefficients on both, but that slips may ``turn`` by an angle."""
         if not isinstance(other, Pieces):
             return False
         ours, theirs = self.disc, other.disc
@@ -98,7 +101,7 @@ class Pieces:
             np.array_equal(self.closed, other.closed)
             and np.array_equal(ours.slides[matters], theirs.slides[matters])
             and np.array_equal(self.mu[matters], other.mu[matters])
-            and bool(np.all(np.abs(ours.direction[slip] - theirs.direction[slip]) < 1e-9))
+            and bool(np.all(norm(ours.direction[slip] - theirs.direction[slip]) < turn))
         )
 
     def value(self, motion: Floats, r: Floats) -> Floats:

@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, replace
 from bipot.errors import IncrementFailed
 from bipot.fem.elements import Quadrature
 from bipot.layout import Layout
-from bipot.marching import Schedule, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene import Scene, upsetting
 from bipot.tools import Sampling
 from studies.accuracy.choice import Choice, Pace
@@ -44,12 +44,12 @@ def scene_of(job: Choice) -> Scene:
     )
 
 
-def schedule_of(job: Choice, marks: Sequence[float]) -> Schedule:
-    """With an end of an increment at each mark."""
-    pace, landings = Pace.of(job.schedule), tuple(mark / REDUCTION for mark in marks if mark < REDUCTION)
+def schedule_of(job: Choice, marks: Sequence[float], reduction: float) -> Schedule:
+    """To a ``reduction``, with an end of an increment at each mark."""
+    pace, landings = Pace.of(job.schedule), tuple(mark / reduction for mark in marks if mark < reduction)
     if pace.accuracy:
         return Schedule(accuracy=pace.accuracy, landings=landings)
-    return Schedule(pace.increments, FIRST / REDUCTION, landings=landings)
+    return Schedule(pace.increments, FIRST / reduction, landings=landings)
 
 
 @dataclass(frozen=True)
@@ -68,12 +68,22 @@ def run(job: Choice, marks: Sequence[float]) -> Came:
     """March; seconds count from the making of the scene on, without the imports."""
     began = time.process_time()
     scene, control = configured(Method(job.form), scene_of(job), Setting())
+    return marched(scene, replace(control, cuts=CUTS), schedule_of(job, marks, REDUCTION), marks, REDUCTION, began)
+
+
+def marched(
+    scene: Scene, control: Control, schedule: Schedule, marks: Sequence[float], reduction: float, began: float
+) -> Came:
+    """March to a ``reduction`` and read the force of the first tool, along the last axis, at the marks.
+
+    ``began`` is the processor time from which seconds count.
+    """
     forces, passes, increments, stopped = list[float](), 0, 0, ""
     try:
-        for accepted in march(scene, schedule_of(job, marks), replace(control, cuts=CUTS)):
+        for accepted in march(scene, schedule, control):
             passes, increments = passes + accepted.passes, accepted.number
-            if round(accepted.state.tau * REDUCTION, 9) in marks:
-                forces.append(float(-accepted.tool_force(0)[1]))
+            if round(accepted.state.tau * reduction, 9) in marks:
+                forces.append(float(-accepted.tool_force(0)[-1]))
     except IncrementFailed as failed:
         stopped = " ".join(str(failed).split())
     unknowns = system_of(scene).body.space.size

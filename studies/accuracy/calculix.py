@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 import shutil
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,9 +19,6 @@ COMMAND, JOB = "ccx", "upsetting"
 ABSENT = f"CalculiX is not installed (no {COMMAND} on the path; Debian's package is calculix-ccx): it is left out"
 
 LATE = "out of time"
-
-SECTORS = 180
-"""Axisymmetric elements are calculated, and their forces printed, as a sector of two degrees."""
 
 TOTAL = re.compile(rf"total force \(fx,fy,fz\) for set {PUNCH} and time.*\n\s*\n\s*(\S+)\s+(\S+)\s+(\S+)")
 ERROR = re.compile(r"\*ERROR[: ]*(.*)")
@@ -59,12 +56,12 @@ def calculated(deck: Deck, marks: Sequence[float], command: str) -> Calculation:
         (folder / f"{JOB}.inp").write_text(deck.text(marks), encoding="ascii")
         done = ended([command, JOB], folder)
         printed, courses = (_read(folder / f"{JOB}.{end}") for end in ("dat", "sta"))
-    return read(done, printed, courses, len(marks))
+    return read(done, printed, courses, len(marks), deck.force)
 
 
-def read(done: Ended, printed: str, courses: str, marks: int) -> Calculation:
-    """What a run says on standard output, in its ``.dat`` and in its ``.sta``."""
-    forces = tuple(SECTORS * abs(float(found[2])) for found in TOTAL.finditer(printed))[:marks]
+def read(done: Ended, printed: str, courses: str, marks: int, force: Callable[[Sequence[float]], float]) -> Calculation:
+    """What a run says on standard output, in its ``.dat`` and in its ``.sta``; ``force`` is that of a printed total."""
+    forces = tuple(force([float(word) for word in found.groups()]) for found in TOTAL.finditer(printed))[:marks]
     equations = EQUATIONS.search(done.said)
     increments = sum(line.split()[:1] != [] and line.split()[0].isdigit() for line in courses.splitlines())
     stopped = "" if len(forces) == marks else _reason(done)

@@ -9,16 +9,16 @@ increments are the program's own, from a tenth of the longest on.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from bipot.elements import Element
 from bipot.mesh import Mesh
-from bipot.scene import upsetting
+from bipot.scene import Scene, upsetting
 from bipot.sections import cylinder
-from bipot.typing import Ints
+from bipot.typing import Floats, Ints
 
 NODES, FACES = "NODE TO SURFACE", "SURFACE TO SURFACE"
 PUNCH, HOLE, OUTSIDE = "PUNCH", 0.001, 2.0
@@ -28,6 +28,12 @@ STRAIN = 10.0
 """Equivalent plastic strain to which the flat curve is given: more than any point reaches."""
 
 QUADRATIC = ("CAX8", "CAX8R")
+
+SECTORS = 180
+"""Axisymmetric elements are calculated, and their forces printed, as a sector of two degrees."""
+
+ENTRIES = 16
+"""Most entries of a line."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +48,17 @@ class Deck:
     stiffness: float
     sticking: float
 
+    def scene(self) -> Scene:
+        """What is calculated."""
+        return upsetting(mu=self.mu)
+
+    def force(self, total: Sequence[float]) -> float:
+        """On the whole punch, from the ``total`` (3,) that is printed of its nodes."""
+        return SECTORS * abs(total[1])
+
     def mesh(self) -> Mesh:
         """Of the cylinder: that of the reference between lines."""
-        scene = upsetting(mu=self.mu)
+        scene = self.scene()
         radius, half = scene.mesh.nodes.max(axis=0)
         element = Element.Q8 if self.element in QUADRATIC else Element.Q4
         return cylinder(float(radius), float(half), self.elements, self.elements, element=element)
@@ -52,11 +66,21 @@ class Deck:
     def text(self, marks: Sequence[float]) -> str:
         """The deck that stops at each of these reductions and prints the punch's force there."""
         mesh = self.mesh()
-        return "\n".join([*_body(mesh, self.element), *_punch(mesh), *self._law(mesh), *self._steps(mesh, marks), ""])
+        parts = (
+            _body(mesh, self.element, self._held(mesh)),
+            self._punch(mesh),
+            self._law(mesh),
+            self._steps(mesh, marks),
+        )
+        return "\n".join([*(line for part in parts for line in part), ""])
+
+    def _held(self, mesh: Mesh) -> dict[str, Floats]:
+        """Sets of nodes that a plane of symmetry holds along each axis, and where they are zero."""
+        return dict(zip(("AXIS", "MIDDLE"), mesh.nodes.T, strict=True))
 
     def _law(self, mesh: Mesh) -> Iterator[str]:
         """Materials and contact."""
-        scene, height = upsetting(mu=self.mu), float(mesh.nodes[:, 1].max())
+        scene, height = self.scene(), float(mesh.nodes[:, -1].max())
         bulk = scene.material
         stress = float(bulk.yield_stress(np.zeros(1))[0])
         penalty = self.stiffness * bulk.elasticity.young * self.elements / height
@@ -73,9 +97,7 @@ class Deck:
 
     def _slave(self, mesh: Mesh) -> Iterator[str]:
         """What may touch the punch, by nodes or by faces of elements; and the punch's lower face."""
-        middle = mesh.nodes[:, 1].max() / 2
-        edges = np.concatenate([mesh.boundaries["top"], mesh.boundaries["side"]])
-        upper = edges[(mesh.nodes[edges, 1] > middle * (1 - 1e-9)).all(axis=1)]
+        upper = self._upper(mesh, ("top", "side"))
         if self.contact == NODES:
             yield "*SURFACE, NAME=SLAVE, TYPE=NODE"
             yield from (f"{node + 1}," for node in np.unique(upper))
@@ -84,38 +106,45 @@ class Deck:
             yield from _faces(mesh, upper[:, [0, -1]])
         yield f"*SURFACE, NAME=MASTER\n{len(mesh.elements) + 1}, S1"
 
+    def _punch(self, mesh: Mesh) -> Iterator[str]:
+        """One element."""
+        (radius, half), first = mesh.nodes.max(axis=0), len(mesh.nodes) + 1
+        inner, outer = HOLE * radius, OUTSIDE * radius
+        yield f"*NODE, NSET={PUNCH}"
+        yield from numbered(first, [(inner, half), (outer, half), (outer, 1.2 * half), (inner, 1.2 * half)])
+        yield "*ELEMENT, TYPE=CAX4, ELSET=TOOL"
+        yield from entries(len(mesh.elements) + 1, *range(first, first + 4))
+
+    def _upper(self, mesh: Mesh, names: Sequence[str]) -> Ints:
+        """Facets of these names in the upper half."""
+        middle = mesh.nodes[:, -1].max() / 2
+        facets = np.concatenate([mesh.boundaries[name] for name in names])
+        return facets[(mesh.nodes[facets, -1] > middle * (1 - 1e-9)).all(axis=1)]
+
     def _steps(self, mesh: Mesh, marks: Sequence[float]) -> Iterator[str]:
         """Supports that last, and a step a mark."""
-        half, before = float(mesh.nodes[:, 1].max()), 0.0
-        yield "*BOUNDARY\nAXIS, 1, 1\nMIDDLE, 2, 2\nPUNCH, 1, 1"
+        half, before, last = float(mesh.nodes[:, -1].max()), 0.0, mesh.dimension
+        yield "*BOUNDARY"
+        yield from (f"{name}, {axis}, {axis}" for axis, name in enumerate(self._held(mesh), 1))
+        yield f"{PUNCH}, 1, {last - 1}"
         for mark in marks:
             length = mark - before
             longest = min(1.0, self.longest / length)
             yield "*STEP, NLGEOM, INC=100000\n*STATIC"
             yield f"{longest / 10 if before == 0 else longest:.9g}, 1., 1e-6, {longest:.9g}"
-            yield f"*BOUNDARY\n{PUNCH}, 2, 2, {-mark * half:.12g}"
+            yield f"*BOUNDARY\n{PUNCH}, {last}, {last}, {-mark * half:.12g}"
             yield f"*NODE PRINT, NSET={PUNCH}, TOTALS=ONLY, FREQUENCY=100000\nRF\n*END STEP"
             before = mark
 
 
-def _body(mesh: Mesh, element: str) -> Iterator[str]:
+def _body(mesh: Mesh, element: str, held: Mapping[str, Floats]) -> Iterator[str]:
     yield "*NODE, NSET=BODY"
-    yield from _numbered(1, mesh.nodes)
+    yield from numbered(1, mesh.nodes)
     yield f"*ELEMENT, TYPE={element}, ELSET=BODY"
-    yield from (", ".join(map(str, (number, *(cell + 1)))) for number, cell in enumerate(mesh.elements, 1))
-    for name, place in (("AXIS", mesh.nodes[:, 0]), ("MIDDLE", mesh.nodes[:, 1])):
+    yield from (line for number, cell in enumerate(mesh.elements, 1) for line in entries(number, *(cell + 1)))
+    for name, place in held.items():
         yield f"*NSET, NSET={name}"
         yield from (f"{node + 1}," for node in np.flatnonzero(place == 0))
-
-
-def _punch(mesh: Mesh) -> Iterator[str]:
-    """One element."""
-    (radius, half), first = mesh.nodes.max(axis=0), len(mesh.nodes) + 1
-    inner, outer = HOLE * radius, OUTSIDE * radius
-    yield f"*NODE, NSET={PUNCH}"
-    yield from _numbered(first, [(inner, half), (outer, half), (outer, 1.2 * half), (inner, 1.2 * half)])
-    yield "*ELEMENT, TYPE=CAX4, ELSET=TOOL"
-    yield ", ".join(map(str, (len(mesh.elements) + 1, *range(first, first + 4))))
 
 
 def _faces(mesh: Mesh, ends: Ints) -> Iterator[str]:
@@ -127,5 +156,14 @@ def _faces(mesh: Mesh, ends: Ints) -> Iterator[str]:
                 yield f"{number}, S{side + 1}"
 
 
-def _numbered(first: int, places: Iterable[Sequence[float]]) -> Iterator[str]:
-    return (f"{number}, {r:.15g}, {z:.15g}, 0." for number, (r, z) in enumerate(places, first))
+def entries(*values: int) -> Iterator[str]:
+    """Their lines: one that goes on in the next ends with a comma."""
+    words = [str(value) for value in values]
+    for first in range(0, len(words), ENTRIES):
+        yield ", ".join(words[first : first + ENTRIES]) + ("," if first + ENTRIES < len(words) else "")
+
+
+def numbered(first: int, places: Iterable[Sequence[float]]) -> Iterator[str]:
+    """Nodes at these places (d,), which have three coordinates."""
+    for number, place in enumerate(places, first):
+        yield ", ".join([str(number), *(f"{x:.15g}" for x in place), *["0."] * (3 - len(place))])

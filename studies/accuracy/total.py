@@ -32,7 +32,7 @@ from studies.accuracy.choice import FOREIGN, Choice
 from studies.accuracy.deck import Deck
 from studies.accuracy.spent import ended
 from studies.accuracy.total_plan import FAST, Plan
-from studies.accuracy.total_row import MARKS, SOLVED, Row, errors, key, limits_of, named, ratios
+from studies.accuracy.total_row import SOLVED, Row, errors, key, limits_of, named, ratios
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text, write_csv
@@ -65,17 +65,17 @@ def run(task: Task) -> Row:
     """Run as often as the plan allows; times are medians."""
     plan, found = task.plan, list[tuple[Came | Calculation, float]]()
     while len(found) < plan.repeats:
-        found.append(alone(task.job) if isinstance(task.job, Choice) else foreign(task.job, task.ccx))
+        found.append(alone(task.job, plan) if isinstance(task.job, Choice) else foreign(task.job, plan, task.ccx))
         if plan.repeats * found[0][1] > plan.row:
             break
     came = found[0][0]
-    error, end, band = errors(came.forces, limits_of(task.limits, task.job.mu))
+    error, end, band = errors(came.forces, limits_of(task.limits, task.job.mu, plan.marks))
     return Row(
         **asdict(key_of(task.job)),
         unknowns=came.unknowns,
         increments=came.increments,
         passes=came.passes,
-        force_45_N=came.forces[-1] if len(came.forces) == len(MARKS) else float("nan"),
+        end_force_N=came.forces[-1] if len(came.forces) == len(plan.marks) else float("nan"),
         force_error=error,
         end_error=end,
         band=band,
@@ -87,10 +87,10 @@ def run(task: Task) -> Row:
     )
 
 
-def alone(job: Choice) -> tuple[Came, float]:
+def alone(job: Choice, plan: Plan) -> tuple[Came, float]:
     """What came of a job in a process of its own, and all its processor seconds."""
-    asked = json.dumps([asdict(job), *MARKS])
-    done = ended([sys.executable, "-m", "studies.accuracy.alone", asked])
+    asked = json.dumps([asdict(job), *plan.marks])
+    done = ended([sys.executable, "-m", plan.alone, asked])
     if done.code is None:
         return Came([], 0, 0, 0, done.seconds, calculix.LATE), done.seconds
     if done.code:
@@ -98,9 +98,9 @@ def alone(job: Choice) -> tuple[Came, float]:
     return Came(**json.loads(done.said.splitlines()[-1])), done.seconds
 
 
-def foreign(deck: Deck, ccx: str) -> tuple[Calculation, float]:
+def foreign(deck: Deck, plan: Plan, ccx: str) -> tuple[Calculation, float]:
     """The same of CalculiX."""
-    calculation = calculix.calculated(deck, MARKS, ccx)
+    calculation = calculix.calculated(deck, plan.marks, ccx)
     return calculation, calculation.seconds
 
 

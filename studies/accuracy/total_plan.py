@@ -11,7 +11,8 @@ from bipot.tools import Sampling
 from studies.accuracy import choice
 from studies.accuracy.choice import Choice, Pace
 from studies.accuracy.deck import FACES, NODES, Deck
-from studies.element_types import ElementType
+from studies.accuracy.total_row import MARKS
+from studies.element_types import AnyType, ElementType
 from studies.methods import Method
 
 SIDES = (3, 6, 10, 20)
@@ -24,7 +25,7 @@ BOTH = (*ACCURATE, Pace(increments=40))
 class Series:
     """An element and form, with the sides that a quadratic element would have, at every pace."""
 
-    kind: ElementType
+    kind: AnyType
     layout: Layout = Layout.TENSOR
     method: Method = Method.NEWTON
     quadrature: Quadrature | None = None
@@ -52,13 +53,14 @@ class Foreign:
     longest: tuple[float, ...]
     penalties: tuple[tuple[float, float], ...] = ((10.0, 0.1),)
     """Stiffness over E/h, and what of it sticks."""
+    deck: type[Deck] = Deck
 
     def decks(self, mu: float) -> Iterator[Deck]:
         """Its calculations."""
         for side in self.sides:
             for longest in self.longest:
                 for stiffness, sticking in self.penalties:
-                    yield Deck(mu, self.element, self.contact, side, longest, stiffness, sticking)
+                    yield self.deck(mu, self.element, self.contact, side, longest, stiffness, sticking)
 
 
 LOCKING = (ElementType.Q4, ElementType.Q9, ElementType.T3)
@@ -96,13 +98,18 @@ FOREIGN = (
 
 @dataclass(frozen=True)
 class Plan:
-    """Coefficients, series, and repetitions: ``repeats`` if they take less than ``row`` seconds together, else one."""
+    """Coefficients, series, and repetitions: ``repeats`` if they take less than ``row`` seconds together, else one.
+
+    ``marks`` are the reductions at which forces are read, ``alone`` the module that runs a job of ``bipot``.
+    """
 
     mus: tuple[float, ...] = (0.1, 0.3)
     own: tuple[Series, ...] = OWN
     foreign: tuple[Foreign, ...] = FOREIGN
     repeats: int = 3
     row: float = 8.0
+    marks: tuple[float, ...] = MARKS
+    alone: str = "studies.accuracy.alone"
 
     def jobs(self) -> Iterator[Choice]:
         """All runs of ``bipot``."""

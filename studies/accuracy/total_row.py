@@ -34,7 +34,7 @@ class Row(Choice):
     unknowns: int
     increments: int
     passes: int
-    force_45_N: float
+    end_force_N: float
     force_error: float
     end_error: float
     band: float
@@ -55,16 +55,16 @@ def key(row: Row) -> Choice:
     return Choice(*(getattr(row, field.name) for field in fields(Choice)))
 
 
-def limits_of(path: Path, mu: float) -> list[Limit]:
+def limits_of(path: Path, mu: float, marks: Sequence[float] = MARKS) -> list[Limit]:
     """The force's limits at the marks.
 
     Raises:
         ResultsError: the file lacks one.
     """
     found = {one.reduction: one for one in read_rows(path, Limit) if (one.mu, one.quantity) == (mu, "force_N")}
-    if missing := [mark for mark in MARKS if mark not in found]:
+    if missing := [mark for mark in marks if mark not in found]:
         raise ResultsError(f"{path}: no limit of the force for mu = {mu:g} at the reductions {missing}")
-    return [found[mark] for mark in MARKS]
+    return [found[mark] for mark in marks]
 
 
 def errors(forces: Sequence[float], limits: Sequence[Limit]) -> tuple[float, float, float]:

@@ -1,0 +1,135 @@
+"""What factorises the sparse systems of Newton's method: SuperLU of scipy, or MKL's Pardiso where it is installed."""
+
+from __future__ import annotations
+
+import weakref
+from dataclasses import dataclass
+from importlib.util import find_spec
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+
+from bipot.errors import ProgramError, require
+from bipot.typing import Floats
+
+SYMMETRIC = {"SymmetricMode": True}
+"""SuperLU's mode for a symmetric pattern: it keeps to the diagonal pivots the order was made for."""
+
+PIVOT = 1e-2
+"""The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
+
+RELAX = 4
+"""Up to how many columns at the leaves SuperLU merges: faster than its default on the small supernodes of a mesh."""
+
+SINGULAR = "the Newton matrix is singular: the body can move without resistance"
+
+
+ENTRIES, PERTURBED = 18, 14
+"""Where Pardiso says how many entries its factors have, and how many pivots it has replaced."""
+
+
+class Factor(Protocol):
+    """Factors of a matrix A (n, n)."""
+
+    @property
+    def fill(self) -> int:
+        """How many entries they have."""
+        ...
+
+    def solve(self, b: Floats) -> Floats:
+        """x (n,) with A x = b."""
+        ...
+
+
+class LinearSolver(Protocol):
+    """Factorises what stands in an order of elimination."""
+
+    def factorise(self, transpose: sp.csc_matrix, panel: int) -> Factor:
+        """Factors of A, of which the transpose is given by columns; ``panel`` columns may be taken at once.
+
+        Raises:
+            ProgramError: A is singular.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class SuperLUFactor:
+    """Factors of the transpose."""
+
+    lu: sla.SuperLU
+
+    @property
+    def fill(self) -> int:
+        """Entries of L and U."""
+        return self.lu.L.nnz + self.lu.U.nnz
+
+    def solve(self, b: Floats) -> Floats:
+        """See :class:`Factor`."""
+        return self.lu.solve(b, "T")
+
+
+@dataclass(frozen=True)
+class SuperLU:
+    """``scipy.sparse.linalg.splu`` in the order that is given."""
+
+    def factorise(self, transpose: sp.csc_matrix, panel: int) -> SuperLUFactor:
+        """See :class:`LinearSolver`."""
+        kept = {"diag_pivot_thresh": PIVOT, "relax": RELAX, "panel_size": panel, "options": SYMMETRIC}
+        try:
+            return SuperLUFactor(sla.splu(transpose, permc_spec="NATURAL", **kept))
+        except RuntimeError as singular:
+            raise ProgramError(SINGULAR) from singular
+
+
+DEFAULT = SuperLU()
+
+
+@dataclass(frozen=True)
+class PardisoFactor:
+    """Factors that MKL keeps, and the matrix (n, n) by rows for its refinement of answers."""
+
+    solver: Any
+    matrix: sp.csr_matrix
+
+    @property
+    def fill(self) -> int:
+        """Entries of L and U as Pardiso counts them."""
+        return int(self.solver.get_iparm(ENTRIES))
+
+    def solve(self, b: Floats) -> Floats:
+        """See :class:`Factor`."""
+        return np.asarray(self.solver.solve(self.matrix, b), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class Pardiso:
+    """MKL's Pardiso by ``pypardiso``, in an order of its own: for large bodies in space, on x86 processors.
+
+    MKL is not free software, but free of charge; it is an extra, ``pip install 'bipot[pardiso]'``, that nothing needs.
+
+    Raises:
+        SceneError: the package ``pypardiso`` is not installed.
+    """
+
+    def __post_init__(self) -> None:
+        require(find_spec("pypardiso") is not None, "linear", "pardiso", "installed: pip install pypardiso")
+
+    def factorise(self, transpose: sp.csc_matrix, panel: int) -> PardisoFactor:
+        """See :class:`LinearSolver`; the panel is SuperLU's."""
+        import pypardiso
+
+        solver, matrix = pypardiso.PyPardisoSolver(), sp.csr_matrix(transpose.T)
+        try:
+            solver.factorize(matrix)
+        except (ValueError, pypardiso.pardiso_wrapper.PyPardisoError) as singular:
+            raise ProgramError(SINGULAR) from singular
+        # It goes on with another pivot where one is zero, to round-off.
+        if solver.get_iparm(PERTURBED):
+            solver.free_memory(everything=True)
+            raise ProgramError(SINGULAR)
+        found = PardisoFactor(solver, matrix)
+        weakref.finalize(found, solver.free_memory, everything=True)
+        return found
