@@ -162,8 +162,9 @@ class Tool:
         """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
         if self.turn is None:
             return self.face.size(x, pose[: x.shape[-1]])
-        taken = 2 * abs(np.sin(pose[2] / 2)) * norm(self.turn.arm(x, pose))
-        return np.maximum(self.face.size(self.own(x, pose), pose[:2]), taken)
+        gone, angles = np.split(pose, [x.shape[-1]])
+        taken = 2 * abs(np.sin(norm(angles) / 2)) * norm(self.turn.arm(x, pose))
+        return np.maximum(self.face.size(self.own(x, pose), gone), taken)
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""

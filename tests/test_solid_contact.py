@@ -32,9 +32,11 @@ from bipot import (
     Tangent,
     VonMises,
     brick,
+    contact,
     march,
     meeting,
     plot,
+    slips,
 )
 from bipot.diagnosis import free_motion
 from bipot.forms import Delassus, Penalty, Uzawa
@@ -126,7 +128,8 @@ def test_frames_turned_about_the_normal_change_nothing(form, monkeypatch):
     """By another angle at every call's every candidate of a punch that drags the block askew."""
     schedule, control, ends = Schedule(3, first=0.1), Control(form, ()), []
     for spread in (0.0, 1.7):
-        monkeypatch.setattr(meeting, "frames", lambda normal, spread=spread: spun(normal, spread))
+        for module in (contact, meeting, slips):
+            monkeypatch.setattr(module, "frames", lambda normal, spread=spread: spun(normal, spread))
         ends.append(list(march(dragged(np.eye(3)), schedule, control))[-1])
     one, other = ends
     assert not np.allclose(one.solved.r, other.solved.r, rtol=1e-2)
