@@ -4,9 +4,9 @@
 
 Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched in increments of 1 % after
 the start-up in a process of its own, to 30 % for mu = 0.1 and to 20 % for 0.3 unless asked: from 25 % on the last
-elements at the edge of 12 a side fold onto the platen. ``passes_an_increment`` and ``pass_s`` are means once yield has spread (from
-2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly, factorisation in the same order
-of elimination, found before, and solve, the median of at least 20. ``fill`` are the entries of its factors,
+elements at the edge of 12 a side fold onto the platen. ``passes_an_increment`` and ``pass_s`` are means once yield has
+spread (from 2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly, factorisation in the
+same order of elimination, found before, and solve, the median of at least 20. ``fill`` are the entries of its factors,
 ``seconds`` the whole march, ``peak_MB`` the largest size of the process, units included; ``time_growth`` and
 ``factorisation_growth`` are exponents over the unknowns, of ``pass_s`` and ``factorisation_s`` against the size before.
 All times are processor seconds of one thread. Ends with what :data:`LIMITS` allow, and with exit code 1 where one is
