@@ -1,11 +1,12 @@
 """Costs in space: the block of :mod:`studies.block` between platens by Newton's method, on finer and finer bricks.
 
-    python -m benchmarks.space [--mu 0.1 0.3] [--sizes 8 12 16] [--fast] [--out DIR]
+    python -m benchmarks.space [--mu 0.1 0.3] [--sizes 8 12 16] [--reduction 0.3] [--fast] [--out DIR]
 
-Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched to 30 % in 30 increments
-after the start-up in a process of its own: ``passes_an_increment`` and ``pass_s`` are means once yield has spread (from
-2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly, factorisation in the same order
-of elimination, found before, and solve, the median of at least 20. ``fill`` are the entries of its factors,
+Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched in increments of 1 % after
+the start-up in a process of its own, to 30 % for mu = 0.1 and to 20 % for 0.3 unless asked: from 25 % on the last
+elements at the edge of 12 a side fold onto the platen. ``passes_an_increment`` and ``pass_s`` are means once yield has
+spread (from 2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly, factorisation in the
+same order of elimination, found before, and solve, the median of at least 20. ``fill`` are the entries of its factors,
 ``seconds`` the whole march, ``peak_MB`` the largest size of the process, units included; ``time_growth`` and
 ``factorisation_growth`` are exponents over the unknowns, of ``pass_s`` and ``factorisation_s`` against the size before.
 All times are processor seconds of one thread. Ends with what :data:`LIMITS` allow, and with exit code 1 where one is
@@ -35,8 +36,11 @@ from studies.files import require_writable
 from studies.options import coefficient, count
 from studies.pool import processes
 
-REDUCTION, INCREMENTS, SPREAD = 0.3, 30, 0.02
+STEP, SPREAD = 0.01, 0.02
+REDUCTIONS = {0.1: 0.3, 0.3: 0.2}
+"""How far each coefficient goes unless asked."""
 SIZES = (8, 12, 16)
+SHORT = 0.06
 MB = 1e3
 """Of what :func:`benchmarks.memory.peak` gives."""
 
@@ -46,6 +50,7 @@ class Row:
     """One line of space.csv."""
 
     mu: float
+    reduction: float
     elements: int
     unknowns: int
     contacts: int
@@ -103,6 +108,7 @@ def measured(mu: float, elements: int, reduction: float, increments: int) -> Row
     cost = late.passes / sum(passes)
     return Row(
         mu=mu,
+        reduction=reduction,
         elements=elements,
         unknowns=system.body.space.size,
         contacts=len(system.candidates.node),
@@ -136,6 +142,7 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="benchmarks.space", description="Costs in space.", allow_abbrev=False)
     p.add_argument("--mu", type=coefficient, nargs="+", help="Coulomb coefficients (default 0.1 0.3, --fast 0.3)")
     p.add_argument("--sizes", type=count(1), nargs="+", help="elements a side (default 8 12 16, --fast 3 4)")
+    p.add_argument("--reduction", type=float, help="of the height (default 0.3 for mu = 0.1, 0.2 for 0.3)")
     p.add_argument("--out", type=Path, default=Path("results"))
     p.add_argument("--fast", action="store_true", help="small bricks and a short path, without limits")
     return p
@@ -147,13 +154,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     asked = parser().parse_args(argv)
     require_writable(asked.out)
     mus, sizes = asked.mu or ([0.3] if asked.fast else [0.1, 0.3]), asked.sizes or ([3, 4] if asked.fast else SIZES)
-    path = (0.06, 3) if asked.fast else (REDUCTION, INCREMENTS)
     rows = list[Row]()
     for mu in mus:
+        reduction = asked.reduction or (SHORT if asked.fast else REDUCTIONS.get(mu, min(REDUCTIONS.values())))
         before: Row | None = None
         for size in sorted(sizes):
             with processes(1) as alone:
-                row = alone.submit(measured, mu, size, *path).result()
+                row = alone.submit(measured, mu, size, reduction, round(reduction / STEP)).result()
             row = row if before is None else grown(row, before)
             before = row
             rows.append(row)

@@ -245,7 +245,11 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "columns": lambda results: table(*site_tables.of_columns(results)),
         "fields": lambda results: table(*site_tables.of_fields(results)),
     },
-    "benchmarks.md": {"provenance": lambda results: table(*site_tables.of_provenance(results))},
+    "benchmarks.md": {
+        "space": lambda results: table(*site_tables.of_space(results)),
+        "block_ratio": lambda results: table(*total_tables.of_ratios(results, "block_ratio.csv")),
+        "provenance": lambda results: table(*site_tables.of_provenance(results)),
+    },
     "elements.md": {
         "series": lambda results: table(*element_tables.of_series(results)),
         "refined": lambda results: table(*element_tables.of_refined(results)),

@@ -28,6 +28,25 @@ def of_convergence(results: Path) -> tuple[list[str], list[list[str]]]:
     return ["mu", *(named[knob].format(value) for knob, value in SHOWN)], rows
 
 
+def of_space(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: what a march in space costs, by coefficient and mesh."""
+    head = ["mu", "to", "elements a side", "unknowns", "contacts", "passes an increment", "kappa [s]", "pass / kappa"]
+    head += ["s", "peak [MB]", "growth of a pass", "of a factorisation"]
+    counts = "elements", "unknowns", "contacts"
+    places = {"passes_an_increment": ".2f", "kappa_s": ".3f", "pass_over_kappa": ".2f", "seconds": ".0f"}
+    places |= {"peak_MB": ".0f", "time_growth": ".2f", "factorisation_growth": ".2f"}
+    rows = [
+        [
+            f"{line['mu']:g}",
+            f"{100 * float(line['reduction']):.0f} %",
+            *(str(line[name]) for name in counts),
+            *("–" if line[name] != line[name] else f"{line[name]:{digits}}" for name, digits in places.items()),
+        ]
+        for line in read_csv(results / "space.csv", f"python -m benchmarks.space --out {results}")
+    ]
+    return head, rows
+
+
 def of_columns(results: Path) -> tuple[list[str], list[list[str]]]:
     """Head and rows: every column of the main study's histories, with its meaning."""
     return ["column", "meaning"], [[f"`{column.name}`", column.meaning] for column in history_columns(1.0)]

@@ -199,7 +199,8 @@ def rigid_motions(nodes: Floats, free: Ints, geometry: Geometry, axes: Axes = ST
     if geometry is Geometry.AXISYMMETRIC:
         modes = modes[:, 1:2]
     held = np.setdiff1d(np.arange(len(modes)), free)
-    kept = modes[free] @ null_space(modes[held], rcond=1e-9) if len(held) else modes[free]
+    # Of their triangle: it has the same null space, and no basis of what is held comes with it.
+    kept = modes[free] @ null_space(np.linalg.qr(modes[held], mode="r"), rcond=1e-9) if len(held) else modes[free]
     return np.linalg.qr(kept)[0] if kept.shape[1] else kept
 
 

@@ -48,9 +48,11 @@ PLAN = BlockPlan(
     mus=(FRICTION,),
     own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 6), paces=PACES),),
     foreign=(
-        Foreign("C3D8I", FACES, (2, 4, 6, 8, 12), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D8I", FACES, (12,), (0.05,), deck=BlockDeck),
         Foreign("C3D8I", NODES, (4, 8), (0.02,), deck=BlockDeck),
-        Foreign("C3D20R", FACES, (1, 2, 3, 4, 6), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (1, 2, 3, 4), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (6,), (0.05,), deck=BlockDeck),
         Foreign("C3D20R", NODES, (2, 4), (0.02,), deck=BlockDeck),
     ),
     repeats=3,

@@ -18,8 +18,8 @@ SHORT = 90
 """Characters of a reason that a page shows."""
 
 
-def of_ratios(results: Path) -> Lines:
-    """Fastest run of each program within an error."""
+def of_ratios(results: Path, name: str = "total_ratio.csv") -> Lines:
+    """Fastest run of each program within an error, by a table of :class:`~studies.accuracy.total_row.Ratio`."""
     head = ["mu", "error", "bipot", "error", "s (process)", "CalculiX", "error", "s", "ratio", "ratio of processes"]
     rows = [
         [
@@ -34,7 +34,7 @@ def of_ratios(results: Path) -> Lines:
             f"{one.ratio:.1f}",
             f"{one.process_ratio:.1f}",
         ]
-        for one in read_rows(results / "total_ratio.csv", Ratio)
+        for one in read_rows(results / name, Ratio)
     ]
     return head, rows
 
