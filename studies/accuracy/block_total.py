@@ -46,7 +46,7 @@ class BlockPlan(Plan):
 
 PLAN = BlockPlan(
     mus=(FRICTION,),
-    own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE,)),),
+    own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),),
     foreign=(
         Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
         Foreign("C3D8I", NODES, (4,), (0.02,), deck=BlockDeck),
