@@ -39,7 +39,7 @@ def of_space(results: Path) -> tuple[list[str], list[list[str]]]:
         [
             f"{line['mu']:g}",
             f"{100 * float(line['reduction']):.0f} %",
-            *(str(line[name]) for name in counts),
+            *(f"{line[name]:.0f}" for name in counts),
             *("–" if line[name] != line[name] else f"{line[name]:{digits}}" for name, digits in places.items()),
         ]
         for line in read_csv(results / "space.csv", f"python -m benchmarks.space --out {results}")

@@ -32,7 +32,7 @@ from studies.tables import text, write_csv
 
 NAME, RATIOS, LIMITS = "block_total", "block_ratio.csv", "block_limits.csv"
 MARKS, FRICTION = (0.05, 0.10, 0.20, 0.30), 0.1
-PACES = (Pace(accuracy=1e-3), Pace(accuracy=1e-2))
+PACE, COARSE = Pace(accuracy=1e-3), Pace(accuracy=1e-2)
 ALONE = "studies.accuracy.block_alone"
 
 
@@ -46,14 +46,12 @@ class BlockPlan(Plan):
 
 PLAN = BlockPlan(
     mus=(FRICTION,),
-    own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 6), paces=PACES),),
+    own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),),
     foreign=(
         Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
-        Foreign("C3D8I", FACES, (12,), (0.05,), deck=BlockDeck),
-        Foreign("C3D8I", NODES, (4, 8), (0.02,), deck=BlockDeck),
-        Foreign("C3D20R", FACES, (1, 2, 3, 4), (0.02, 0.05), deck=BlockDeck),
-        Foreign("C3D20R", FACES, (6,), (0.05,), deck=BlockDeck),
-        Foreign("C3D20R", NODES, (2, 4), (0.02,), deck=BlockDeck),
+        Foreign("C3D8I", NODES, (4,), (0.02,), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (1, 2, 3), (0.02, 0.05), deck=BlockDeck),
+        Foreign("C3D20R", FACES, (4,), (0.05,), deck=BlockDeck),
     ),
     repeats=3,
     marks=MARKS,
@@ -61,7 +59,7 @@ PLAN = BlockPlan(
 )
 SHORT = BlockPlan(
     mus=(FRICTION,),
-    own=(Series(SolidType.H8P0, sides=(1,), paces=PACES[1:]),),
+    own=(Series(SolidType.H8P0, sides=(1,), paces=(COARSE,)),),
     foreign=(Foreign("C3D8I", FACES, (2,), (0.05,), deck=BlockDeck),),
     repeats=1,
     marks=MARKS,
