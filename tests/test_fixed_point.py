@@ -273,6 +273,7 @@ def test_the_polish_with_exact_friction_leaves_nothing_to_the_fixed_point() -> N
     assert np.isnan(steps[-1].solved.coupled.contraction)
 
 
+@pytest.mark.slow
 def test_the_study_shows_what_the_safeguard_adds(tmp_path: Path) -> None:
     assert study.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_csv(tmp_path / "coupling.csv", "")

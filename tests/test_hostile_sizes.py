@@ -69,6 +69,7 @@ def test_huge_counts_are_refused_in_few_words(count):
         assert len(str(refused.value)) < 250
 
 
+@pytest.mark.slow
 def test_the_memory_that_is_said_is_near_what_a_march_takes():
     """On 40 x 40, in a process of its own; within a factor of two."""
     with_imports, _ = memory_benchmark.measured(2, 3)

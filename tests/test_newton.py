@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -61,9 +62,9 @@ def test_reused_factors_save_factorisations_not_accuracy(monkeypatch: pytest.Mon
     forces = []
     for fall in counts:
 
-        def counted(self: Pattern, data: np.ndarray, fall: float = fall) -> object:
+        def counted(self: Pattern, *given: Any, fall: float = fall) -> object:
             counts[fall] += 1
-            return real(self, data)
+            return real(self, *given)
 
         monkeypatch.setattr(Pattern, "factorise", counted)
         forces.append([a.solved.r for a in run(Control(Newton(Reuse(fall)), (), TIGHT), 0.1)])

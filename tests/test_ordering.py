@@ -94,6 +94,7 @@ def test_in_space_no_contact_of_a_flat_tool_borders_the_matrix():
 
 
 @PARDISO
+@pytest.mark.slow
 def test_a_march_by_pardiso_has_the_same_answer():
     forces = []
     for linear in (SuperLU(), Pardiso()):

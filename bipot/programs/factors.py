@@ -119,7 +119,7 @@ class Pardiso:
 
     def factorise(self, transpose: sp.csc_matrix, panel: int) -> PardisoFactor:
         """See :class:`LinearSolver`; the panel is SuperLU's."""
-        import pypardiso
+        import pypardiso  # pyright: ignore[reportMissingImports] (an extra that the suite does without)
 
         solver, matrix = pypardiso.PyPardisoSolver(), sp.csr_matrix(transpose.T)
         try:
