@@ -10,65 +10,47 @@ these coarse meshes forces rise by steps, each time that nodes come to touch.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bipot import (
-    Accepted,
-    Circle,
-    Control,
-    Elasticity,
-    Geometry,
-    Linear,
-    Newton,
-    Scene,
-    Schedule,
-    ShapedTool,
-    Support,
-    Symmetry,
-    VonMises,
-    cylinder,
-    cylinder_3d,
-    march,
-    sphere,
-)
+import bipot as bp
 
 SIZE, RADIUS, DEPTH, MU = 4.0, 5.0, 0.5, 0.2  # mm
-LEAD = VonMises(Elasticity(young=20_000.0, poisson=0.4), Linear(20.0, 100.0))
+LEAD = bp.VonMises(bp.Elasticity(young=20_000.0, poisson=0.4), bp.Linear(20.0, 100.0))
 
 
-def in_space(elements: int) -> Scene:
+def in_space(elements: int) -> bp.Scene:
     """A quarter with so many elements along its axis, finer towards the top."""
-    ball = sphere((0.0, 0.0, SIZE + RADIUS), RADIUS)
-    return Scene(
-        mesh=cylinder_3d(SIZE, SIZE, elements // 2, elements // 2, elements, grading=(3.0, 0.2)),
-        geometry=Geometry.SOLID,
+    ball = bp.sphere((0.0, 0.0, SIZE + RADIUS), RADIUS)
+    return bp.Scene(
+        mesh=bp.cylinder_3d(SIZE, SIZE, elements // 2, elements // 2, elements, grading=(3.0, 0.2)),
+        geometry=bp.Geometry.SOLID,
         material=LEAD,
-        supports=(Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)),
-        tools=(ShapedTool(ball, (0.0, 0.0, -DEPTH), ("top",), MU),),
+        supports=(bp.Symmetry("left", 0), bp.Symmetry("front", 1), bp.Support("base", 2)),
+        tools=(bp.ShapedTool(ball, (0.0, 0.0, -DEPTH), ("top",), MU),),
     )
 
 
-def on_a_meridian(elements: int) -> Scene:
+def on_a_meridian(elements: int) -> bp.Scene:
     """The same as a ring, with elements of about the same size."""
-    return Scene(
-        mesh=cylinder(SIZE, SIZE, elements, elements, grading=(2.0, 0.2)),
-        geometry=Geometry.AXISYMMETRIC,
+    return bp.Scene(
+        mesh=bp.cylinder(SIZE, SIZE, elements, elements, grading=(2.0, 0.2)),
+        geometry=bp.Geometry.AXISYMMETRIC,
         material=LEAD,
-        supports=(Support("base", 1), Support("axis", 0)),
-        tools=(ShapedTool(Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), MU),),
+        supports=(bp.Support("base", 1), bp.Support("axis", 0)),
+        tools=(bp.ShapedTool(bp.Circle((0.0, SIZE + RADIUS), RADIUS), (0.0, -DEPTH), ("top",), MU),),
     )
 
 
-def main(increments: int = 12, elements: int = 8) -> tuple[dict[str, list[tuple[float, float]]], Accepted]:
+def main(increments: int = 12, elements: int = 8) -> tuple[dict[str, list[tuple[float, float]]], bp.Accepted]:
     """Depth (mm) and force on the whole block (N), in space and on a meridian; the last increment in space."""
     curves, ends = {}, []
     for name, scene in (("in space", in_space(elements)), ("on a meridian", on_a_meridian(elements))):
-        steps = list(march(scene, Schedule(increments), Control(Newton())))
+        steps = list(bp.march(scene, bp.Schedule(increments), bp.Control(bp.Newton())))
         curves[name] = [(DEPTH * step.state.tau, -float(step.tool_force(0)[-1])) for step in steps]
         print(f"{name}: a force of {curves[name][-1][1]:.1f} N at a depth of {DEPTH} mm")
         ends.append(steps[-1])
     return curves, ends[0]
 
 
-def draw(found: tuple[dict[str, list[tuple[float, float]]], Accepted]) -> None:
+def draw(found: tuple[dict[str, list[tuple[float, float]]], bp.Accepted]) -> None:
     """Both forces over the depth, and the pressure on a quarter of the top, from above, with friction as arrows."""
     curves, last = found
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")

@@ -14,11 +14,9 @@ import bipot as bp
 from bipot import plot
 
 ANGLE = np.pi / 6
-BACK, LENGTH = 1.5, 3.0  # mm, of the billet below the entry, and in all; its half-height is one
-YIELD, YOUNG = 300.0, 3e5  # MPa
+BACK, LENGTH, YIELD, YOUNG = 1.5, 3.0, 300.0, 3e5  # mm below the entry, and in all (half-height one); MPa
 EXIT = 1 / (1 + 2 * np.sin(ANGLE))
-CONE = (1 - EXIT) / np.tan(ANGLE)
-KNOWN = (1 - EXIT) * (1 + ANGLE)
+CONE, KNOWN = (1 - EXIT) / np.tan(ANGLE), (1 - EXIT) * (1 + ANGLE)
 DIE = bp.Profile(((1.0, -4.0), (1.0, 0.0), (EXIT, CONE), (EXIT + 0.5, CONE + 3.0)), fillets=0.05)
 
 
@@ -44,8 +42,7 @@ def main(increments: int = 60, elements: int = 10, travel: float = 0.4) -> tuple
             bp.ShapedTool(DIE, (0.0, 0.0), ("right",), 0.0),
         ),
     )
-    unit = 2 * YIELD / np.sqrt(3)
-    rows, steps = [], []
+    unit, rows, steps = 2 * YIELD / np.sqrt(3), [], []
     for accepted in bp.march(scene, bp.Schedule(increments)):
         steps.append(accepted)
         punch, die = (float(accepted.tool_force(k)[1]) for k in range(2))

@@ -12,8 +12,7 @@ import numpy as np
 import bipot as bp
 
 SIZE, RADIUS, DEPTH = 100.0, 100.0, 0.01  # mm: the contact is one hundredth of the block
-STEEL = bp.Elasticity(young=210_000.0, poisson=0.3)
-STIFFNESS = STEEL.young / (1 - STEEL.poisson**2)
+STEEL, STIFFNESS = bp.Elasticity(young=210_000.0, poisson=0.3), 210_000.0 / (1 - 0.3**2)
 
 
 def half_space(elements: int) -> bp.Scene:

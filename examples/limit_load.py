@@ -15,8 +15,7 @@ import bipot as bp
 from bipot import plot
 
 WIDTH, HEIGHT, YIELD = 20.0, 10.0, 100.0  # mm, MPa; half of each is modelled
-SHEAR = YIELD / np.sqrt(3)
-SLIP_LINES = 2.42766  # exact mean pressure over the shear yield stress, at WIDTH / HEIGHT = 2
+SHEAR, SLIP_LINES = YIELD / np.sqrt(3), 2.42766  # MPa; exact mean pressure over it at WIDTH / HEIGHT = 2
 
 
 def quarter(elements: int, **platen: Any) -> bp.Scene:

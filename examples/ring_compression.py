@@ -2,22 +2,17 @@
 The ring compression test
 =========================
 
-At constant shear the bore of a ring opens where friction is low and closes where it is high. A ring 6 : 3 : 2 (outer
-diameter, inner diameter, height) between flat platens, its upper half modelled; the platens shear it by m times its
-shear yield stress. The change of the inner diameter measures m, without a measured force. Next to it stands Avitzur's
-upper bound for a ring that stays one (parallel velocity field, ideally plastic), whose pressure no true one exceeds.
+At constant shear, m times its shear yield stress, the bore of a ring 6 : 3 : 2 opens where friction is low and closes
+where it is high: its change measures m without a force. Beside it is Avitzur's upper bound (parallel velocity field).
 """
 
 # %%
-from math import inf, pi
-
 import matplotlib.pyplot as plt
 import numpy as np
 
 from bipot import Accepted, Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, march, ring
 
-INNER, OUTER, HALF = 3.0, 6.0, 2.0  # mm: radii and half the height
-YIELD, YOUNG = 300.0, 3e6  # MPa: next to rigid
+INNER, OUTER, HALF, YIELD, YOUNG = 3.0, 6.0, 2.0, 300.0, 3e6  # mm: radii, half the height; MPa: next to rigid
 REDUCTIONS = (0.1, 0.3, 0.5)
 BOUND = {  # decrease of the inner diameter in %, mean pressure over the yield stress, at these reductions
     0.1: ((-3.32, 1.072), (-10.00, 1.098), (-13.64, 1.146)),
@@ -29,7 +24,7 @@ BOUND = {  # decrease of the inner diameter in %, mean pressure over the yield s
 def upper_half(m: float, elements: int) -> Scene:
     """The ring above its plane of symmetry, under one platen."""
     travel = (0.0, -REDUCTIONS[-1] * HALF)
-    platen = FlatTool((0.0, HALF), (0.0, -1.0), travel, ("top", "bore", "side"), mu=inf, shear=m)
+    platen = FlatTool((0.0, HALF), (0.0, -1.0), travel, ("top", "bore", "side"), mu=np.inf, shear=m)
     return Scene(
         mesh=ring(INNER, OUTER, HALF, 3 * elements, 2 * elements),
         geometry=Geometry.AXISYMMETRIC,
@@ -40,11 +35,11 @@ def upper_half(m: float, elements: int) -> Scene:
 
 
 def measured(scene: Scene, accepted: Accepted) -> tuple[float, float, float]:
-    """Decrease of the bore in %, at half the height and in the mean over its height, and F h / (V sigma_Y)."""
+    """Decrease of the bore in %, at half the height and in the mean over it, and F h / (V sigma_Y)."""
     r, z = accepted.state.nodes[scene.mesh.boundary("bore")[:, [0, -1]]].T
     radius = np.array([r[z == 0.0][0], np.abs(np.diff(z, axis=0)[0]) @ r.mean(axis=0) / np.ptp(z)])
     height = 2 * (HALF + accepted.state.tau * scene.tools[0].travel[1])
-    pressure = -accepted.tool_force(0)[1] * height / (pi * (OUTER**2 - INNER**2) * 2 * HALF * YIELD)
+    pressure = -accepted.tool_force(0)[1] * height / (np.pi * (OUTER**2 - INNER**2) * 2 * HALF * YIELD)
     return (*(100 * (1 - radius / INNER)), pressure)
 
 
@@ -56,9 +51,8 @@ def main(increments: int = 50, elements: int = 4, shear: tuple[float, ...] = tup
         scene = upper_half(m, elements)
         steps = march(scene, Schedule(increments, first=0.002, landings=tuple(times[:-1])))
         found[m] = np.array([measured(scene, step) for step in steps if step.state.tau in times])
-        for reduction, (middle, mean, p), bound in zip(REDUCTIONS, found[m], BOUND.get(m, ("",) * 3), strict=True):
-            said = f"bore less by {middle:+.2f} % at the middle, {mean:+.2f} % in the mean, p = {p:.3f} sigma_Y"
-            print(f"m = {m:.2f}, {reduction:.0%}: {said}, bound {bound}")
+        for reduction, (bore, mean, p), bound in zip(REDUCTIONS, found[m], BOUND.get(m, ("",) * 3), strict=True):
+            print(f"m = {m:.2f}, {reduction:.0%}: {bore:+.2f} %, mean {mean:+.2f} %, p = {p:.3f} sigma_Y, {bound}")
     return found
 
 

@@ -6,8 +6,6 @@ The mean pressure tends to three yield stresses, and the rim piles up.
 """
 
 # %%
-from math import pi
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -38,7 +36,7 @@ def main(increments: int = 20, elements: int = 24) -> tuple[list[tuple[float, fl
         nodes = accepted.solved.iterate.increment.system.candidates.node
         edge = accepted.state.nodes[nodes[accepted.solved.r[:, 0] > 0], 0].max()
         edge = (edge + r[r > edge].min()) / 2
-        pressure = -float(accepted.tool_force(0)[1]) / (pi * edge**2)
+        pressure = -float(accepted.tool_force(0)[1]) / (np.pi * edge**2)
         rows.append((DEPTH * accepted.state.tau, pressure / YIELD, float(z.max()) - SIZE))
         print("depth {:.3f} mm: a mean pressure of {:.2f} yield stresses, pile-up {:+.4f} mm".format(*rows[-1]))
     return rows, steps[-1]

@@ -10,51 +10,35 @@ moment tends to two thirds of mu N R, and friction goes around the axis.
 import matplotlib.pyplot as plt
 import numpy as np
 
-from bipot import (
-    Accepted,
-    Amplitude,
-    Control,
-    Elastic,
-    Elasticity,
-    Geometry,
-    Newton,
-    Plane,
-    Scene,
-    Schedule,
-    ShapedTool,
-    Support,
-    Turn,
-    cylinder_3d,
-    march,
-)
+import bipot as bp
 
 RADIUS, HEIGHT, SINK, ANGLE, MU, PRESSED = 10.0, 5.0, 0.05, 0.01, 0.2, 0.1  # mm, radians
 
 
-def twisted(elements: int) -> Scene:
+def twisted(elements: int) -> bp.Scene:
     """The whole disc, held below, with 4 * elements around its axis in a quarter."""
     top, later = (0.0, 0.0, HEIGHT), ((0.0, 0.0), (PRESSED, 0.0), (1.0, 1.0))
-    lid = ShapedTool(
-        Plane(top, (0.0, 0.0, -1.0)),
+    lid = bp.ShapedTool(
+        bp.Plane(top, (0.0, 0.0, -1.0)),
         travel=(0.0, 0.0, -SINK),
         candidates=("top",),
         mu=MU,
         path=((0.0, 0.0), (PRESSED, 1.0), (1.0, 1.0)),
-        turn=Turn(ANGLE, top, Amplitude(later), axis=(0.0, 0.0, 1.0)),
+        turn=bp.Turn(ANGLE, top, bp.Amplitude(later), axis=(0.0, 0.0, 1.0)),
     )
-    return Scene(
-        mesh=cylinder_3d(RADIUS, HEIGHT, elements, elements, 2, quarter=False),
-        geometry=Geometry.SOLID,
-        material=Elastic(Elasticity(young=1000.0, poisson=0.0)),
-        supports=tuple(Support("base", d) for d in range(3)),
+    return bp.Scene(
+        mesh=bp.cylinder_3d(RADIUS, HEIGHT, elements, elements, 2, quarter=False),
+        geometry=bp.Geometry.SOLID,
+        material=bp.Elastic(bp.Elasticity(young=1000.0, poisson=0.0)),
+        supports=tuple(bp.Support("base", d) for d in range(3)),
         tools=(lid,),
     )
 
 
-def main(increments: int = 40, elements: int = 4) -> tuple[list[tuple[float, float]], Accepted]:
+def main(increments: int = 40, elements: int = 4) -> tuple[list[tuple[float, float]], bp.Accepted]:
     """Angle (radians), moment over mu N R; the last increment."""
     scene, rows, steps = twisted(elements), [], []
-    for accepted in march(scene, Schedule(increments), Control(Newton())):
+    for accepted in bp.march(scene, bp.Schedule(increments), bp.Control(bp.Newton())):
         steps.append(accepted)
         angle = scene.tools[0].pose(accepted.state.tau)[-1]
         rows.append((float(angle), accepted.tool_moment(0) / (MU * -float(accepted.tool_force(0)[2]) * RADIUS)))
@@ -62,7 +46,7 @@ def main(increments: int = 40, elements: int = 4) -> tuple[list[tuple[float, flo
     return rows, steps[-1]
 
 
-def draw(found: tuple[list[tuple[float, float]], Accepted]) -> None:
+def draw(found: tuple[list[tuple[float, float]], bp.Accepted]) -> None:
     """The moment over the angle, and friction on the disc at the end, from above."""
     rows, last = found
     _, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")

@@ -23,13 +23,8 @@ STRAINS = 0.0, 0.6
 def eighth(mu: float, n: int) -> Scene:
     """The eighth x, y, z >= 0 with n elements a side; its sides may come onto the platen."""
     half = SIZE / 2
-    platen = FlatTool(
-        point=(0.0, 0.0, half),
-        normal=(0.0, 0.0, -1.0),
-        travel=(0.0, 0.0, -REDUCTION * half),
-        candidates=("top", "right", "back"),
-        mu=mu,
-    )
+    travel, sides = (0.0, 0.0, -REDUCTION * half), ("top", "right", "back")
+    platen = FlatTool((0.0, 0.0, half), (0.0, 0.0, -1.0), travel, sides, mu)
     return Scene(
         mesh=brick(half, half, half, n, n, n),
         geometry=Geometry.SOLID,

@@ -7,8 +7,6 @@ does not harden, the flow is similar to itself at every depth, and known (Hill, 
 """
 
 # %%
-from math import sqrt
-
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -38,7 +36,7 @@ def main(increments: int = 60, elements: int = 16) -> tuple[list[tuple[float, fl
     for accepted in bp.march(half(elements), bp.Schedule(increments)):
         steps.append(accepted)
         depth = accepted.state.tau * DEPTH
-        rows.append((depth, -float(accepted.tool_force(0)[1]) / (2 * YIELD / sqrt(3) * depth)))
+        rows.append((depth, -float(accepted.tool_force(0)[1]) / (2 * YIELD / np.sqrt(3) * depth)))
         lip = float(accepted.state.nodes[:, 1].max()) - HEIGHT
         print(f"{depth:.3f} mm deep: F/(2kh) = {rows[-1][1]:.2f} (known: {FORCE}), lip {lip:.3f} mm high")
     return rows, steps[-1]

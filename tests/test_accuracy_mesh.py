@@ -65,6 +65,7 @@ def test_without_friction_every_element_is_exact(series):
     assert end.force_N == pytest.approx(42815.427, rel=2e-6)
 
 
+@pytest.mark.slow
 def test_a_run_that_would_fold_is_told_as_far_as_it_comes():
     found = mesh.run(plan.Job(0.3, Discretisation(ElementType.Q9P1), 3, 9))
     assert 0 < len(found) < len(mesh.MARKS)
@@ -85,6 +86,7 @@ def test_limits_and_jumps_are_written_from_the_rows(results):
     assert all(0 < row.first_landing <= row.reduction <= 0.45 and row.landings > 0 for row in landed)
 
 
+@pytest.mark.slow
 def test_the_rows_of_a_run_are_kept_or_made_together(results, tmp_path, capsys):
     for name in ("mesh.csv", "mesh.h5", "mesh.parameters.json"):
         shutil.copy(results / name, tmp_path)
@@ -101,6 +103,7 @@ def test_the_rows_of_a_run_are_kept_or_made_together(results, tmp_path, capsys):
         assert str(row | {"seconds": 0}) == str(before | {"seconds": 0})
 
 
+@pytest.mark.slow
 def test_the_figure_reads_results_only(results, tmp_path, capsys):
     fig_mesh.main(["--results", str(results), "--out", str(tmp_path)])
     assert (tmp_path / "fig_mesh.png").read_bytes().startswith(b"\x89PNG")

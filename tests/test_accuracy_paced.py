@@ -50,6 +50,7 @@ def test_where_none_errs_as_little_there_is_none():
     assert cheapest(uniform, 1 / 20, 20).increments == 20
 
 
+@pytest.mark.slow
 def test_the_fast_study_writes_what_its_marches_come_to(tmp_path):
     assert paced.main(["--fast", "--out", str(tmp_path)]) == 0
     found, none = read_rows(tmp_path / "paced.csv", Row)

@@ -57,6 +57,7 @@ def endless(asked):
         yield from march(asked.scene, asked.schedule, asked.control)
 
 
+@pytest.mark.slow
 def test_no_clock_and_no_order_of_hashes_decides():
     """In a process of its own, in which both are others."""
     ran = subprocess.run(

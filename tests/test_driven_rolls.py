@@ -147,6 +147,7 @@ def test_a_roll_that_touches_nothing_rests_and_says_so():
     assert "position in 1 rigid motion" in last.solved.undetermined
 
 
+@pytest.mark.slow
 def test_a_roll_that_loses_its_contact_stays_as_it_is_turned_and_says_so():
     """Of a coarse body that has flowed: between two nodes it is off the roll, and forms leave remainders of forces."""
     held = Support("base", 1), Prescribed("base", 0, 0.3, LATE)

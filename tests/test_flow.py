@@ -63,6 +63,7 @@ def test_flow_carried_on_without_a_return_is_refused():
         march(unreturned(upsetting(mu=0.1, elements=2)), Schedule(2))
 
 
+@pytest.mark.slow
 def test_force_is_of_second_order_under_friction_and_of_first_with_backward_euler():
     orders = {}
     for integration in Integration:

@@ -34,6 +34,7 @@ def test_a_cylinder_on_a_half_plane():
     assert x[pressure > 0].max() == pytest.approx(a, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_sphere_on_a_half_space():
     force, _, pressure = indented(hertz_sphere, Geometry.AXISYMMETRIC, hertz_sphere.DEPTH)
     exact, _, peak = (asked.reference for asked in hertz_sphere.CASE.asked)

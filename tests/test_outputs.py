@@ -236,6 +236,7 @@ def test_a_full_disk_leaves_the_old_tables_and_says_so(made):
     np.testing.assert_array_equal(read_curves(made / "lines.h5")["b"]["y"], np.ones(3))
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_moment_leaves_a_whole_table(tmp_path):
     """Many kills while a large table is written over and over: each time it is one of the two."""
     code = f"""

@@ -50,6 +50,7 @@ def test_a_stopped_study_says_so_keeps_its_rows_and_leaves_no_process(number, to
     assert rows_of(tmp_path) == [0, 1, 2]
 
 
+@pytest.mark.slow
 def test_signals_that_come_twice_are_one(tmp_path):
     """A terminal's Ctrl-C reaches all, and ``timeout`` sends its signal twice."""
     with tiny_study(tmp_path) as process:
@@ -94,6 +95,7 @@ def test_all_results_come_once_from_more_jobs_than_are_handed_out(tmp_path):
     assert rows_of(tmp_path) == list(range(50))
 
 
+@pytest.mark.slow
 def test_jobs_are_taken_as_they_are_needed():
     """Any number may be given: few more are taken than are done."""
     taken = []
@@ -105,6 +107,7 @@ def test_jobs_are_taken_as_they_are_needed():
     assert len(taken) <= 20 + 2 * pool.AHEAD
 
 
+@pytest.mark.slow
 def test_a_real_study_in_processes_stops_at_ctrl_c_and_goes_on(tmp_path):
     command = [
         "studies.fuzz",

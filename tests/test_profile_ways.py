@@ -81,6 +81,7 @@ def test_around_a_closed_line_slips_are_those_of_the_shorter_way():
     assert square.passed(end, start - end)[1] == pytest.approx(-0.3, rel=1e-14)
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(SEEDS)
 def test_who_slides_along_a_profile_does_not_cross_it(seed):

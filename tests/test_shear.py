@@ -124,6 +124,7 @@ def test_units_do_not_matter(law):
     assert force[1] == pytest.approx(force[0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_limits_of_the_laws():
     """m = 0 is no friction; a cap that is never reached is Coulomb's law; a large coefficient is constant shear."""
     force = {law: -pressed(*law)[-1].tool_force(0)[1] for law in ((0.0, INF), (INF, 0.0), (0.05, INF), (0.05, 1.0))}

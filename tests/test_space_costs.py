@@ -143,6 +143,7 @@ def test_calculix_has_the_exact_force_without_friction(element, contact):
     assert found.forces[-1] == pytest.approx(300.0 * 100.0 / 0.7, rel=2e-3)
 
 
+@pytest.mark.slow
 @INSTALLED
 def test_the_block_beside_calculix(tmp_path):
     assert block_total.main(["--fast", "--out", str(tmp_path)]) == 0

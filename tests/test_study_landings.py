@@ -17,6 +17,7 @@ def results(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_a_located_run_ends_an_increment_at_the_landing_and_is_the_same_before(results):
     rows = read_csv(results / "landings.csv", "")
     assert len(rows) == 5

@@ -72,6 +72,7 @@ def test_penalty_vs_conic_writes_what_it_says(penalty):
     assert (penalty / "penalty_vs_conic.h5").is_file()
 
 
+@pytest.mark.slow
 def test_speed_vs_error_writes_what_it_says(speed):
     rows = read_csv(speed / "speed_vs_error.csv", "")
     assert set(TIMED.split(", ")) <= set(rows[0])
@@ -152,6 +153,7 @@ def test_figures_read_results_only(figure, name, request, tmp_path):
         figure.main(["--results", str(tmp_path / "nothing")])
 
 
+@pytest.mark.slow
 def test_optimisers_writes_a_row_each(tmp_path):
     assert optimisers.main(["--fast", "--out", str(tmp_path)]) == 0
     rows = read_csv(tmp_path / "optimisers.csv", "")

@@ -80,6 +80,7 @@ def test_what_an_executor_raises_is_the_points_reason(failure, words):
     assert list(swept([1], Given(failure), square)) == [(1, Lost(words))]
 
 
+@pytest.mark.slow
 def test_a_process_that_is_killed_costs_no_point_but_the_one_that_kills_it_again(tmp_path):
     found = dict(lasting(range(6), partial(processes, 2), partial(deadly, folder=tmp_path), 2))
     assert found == {k: k**2 for k in range(6)} | {1: Lost(DIED)}

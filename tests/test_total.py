@@ -158,6 +158,7 @@ def test_without_calculix_its_rows_are_left_out_and_that_is_said(results, monkey
     assert read_rows(results / "total.csv", Row) == rows
 
 
+@pytest.mark.slow
 @INSTALLED
 def test_resumed_where_calculix_is_its_rows_come_in(results, tmp_path, capsys):
     for name in ("total.csv", "total.parameters.json"):
@@ -184,6 +185,7 @@ def test_a_run_that_folds_is_a_row_with_its_reason():
     assert came.stopped
 
 
+@pytest.mark.slow
 def test_the_figure_reads_results_only(results, tmp_path, capsys):
     fig_total_error.main(["--results", str(results), "--out", str(tmp_path)])
     assert (tmp_path / "fig_total_error.png").read_bytes().startswith(b"\x89PNG")

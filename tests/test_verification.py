@@ -106,6 +106,7 @@ def test_the_page_of_a_fast_run_has_the_cases_that_are_judged(fast):
     assert shown == {case.name for case in CASES.values() if len(case.meshes) == 1}
 
 
+@pytest.mark.slow
 def test_the_pictures_are_drawn_from_results_only(fast, tmp_path):
     fig_verification.main(["--results", str(RESULTS), "--out", str(tmp_path)])
     drawn = {path.stem for path in tmp_path.glob("*.png")}
