@@ -29,10 +29,13 @@ from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool, Sampling
 from studies.fuzz_driven import forced, prescribed
 from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule, volume
+from studies.fuzz_numbers import friction, gap_at_rest
 from studies.fuzz_points import sampled
 
 FORMS = ("tangent", "tangent-cvxpy", "uncoupled", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.22, 0.08, 0.06, 0.16, 0.24, 0.1, 0.07, 0.07)
+MU, GAP = (0.15, 0.5, 0.25, 0.1), (0.6, 0.2, 0.06, 0.14)
+"""How probable each kind of friction and of gap at rest is (:mod:`studies.fuzz_numbers`)."""
 FORMING = 0.09
 """Travels above this times the size are taken in smaller increments."""
 
@@ -182,20 +185,6 @@ def _supports(rng: Rng, body: str, tools: tuple[FlatTool, ...]) -> tuple[Support
     return (*axis, *base, Support(sideways, 0)) if kind == "symmetric" and sideways else (*axis, *base)
 
 
-def _friction(rng: Rng) -> float:
-    return float(
-        rng.choice(
-            [0.0, rng.uniform(0.05, 0.6), 10.0 ** rng.uniform(-3, np.log10(3)), np.inf], p=[0.15, 0.5, 0.25, 0.1]
-        )
-    )
-
-
-def _gap(rng: Rng, size: float, travel: float) -> float:
-    """At rest: touching, apart, apart by round-off, or inside."""
-    choices = [0.0, travel * rng.uniform(0, 0.9), 1e-14 * size, -size * 10.0 ** rng.uniform(-6, -2.5)]
-    return float(rng.choice(choices, p=[0.6, 0.2, 0.06, 0.14]))
-
-
 def _tools(rng: Rng, body: str, mesh: Mesh, travel: float) -> tuple[FlatTool, ...]:
     """A punch from above, sometimes inclined; sometimes with a base that slides or a wall."""
     side = "right" if body == "block" else "side"
@@ -205,23 +194,23 @@ def _tools(rng: Rng, body: str, mesh: Mesh, travel: float) -> tuple[FlatTool, ..
         return (punch,)
     if kind == "wall":
         push = -travel * rng.uniform(0, 1) if rng.random() < 0.5 else 0.0
-        gap = _gap(rng, mesh.size, travel)
-        return punch, _tool(mesh, (-1.0, 0.0), (push, 0.0), (side,), gap, _friction(rng), _path(rng))
+        gap = gap_at_rest(rng, mesh.size, travel, GAP)
+        return punch, _tool(mesh, (-1.0, 0.0), (push, 0.0), (side,), gap, friction(rng, MU), _path(rng))
     if body != "block" or rng.random() < 0.5:
-        return punch, _tool(mesh, (0.0, 1.0), (0.0, 0.0), ("base",), 0.0, _friction(rng), punch.path)
+        return punch, _tool(mesh, (0.0, 1.0), (0.0, 0.0), ("base",), 0.0, friction(rng, MU), punch.path)
     along = (rng.uniform(-1, 1) * travel, 0.0)
     if rng.random() < 0.3:
-        return punch, _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, _friction(rng), punch.path)
+        return punch, _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, friction(rng, MU), punch.path)
     held, later = ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)), ((0.0, 0.0), (0.5, 0.0), (1.0, 1.0))
-    return replace(punch, path=held), _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, _friction(rng), later)
+    return replace(punch, path=held), _tool(mesh, (0.0, 1.0), along, ("base",), 0.0, friction(rng, MU), later)
 
 
 def _punch(rng: Rng, body: str, mesh: Mesh, travel: float, boundaries: tuple[str, ...]) -> FlatTool:
     """From above, straight or inclined, sometimes moving sideways too, sometimes with friction node by node."""
     angle = rng.uniform(-0.2, 0.2) if rng.random() < 0.25 else 0.0
     slide = rng.uniform(-1, 1) * travel if body == "block" and rng.random() < 0.4 else 0.0
-    normal, gap = (float(np.sin(angle)), -float(np.cos(angle))), _gap(rng, mesh.size, travel)
-    punch = _tool(mesh, normal, (slide, -travel), boundaries, gap, _friction(rng), _path(rng))
+    normal, gap = (float(np.sin(angle)), -float(np.cos(angle))), gap_at_rest(rng, mesh.size, travel, GAP)
+    punch = _tool(mesh, normal, (slide, -travel), boundaries, gap, friction(rng, MU), _path(rng))
     if punch.welded or rng.random() < 0.7:
         return punch
     nodes = mesh.boundary_nodes(*boundaries)

@@ -25,6 +25,7 @@ from bipot.solids import brick
 from bipot.supports import Prescribed, Support, Symmetry
 from bipot.tools import FlatTool
 from bipot.typing import Floats
+from studies.fuzz_numbers import friction, gap_at_rest
 from studies.fuzz_scenes import Drawn
 from studies.independent_solid import orientation
 
@@ -32,6 +33,8 @@ Rng = np.random.Generator
 
 FORMS = ("tangent", "dissipation", "newton", "delassus", "penalty", "uzawa")
 SHARES = (0.25, 0.17, 0.33, 0.1, 0.07, 0.08)
+MU, GAP = (0.12, 0.55, 0.23, 0.1), (0.65, 0.2, 0.06, 0.09)
+"""How probable each kind of friction and of gap at rest is (:mod:`studies.fuzz_numbers`)."""
 
 ELEMENTS = (Element.H8, Element.H20, Element.T10, Element.T4)
 OF_EACH = (0.55, 0.17, 0.18, 0.1)
@@ -104,12 +107,12 @@ def _distorted(rng: Rng, mesh: Mesh) -> Mesh:
 def _tools(rng: Rng, mesh: Mesh, travel: float) -> tuple[FlatTool, ...]:
     """A punch from above, often askew; sometimes a base or a wall beside."""
     askew = 0.2 * rng.normal(size=2) if rng.random() < 0.3 else np.zeros(2)
-    mu = _friction(rng)
+    mu = friction(rng, MU)
     # A weld that goes sideways is torn off the sides that supports hold.
     aside = rng.random() < (0.1 if np.isinf(mu) else 0.4)
     way = np.array([*(rng.uniform(-1, 1, 2) * aside), -1.0]) * travel
     sides = ("top", "right", "back")[: 1 if rng.random() < 0.5 else 3]
-    punch = _tool(mesh, np.array([*askew, -1.0]), way, sides, _gap(rng, mesh.size, travel), mu, _path(rng))
+    punch = _tool(mesh, np.array([*askew, -1.0]), way, sides, gap_at_rest(rng, mesh.size, travel, GAP), mu, _path(rng))
     if not punch.welded and rng.random() < 0.2:
         nodes = mesh.boundary_nodes(*sides)
         chosen = rng.choice(nodes, size=len(nodes) // 2 + 1, replace=False)
@@ -117,11 +120,11 @@ def _tools(rng: Rng, mesh: Mesh, travel: float) -> tuple[FlatTool, ...]:
     kind = rng.choice(["alone", "base", "wall"], p=[0.55, 0.3, 0.15])
     if kind == "base":
         along = np.array([*rng.uniform(-1, 1, 2), 0.0]) * travel * (rng.random() < 0.4)
-        return punch, _tool(mesh, np.array([0.0, 0.0, 1.0]), along, ("base",), 0.0, _friction(rng), punch.path)
+        return punch, _tool(mesh, np.array([0.0, 0.0, 1.0]), along, ("base",), 0.0, friction(rng, MU), punch.path)
     if kind == "wall":
         push = np.array([-travel * rng.uniform(0, 1), 0.0, 0.0])
-        gap = _gap(rng, mesh.size, travel)
-        return punch, _tool(mesh, np.array([-1.0, 0.0, 0.0]), push, ("right",), gap, _friction(rng), _path(rng))
+        gap = gap_at_rest(rng, mesh.size, travel, GAP)
+        return punch, _tool(mesh, np.array([-1.0, 0.0, 0.0]), push, ("right",), gap, friction(rng, MU), _path(rng))
     return (punch,)
 
 
@@ -132,20 +135,6 @@ def _tool(
     n, nodes = normal / np.linalg.norm(normal), mesh.nodes[mesh.boundary_nodes(*sides)]
     point = nodes[np.argmin(nodes @ n)] - gap * n
     return FlatTool(tuple(point.tolist()), tuple(n.tolist()), tuple((travel + 0.0).tolist()), sides, mu, path)
-
-
-def _friction(rng: Rng) -> float:
-    return float(
-        rng.choice(
-            [0.0, rng.uniform(0.05, 0.6), 10.0 ** rng.uniform(-3, np.log10(3)), np.inf], p=[0.12, 0.55, 0.23, 0.1]
-        )
-    )
-
-
-def _gap(rng: Rng, size: float, travel: float) -> float:
-    """At rest: touching, apart, apart by round-off, or inside."""
-    choices = [0.0, travel * rng.uniform(0, 0.9), 1e-14 * size, -size * 10.0 ** rng.uniform(-6, -2.5)]
-    return float(rng.choice(choices, p=[0.65, 0.2, 0.06, 0.09]))
 
 
 def _path(rng: Rng) -> Path:
