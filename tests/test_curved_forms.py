@@ -48,6 +48,33 @@ def derivative(f, x, v, h=1e-5):
     return (4 * one - two) / 3
 
 
+def check_derivatives(increment, x, r, rng, turning=True):
+    """Of motion, by rows and by what they leave out in space, and of what is unbalanced, where forces r turn.
+
+    The part of the tangent that turns forces with their frames is far above what is asked, or none.
+    """
+    here = increment.at(x)
+    space, rows = increment.system.body.space, here.rows
+    K = space.matrix(here.tangent(r))
+    straight = space.matrix(here.tangent(np.zeros_like(r)))
+
+    def motion(y):
+        return increment.at(y).motion
+
+    def unbalanced(y):
+        there = increment.at(y)
+        return there.residual - there.rows.forces(r)
+
+    for _ in range(3):
+        v = rng.uniform(-1, 1, len(x))
+        expected = rows.motion(x + v) - rows.motion(x)
+        if here.measured is not None:
+            expected = (here.measured @ expected[..., None])[..., 0]
+        np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
+        np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
+        assert (np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()) == turning
+
+
 SURFACES = (
     Circle((0.1, 1.5), 0.5),
     Circle((-0.3, -1.5), 2.9, concave=True),
@@ -70,25 +97,8 @@ def test_rows_and_newtons_tangent_are_derivatives(geometry, surface, turn):
         scene = replace(free, tools=(replace(free.tools[0], surface=surface, turn=turn),))
     increment, x, r = start_of(scene, rng)
     here = increment.at(x)
-    space, rows = increment.system.body.space, here.rows
-    np.testing.assert_allclose(rows.motion(x), here.motion, rtol=0, atol=1e-16)
-    K = space.matrix(here.tangent(r))
-    straight = space.matrix(here.tangent(np.zeros_like(r)))
-
-    def motion(y):
-        return increment.at(y).motion
-
-    def unbalanced(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r)
-
-    for _ in range(3):
-        v = rng.uniform(-1, 1, len(x))
-        expected = rows.motion(x + v) - rows.motion(x)
-        np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
-        np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
-        # The turning of the forces is far above what is asked.
-        assert np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()
+    np.testing.assert_allclose(here.rows.motion(x), here.motion, rtol=0, atol=1e-16)
+    check_derivatives(increment, x, r, rng)
 
 
 def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvature(monkeypatch):

@@ -18,7 +18,7 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import Control, march
 from bipot.poses import Turn
-from bipot.profiles import Profile, flat_punch
+from bipot.profiles import flat_punch
 from bipot.revolved import Revolved, cone, roll, sphere
 from bipot.scene import Scene
 from bipot.schedule import Schedule
@@ -32,7 +32,7 @@ from tests.curved import STEEL, TIGHT, apart, forces, marched
 from tests.scenes import named
 from tests.solids import turned
 from tests.space import POINTED, RUBBER, dented, mirrored_scene, rubbed, turned_scene
-from tests.test_curved_forms import derivative
+from tests.test_curved_forms import check_derivatives, derivative
 
 UP = (0.0, 0.0, 1.0)
 TURN = Turn(0.3, (0.2, 0.4, 1.1), axis=(0.6, 0.0, 0.8))
@@ -62,27 +62,10 @@ def test_rows_motions_and_newtons_tangent_are_derivatives(name, turn):
         pytest.skip("a flat tool has the same rows all along")
     scene = rubbed(SURFACES[name], turn=turn)
     increment, x, r = start_of(scene, rng)
-    here = increment.at(x)
-    space, rows, contacts = increment.system.body.space, here.rows, increment.system.candidates
+    here, contacts = increment.at(x), increment.system.candidates
     assert here.measured is not None
-    K = space.matrix(here.tangent(r))
-    straight = space.matrix(here.tangent(np.zeros_like(r)))
-
-    def motion(y):
-        return increment.at(y).motion
-
-    def unbalanced(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r)
-
-    for _ in range(3):
-        v = rng.uniform(-1, 1, len(x))
-        by_rows = rows.motion(x + v) - rows.motion(x)
-        expected = (here.measured @ by_rows[..., None])[..., 0]
-        np.testing.assert_allclose(derivative(motion, x, v), expected, atol=1e-9)
-        np.testing.assert_allclose(derivative(unbalanced, x, v), K @ v, atol=1e-9 * np.abs(K @ v).max())
-        # Of a plane it is the frames that turn alone, and only as the tool does.
-        assert (np.abs((K - straight) @ v).max() > 1e-5 * np.abs(K @ v).max()) == (name != "plane")
+    # Of a plane it is the frames that turn alone, and only as the tool does.
+    check_derivatives(increment, x, r, rng, turning=name != "plane")
     assert contacts.curved
     # What rows leave out is of second order: the angle that normals turn by in the increment. Cylinders have none.
     assert np.abs(here.measured - np.eye(3)).max() < 0.2
@@ -311,28 +294,3 @@ def test_a_sphere_dents_a_block_in_space_as_it_dents_a_ring_on_a_meridian():
     held = Support("base", 1), Support("axis", 0)
     ring = Scene(cylinder(1.0, 1.0, 6, 4), Geometry.AXISYMMETRIC, RUBBER, held, (punch,))
     assert solid == pytest.approx(marched(ring, increments=4)[-1].tool_force(0)[1], rel=0.03)
-
-
-def test_tools_that_come_in_between_nodes_of_a_face_are_refused():
-    scene = dented(elements=2, material=RUBBER)
-    held = tuple(Support("base", d) for d in range(3))
-    deep = replace(scene, supports=held)
-    for surface in (sphere((0.25, 0.25, 1.0 + 0.16), 0.15), cone((0.25, 0.25, 1.01), UP, 10.0, 5.0)):
-        tool = ShapedTool(surface, (0.0, 0.0, -0.3), ("top",), 0.1)
-        with pytest.raises(Exception, match=r"tools\[0\] comes into the body between nodes"):
-            list(march(replace(deep, tools=(tool,)), Schedule(4), Control(Newton(), cuts=1)))
-        inside = ShapedTool(replace(surface, point=(0.25, 0.25, 0.8)), (0.0, 0.0, -0.3), ("top",), 0.1)
-        with pytest.raises(Exception, match=r"tools\[0\].surface = .*a part of it is behind nodes"):
-            replace(deep, tools=(inside,))
-    thin = Revolved(Profile(((1.0, 1.1), (1.0, 1.0), (-1.0, 1.0), (-1.0, 1.1)), 0.02, True), (0.5, 0.5, 1.0), UP)
-    with pytest.raises(Exception, match=r"tools\[0\].surface = .*thick or more"):
-        replace(deep, tools=(ShapedTool(thin, (0.0, 0.0, -0.3), ("top",), 0.1),))
-
-
-def test_a_sphere_does_not_go_through_a_block_in_one_increment():
-    """Its path leads right through; whoever marches has to stop at it."""
-    scene = dented(elements=2, material=RUBBER)
-    ball = ShapedTool(sphere((0.5, 0.5, 1.6), 0.6), (0.0, 0.0, -4.0), ("top",), 0.1)
-    held = tuple(Support("base", d) for d in range(3))
-    with pytest.raises(Exception, match="tau = 0"):
-        list(march(replace(scene, supports=held, tools=(ball,)), Schedule(1), Control(Newton(), cuts=2)))
