@@ -58,6 +58,11 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
 
 
+def tabled(columns: Callable[[Path], tuple[Sequence[str], Sequence[Sequence[str]]]]) -> Callable[[Path], str]:
+    """Markdown of what ``columns`` finds in the results: a head and rows."""
+    return lambda results: table(*columns(results))
+
+
 def brief(value: Value, digits: int = 2) -> str:
     """A number in a few digits, a dash for nan."""
     if isinstance(value, str):
