@@ -28,10 +28,11 @@ LONG = {
     "quarter_cylinder",
     "ring_constant_shear",
     "strip_rolling",
+    "upsetting_bracket",
     "wedge_extrusion",
     "wedge_indentation",
 }
-"""Cases whose coarsest mesh takes seconds; short runs are in test_examples, test_hertz and test_solid_marches."""
+"""Cases whose coarsest mesh takes long; others of the kind are in test_examples, test_hertz and test_solid_marches."""
 
 
 def kept():
@@ -76,19 +77,24 @@ def test_the_page_is_that_of_the_results():
         assert (f"{FIGURES}/{case.name}.png" in made) == (len(case.meshes) > 1)
 
 
+def run_fast(names, out):
+    """The coarsest meshes of these cases: the exit code and the rows."""
+    code = suite.main(["--fast", "--only", *names, "--out", str(out), "--page", str(out / "page.md")])
+    return code, read_rows(out / f"{NAME}.csv", Row)
+
+
 @pytest.fixture(scope="module")
 def fast(tmp_path_factory):
     """The coarsest mesh of every case that is not long."""
     out = tmp_path_factory.mktemp(NAME)
-    code = suite.main(["--fast", "--only", *(CASES.keys() - LONG), "--out", str(out), "--page", str(out / "page.md")])
-    return out, code, read_rows(out / f"{NAME}.csv", Row)
+    return out, *run_fast(CASES.keys() - LONG, out)
 
 
-def test_the_coarsest_meshes_give_the_kept_values(fast):
-    _, code, rows = fast
+def check_kept(names, code, rows):
+    """Rows of these cases have the kept values."""
     assert code == 0
     known = {(row.case, row.quantity): row for row in kept() if row.mesh == CASES[row.case].meshes[0]}
-    asked = [(case, asked_on(case, case.meshes[0], others=False)) for case in CASES.values() if case.name not in LONG]
+    asked = [(case, asked_on(case, case.meshes[0], others=False)) for case in CASES.values() if case.name in names]
     assert {(row.case, row.quantity) for row in rows} == {(case.name, one.quantity) for case, of in asked for one in of}
     for row in rows:
         if row.quantity == CERTIFICATE.quantity:
@@ -97,6 +103,15 @@ def test_the_coarsest_meshes_give_the_kept_values(fast):
         # Of a reference that is zero what is kept may be round-off.
         old = known[row.case, row.quantity]
         assert row.value == pytest.approx(old.value, rel=1e-6, abs=0.0 if row.reference else row.tolerance), old
+
+
+def test_the_coarsest_meshes_give_the_kept_values(fast):
+    check_kept(CASES.keys() - LONG, *fast[1:])
+
+
+@pytest.mark.slow
+def test_the_coarsest_meshes_of_long_cases_give_the_kept_values(tmp_path):
+    check_kept(LONG, *run_fast(LONG, tmp_path))
 
 
 def test_the_page_of_a_fast_run_has_the_cases_that_are_judged(fast):
