@@ -1,0 +1,142 @@
+"""What ``docs/comparison.md`` quotes."""
+
+from __future__ import annotations
+
+from studies.quoted.filling import Quoted
+from studies.quoted.results import Line, Results, digits, percent, power
+
+
+def _above_the_line(results: Results) -> str:
+    """Force error at K h/E = 100 over what it is at 10^4 by order one, mu = 0.3 to 20 %."""
+    here, later = (
+        results.one("penalty_vs_conic", "force_error", mu=0.3, reduction=0.2, form="penalty", K_over_E_h=K)
+        for K in (100.0, 1e4)
+    )
+    return digits(here / (later * 1e4 / 100))
+
+
+def _paper(results: Results, mu: float) -> list[Line]:
+    """Runs of the paper's scheme over the increments, the coarsest first."""
+    rows = results.rows("speed_vs_error", mu=mu, method="paper as written", knob="increments")
+    return sorted(rows, key=lambda row: float(row["increments"]))
+
+
+def _enough(results: Results, mu: float) -> str:
+    """Least increments measured of the paper's scheme with a curve error of 1e-3."""
+    return digits(min(float(row["increments"]) for row in _paper(results, mu) if float(row["curve_error"]) <= 1e-3), 6)
+
+
+def _nearest(results: Results, mu: float) -> Line:
+    """Run of the paper's scheme whose curve is nearest."""
+    return min(_paper(results, mu), key=lambda row: float(row["curve_error"]))
+
+
+def _turns_round(results: Results) -> bool:
+    """The paper's error is above 1e-5 and grows again with more increments, for both mu."""
+    near = [(_paper(results, mu)[-1], _nearest(results, mu)) for mu in (0.1, 0.3)]
+    return all(float(best["curve_error"]) > 1e-5 and best is not last for last, best in near)
+
+
+def _slower(results: Results) -> bool:
+    """At each measured count of increments seconds grow from newton over tangent to dissipation."""
+    found = []
+    for row in results.rows("speed_vs_error", method="newton", knob="increments"):
+        for slower, faster in (("tangent", "newton"), ("dissipation", "tangent")):
+            same = {"mu": row["mu"], "knob": "increments", "value": row["value"]}
+            times = [
+                [float(r["seconds"]) for r in results.rows("speed_vs_error", **same) if r["method"] == method]
+                for method in (slower, faster)
+            ]
+            found += [a > b for a, b in zip(*times, strict=False)]
+    return bool(found) and all(found)
+
+
+def _unaffected(results: Results) -> bool:
+    """Where several tolerances come to the end, their forces agree to 1e-9 of each other."""
+    found = [row for row in results.rows("penalty_round_off", outcome="solved") if float(row["K_over_E_h"]) > 1e4]
+    forces = [[float(r["force_N"]) for r in found if r["K_over_E_h"] == K] for K in {r["K_over_E_h"] for r in found}]
+    return bool(forces) and all(max(one) - min(one) <= 1e-9 * max(one) for one in forces)
+
+
+def _ratios(results: Results, mu: float) -> list[float]:
+    return results.column("total_ratio", "ratio", mu=mu)
+
+
+def _foreign_first(results: Results) -> list[float]:
+    """Errors within which the whole process of CalculiX is clearly the faster one, mu = 0.1."""
+    rows = results.rows("total_ratio", mu=0.1)
+    return [float(row["error"]) for row in rows if float(row["process_ratio"]) < 0.9]
+
+
+def _foreign_leads_coarse(results: Results) -> bool:
+    first = min(_foreign_first(results))
+    return all(
+        (float(r["error"]) >= first) == (float(r["process_ratio"]) < 0.9) for r in results.rows("total_ratio", mu=0.1)
+    )
+
+
+def same_mesh(results: Results, least: int) -> list[float]:
+    """How often faster ``bipot`` is on the mesh of Q8 with 2 x 2 points of each of ``least`` and more a side, mu = 0.1."""
+    solved = {"mu": 0.1, "outcome": "solved"}
+    own = results.rows("total", program="bipot", element="q8", quadrature="gauss2", **solved)
+    foreign = results.rows("total", program="CalculiX", element="CAX8R", **solved)
+    sides = {float(r["elements"]) for r in own} & {float(r["elements"]) for r in foreign}
+    times = [
+        [min(float(r["seconds"]) for r in rows if r["elements"] == side) for rows in (foreign, own)]
+        for side in sorted(sides)
+        if side >= least
+    ]
+    return [other / ours for other, ours in times]
+
+
+def _best(results: Results, program: str) -> Line:
+    """The run of least error at mu = 0.3."""
+    rows = results.rows("total", mu=0.3, program=program, outcome="solved")
+    return min(rows, key=lambda row: float(row["force_error"]))
+
+
+def _fine(results: Results, schedule: str, column: str) -> float:
+    """40 x 40 Q4/P0 at mu = 0.1."""
+    fine = {"element": "q4p0", "layout": "tensor", "elements": 40.0, "schedule": schedule}
+    return results.one("total", column, mu=0.1, program="bipot", **fine)
+
+
+QUOTED = Quoted(
+    values={
+        "above_the_line": _above_the_line,
+        "enough_03": lambda results: _enough(results, 0.3),
+        "enough_01": lambda results: _enough(results, 0.1),
+        "nearest_01": lambda results: digits(float(_nearest(results, 0.1)["increments"]), 6),
+        "nearest_03": lambda results: digits(float(_nearest(results, 0.3)["increments"]), 6),
+        "off_01": lambda results: power(float(_nearest(results, 0.1)["curve_error"])),
+        "off_03": lambda results: power(float(_nearest(results, 0.3)["curve_error"])),
+        "least_ratio": lambda results: digits(min(_ratios(results, 0.1))),
+        "largest_ratio": lambda results: digits(max(_ratios(results, 0.1))),
+        "foreign_first": lambda results: percent(min(_foreign_first(results))),
+        "same_mesh_least": lambda results: digits(min(same_mesh(results, 10))),
+        "same_mesh_largest": lambda results: digits(max(same_mesh(results, 10))),
+        "ratio_03": lambda results: digits(max(_ratios(results, 0.3))),
+        "best_03": lambda results: percent(float(_best(results, "bipot")["force_error"]), 1),
+        "best_03_s": lambda results: digits(float(_best(results, "bipot")["seconds"])),
+        "fine_40": lambda results: percent(_fine(results, "40 increments", "force_error"), 1),
+        "fine_40_increments": lambda results: digits(_fine(results, "40 increments", "increments"), 4),
+        "fine_accuracy": lambda results: percent(_fine(results, "accuracy 0.001", "force_error"), 1),
+        "fine_accuracy_increments": lambda results: digits(_fine(results, "accuracy 0.001", "increments"), 4),
+    },
+    claims={
+        "grows again, so it tends to another curve": _turns_round,
+        "Newton is faster than the conic `tangent` form, and the `dissipation` form is slower than both": _slower,
+        "the force does not follow the tolerance": _unaffected,
+        "a factor of 40 is not reached": lambda results: max(_ratios(results, 0.1) + _ratios(results, 0.3)) < 40,
+        "and slower or level below": _foreign_leads_coarse,
+        "At mu = 0.3 both reach 5 % and nothing below": lambda results: (
+            [row["error"] for row in results.rows("total_ratio", mu=0.3)] == [0.05]
+        ),
+        "is not reached by CalculiX": lambda results: (
+            float(_best(results, "bipot")["force_error"]) < float(_best(results, "CalculiX")["force_error"])
+        ),
+        "increments, below the band": lambda results: (
+            _fine(results, "40 increments", "force_error") < _fine(results, "40 increments", "band")
+        ),
+    },
+)
