@@ -76,7 +76,7 @@ def _foreign_leads_coarse(results: Results) -> bool:
 
 
 def same_mesh(results: Results, least: int) -> list[float]:
-    """How often faster ``bipot`` is on the mesh of Q8 with 2 x 2 points of each of ``least`` and more a side, mu = 0.1."""
+    """How often faster ``bipot`` is on the mesh of Q8 with 2 x 2 points of ``least`` and more a side, mu = 0.1."""
     solved = {"mu": 0.1, "outcome": "solved"}
     own = results.rows("total", program="bipot", element="q8", quadrature="gauss2", **solved)
     foreign = results.rows("total", program="CalculiX", element="CAX8R", **solved)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from studies.quoted import comparison
+from studies.quoted import comparison, elements
 from studies.quoted.filling import Quoted
 
 PAGES: dict[str, Quoted] = {
     "docs/comparison.md": comparison.QUOTED,
+    "docs/elements.md": elements.QUOTED,
 }

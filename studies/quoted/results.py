@@ -57,10 +57,10 @@ def digits(value: float, count: int = 2) -> str:
     """So many digits, without an exponent.
 
     >>> digits(0.0123456), digits(1234.5), digits(0.997)
-    ('0.012', '1234', '1')
+    ('0.012', '1200', '1')
     """
     rounded = float(f"{value:.{count}g}")
-    return f"{value:.0f}" if abs(rounded) >= 10 ** (count - 1) else f"{rounded:.12f}".rstrip("0").rstrip(".")
+    return f"{rounded:.0f}" if abs(rounded) >= 10 ** (count - 1) else f"{rounded:.12f}".rstrip("0").rstrip(".")
 
 
 def percent(value: float, count: int = 2) -> str:
@@ -95,3 +95,17 @@ def spread(values: Iterable[float]) -> float:
     """Largest less smallest over their mean."""
     known = list(values)
     return (max(known) - min(known)) / (sum(known) / len(known))
+
+
+def within(value: float, count: int = 1) -> float:
+    """The size of a number, rounded up to so many digits: what the number is within.
+
+    >>> within(-0.00275), within(0.0093, 2), within(0.093, 2)
+    (0.003, 0.0093, 0.093)
+    """
+    size = abs(value)
+    rounded = float(f"{size:.{count - 1}e}")
+    if rounded >= size * (1 - 1e-12) or size == 0:
+        return rounded
+    exponent = int(f"{rounded:e}".split("e")[1])
+    return float(f"{rounded + 10.0 ** (exponent - count + 1):.{count - 1}e}")
