@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from studies.quoted import comparison, elements
+from studies.quoted import comparison, elements, robustness
 from studies.quoted.filling import Quoted
 
 PAGES: dict[str, Quoted] = {
     "docs/comparison.md": comparison.QUOTED,
     "docs/elements.md": elements.QUOTED,
+    "docs/robustness.md": robustness.QUOTED,
 }

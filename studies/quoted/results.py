@@ -72,13 +72,13 @@ def percent(value: float, count: int = 2) -> str:
     return digits(100 * value, count)
 
 
-def power(value: float) -> str:
-    """One digit and an exponent.
+def power(value: float, count: int = 1) -> str:
+    """So many digits and an exponent.
 
-    >>> power(0.00084)
-    '8e-4'
+    >>> power(0.00084), power(0.00084, 2)
+    ('8e-4', '8.4e-4')
     """
-    first, exponent = f"{value:.0e}".split("e")
+    first, exponent = f"{value:.{count - 1}e}".split("e")
     return f"{first}e{int(exponent)}"
 
 
