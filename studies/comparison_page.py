@@ -245,6 +245,7 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "solvers": tabled(coulomb_tables.of_solvers),
         "one": tabled(coulomb_tables.of_one),
     },
+    "conic_set.md": {"conic_solved": tabled(site_tables.of_conic_solved)},
     "theory.md": {"convergence": tabled(site_tables.of_convergence)},
     "glossary.md": {
         "columns": tabled(site_tables.of_columns),

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from bipot.errors import ResultsError
 from bipot.results.names import FIELDS
-from studies import provenance
-from studies.tables import read_csv
+from studies import conic_profiles, provenance
+from studies.performance import TOLERANCES, solved_table
+from studies.tables import read_csv, read_rows
 from studies.upsetting_columns import history_columns
 
 UNKNOWN = "not stored"
@@ -60,6 +61,13 @@ def of_fields(results: Path) -> tuple[list[str], list[list[str]]]:
         for name, field in fields.items()
     ]
     return ["field", "at", "rank", "quantity", "meaning"], rows
+
+
+def of_conic_solved(results: Path) -> tuple[list[str], list[list[str]]]:
+    """Head and rows: how many programs of the conic test set each solver solves at each tolerance."""
+    rows = read_rows(results / "conic_solved.csv", conic_profiles.Row)
+    shown = [line[: 1 + len(TOLERANCES)] for line in solved_table(rows)]
+    return ["solver", *(f"{tol:.0e}" for tol in TOLERANCES)], shown
 
 
 def of_provenance(results: Path) -> tuple[list[str], list[list[str]]]:

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from studies.quoted import comparison, elements, robustness
+from studies.quoted import benchmarks, comparison, conic_set, coulomb, elements, robustness, scenes
 from studies.quoted.filling import Quoted
 
 PAGES: dict[str, Quoted] = {
+    "docs/benchmarks.md": benchmarks.QUOTED,
     "docs/comparison.md": comparison.QUOTED,
+    "docs/conic_set.md": conic_set.QUOTED,
+    "docs/coulomb.md": coulomb.QUOTED,
     "docs/elements.md": elements.QUOTED,
     "docs/robustness.md": robustness.QUOTED,
+    "docs/scenes.md": scenes.QUOTED,
 }

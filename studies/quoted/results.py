@@ -21,7 +21,7 @@ class Results:
     folder: Path
     kept: dict[str, list[Line]] = field(default_factory=dict, compare=False, repr=False)
 
-    def rows(self, name: str, **where: Value | tuple[Value, ...]) -> list[Line]:
+    def rows(self, name: str, /, **where: Value | tuple[Value, ...]) -> list[Line]:
         """Rows of ``NAME.csv`` whose columns have these values, or one of them where several are given.
 
         Raises:
@@ -37,11 +37,11 @@ class Results:
             raise ResultsError(f"{name}.csv: no row with {where}")
         return found
 
-    def column(self, name: str, column: str, **where: Value | tuple[Value, ...]) -> list[float]:
+    def column(self, name: str, column: str, /, **where: Value | tuple[Value, ...]) -> list[float]:
         """One column of numbers of these rows."""
         return [float(row[column]) for row in self.rows(name, **where)]
 
-    def one(self, name: str, column: str, **where: Value | tuple[Value, ...]) -> float:
+    def one(self, name: str, column: str, /, **where: Value | tuple[Value, ...]) -> float:
         """The number in the one row with these values.
 
         Raises:
