@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from studies.quoted import benchmarks, comparison, conic_set, coulomb, elements, robustness, scenes
+from studies.quoted import benchmarks, comparison, conic_set, coulomb, elements, robustness, scenes, theory
 from studies.quoted.filling import Quoted
 
 PAGES: dict[str, Quoted] = {
+    "README.md": theory.README,
     "docs/benchmarks.md": benchmarks.QUOTED,
     "docs/comparison.md": comparison.QUOTED,
     "docs/conic_set.md": conic_set.QUOTED,
@@ -13,4 +14,5 @@ PAGES: dict[str, Quoted] = {
     "docs/elements.md": elements.QUOTED,
     "docs/robustness.md": robustness.QUOTED,
     "docs/scenes.md": scenes.QUOTED,
+    "docs/theory.md": theory.QUOTED,
 }
