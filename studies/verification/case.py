@@ -124,9 +124,10 @@ class Case:
     """A problem with a known answer: its texts, its series of meshes from the coarsest on, and how one is run.
 
     ``counted`` says what the numbers of ``meshes`` count. ``run`` gives the numbers that are asked, in their order.
-    ``note`` is what the page adds, such as why a tolerance is missed. ``marched`` says that a run marches: then more is
-    asked of it (:mod:`studies.verification.forms`). ``beside`` is a run whose marches other forms go through instead of
-    those of ``run``, where these are not for all of them.
+    ``note`` is what the page adds, such as why a tolerance is missed; ``{QUANTITY}`` in it stands for how far the value
+    is from its reference on the finest mesh, in per cent. ``marched`` says that a run marches: then more is asked of it
+    (:mod:`studies.verification.forms`). ``beside`` is a run whose marches other forms go through instead of those of
+    ``run``, where these are not for all of them.
     """
 
     name: str

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from itertools import groupby
 
@@ -13,6 +14,8 @@ from studies.verification.forms import CERTIFICATE, CONIC, OTHERS, judged_on
 NAME = "verification"
 RUN = f"python -m studies.{NAME}"
 FIGURES = f"figures/{NAME}"
+QUOTED = re.compile(r"\{([^{}]+)\}")
+"""A quantity in a note."""
 
 HEAD = f"""# Verification
 
@@ -90,11 +93,19 @@ def section(case: Case, rows: Sequence[Row]) -> str:
         parts.append(f"![{case.name}: error over {case.counted}]({FIGURES}/{case.name}.png)")
     missed = [row.quantity for row in _judged(case, rows) if row.ok == NO]
     if missed:
-        parts.append(f"**Missed:** {', '.join(missed)}. {case.note}")
+        parts.append(f"**Missed:** {', '.join(missed)}. {_note(case, rows)}")
     elif case.note:
-        parts.append(case.note)
+        parts.append(_note(case, rows))
     parts.append(f"`{RUN} --only {case.name}`")
     return "\n\n".join(parts)
+
+
+def _note(case: Case, rows: Sequence[Row]) -> str:
+    """The note, with how far from their references the values are that it asks for, on the finest mesh in per cent."""
+    apart = {
+        row.quantity: abs(row.value / row.reference - 1) for row in rows if row.mesh == case.finest and row.reference
+    }
+    return QUOTED.sub(lambda match: f"{100 * apart[match[1]]:.2g}", case.note)
 
 
 def _errors(case: Case, rows: Sequence[Row]) -> str:

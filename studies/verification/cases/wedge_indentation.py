@@ -183,9 +183,10 @@ NOTE = (
     "With the body cut the force is near at all three angles. Its spread, in units of what one element of the contact"
     " is, stays within one: the steps are those of nodes that come to carry, and fall to first order. At t = 75 and 60"
     " the part of the face that was the axis lacks about an element, where the corner is rounded. A body that holds"
-    " together needs a force that is 2, 10 and 23 % too high at t = 75, 60 and 45, and finer elements"
-    " do not mend that: its contact is as long as it should be, but below the tip it is pressed down instead of parted,"
-    " more so the sharper the wedge, until its elements fold there: the finer, the sooner."
+    " together needs a force that is {t = 75, whole: F/(2kh)}, {t = 60, whole: F/(2kh)} and {t = 45, whole: F/(2kh)} %"
+    " too high at t = 75, 60 and 45, and finer elements do not mend that: its contact is as long as it"
+    " should be, but below the tip it is pressed down instead of parted, more so the sharper the wedge, until"
+    " its elements fold there: the finer, the sooner."
 )
 
 CASE = Case(
