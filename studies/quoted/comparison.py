@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+from math import log
+
 from studies.quoted.filling import Quoted
 from studies.quoted.results import Line, Results, digits, percent, power
 
@@ -13,6 +16,46 @@ def _above_the_line(results: Results) -> str:
         for K in (100.0, 1e4)
     )
     return digits(here / (later * 1e4 / 100))
+
+
+def _penalties(results: Results, column: str, least: float, mu: float, reduction: float) -> list[float]:
+    """A column over K h/E from ``least`` to 1e5, a decade apart."""
+    found = {"mu": mu, "reduction": reduction, "form": "penalty"}
+    return results.column("penalty_vs_conic", column, **found, K_over_E_h=_decades(least, 1e5))
+
+
+def _decades(least: float, largest: float) -> tuple[float, ...]:
+    return tuple(K for K in (10.0**n for n in range(-3, 9)) if least <= K <= largest)
+
+
+def _of_order_one(results: Results) -> bool:
+    """Force errors from K h/E = 100 on, but at mu = 0.3, whose tractions switch and whose increments are cut."""
+    paths = [(mu, reduction) for mu in (0.1, 0.6) for reduction in (0.2, 0.45)]
+    return all(0.95 < order < 1.05 for path in paths for order in _penalties(results, "order", 100.0, *path))
+
+
+def _in_proportion(results: Results, column: str, exponent: int) -> bool:
+    """From K h/E = 1000 on a column at mu = 0.3, 20 % goes with this power of K, to a tenth."""
+    values = _penalties(results, column, 1000.0, 0.3, 0.2)
+    return all(abs(b / a / 10.0**exponent - 1) < 0.1 for a, b in pairwise(values))
+
+
+def _flat(results: Results) -> bool:
+    """The condition number changes by less than a decade up to K h/E = 100."""
+    found = {"mu": 0.3, "reduction": 0.2, "form": "penalty"}
+    values = results.column("penalty_vs_conic", "condition", **found, K_over_E_h=_decades(0.001, 100.0))
+    return max(values) < 10 * min(values)
+
+
+def _two_against_one(results: Results) -> bool:
+    """Errors over the increments at mu = 0.1, 10 to 40: by BDF2 and by backward Euler."""
+    found = {"mu": 0.1, "knob": "increments", "value": (10.0, 20.0, 40.0)}
+    orders = [
+        log(errors[0] / errors[-1], 4)
+        for method in ("newton", "newton, backward Euler")
+        for errors in [results.column("speed_vs_error", "curve_error", method=method, **found)]
+    ]
+    return abs(orders[0] - 2) < 0.4 and abs(orders[1] - 1) < 0.3
 
 
 def _paper(results: Results, mu: float) -> list[Line]:
@@ -124,6 +167,14 @@ QUOTED = Quoted(
         "fine_accuracy_increments": lambda results: digits(_fine(results, "accuracy 0.001", "increments"), 4),
     },
     claims={
+        "the force error falls with order 1 in 1/K": _of_order_one,
+        "number is flat up to K h/E = 100": _flat,
+        "then grows in proportion to K": lambda results: _in_proportion(results, "condition", 1),
+        "creeps by its force over K_t, in proportion to 1/K": lambda results: _in_proportion(
+            results, "stick_creep_mm", -1
+        ),
+        "shows a relative gap in proportion to 1/K": lambda results: _in_proportion(results, "relative_gap", -1),
+        "order two against order one": _two_against_one,
         "grows again, so it tends to another curve": _turns_round,
         "Newton is faster than the conic `tangent` form, and the `dissipation` form is slower than both": _slower,
         "the force does not follow the tolerance": _unaffected,
