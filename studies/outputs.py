@@ -11,7 +11,7 @@ import csv
 import json
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
@@ -219,8 +219,10 @@ def _with_bools(row: Row, path: Path) -> Row:
 _TRUTH = {str(truth): truth for truth in (True, False)}
 
 
-def read_curves(path: Path) -> Curves:
-    """The arrays that :func:`studies.tables.write_hdf5` put under ``curves``; none where there is no file.
+def read_curves(path: Path, only: Collection[str] | None = None) -> Curves:
+    """The arrays that :func:`studies.tables.write_hdf5` put under ``curves``, all or ``only`` those of these names.
+
+    None where there is no file.
 
     Raises:
         ResultsError: the file cannot be read as one of those.
@@ -229,7 +231,8 @@ def read_curves(path: Path) -> Curves:
         return {}
     with readable(path), checked(path, ResultsError, LARGEST) as file:
         groups = file.group("curves") if "curves" in file else None
-        return {name: _arrays(groups.group(name)) for name in groups.names()} if groups else {}
+        names = groups.names() if groups else []
+        return {name: _arrays(groups.group(name)) for name in names if only is None or name in only} if groups else {}
 
 
 def _arrays(group: Checked) -> dict[str, Any]:

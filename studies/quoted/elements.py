@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from studies.accuracy.limits import courses_of, told
+from studies.accuracy.limits import TRUSTED, courses_of, told
 from studies.accuracy.mesh import name as curves_of
 from studies.accuracy.row import Row as MeshRow
 from studies.accuracy.smooth import Course, smoothed
@@ -62,10 +62,11 @@ def _falls(results: Results) -> bool:
 
 def _finest(results: Results, *, smooth: bool) -> list[float]:
     """Distances from the limit at 45 % and mu = 0.3 of the meshes that tell it, of their smooth curves or forces."""
-    rows = read_rows(results.folder / "mesh.csv", MeshRow)
-    curves = read_curves(results.folder / "mesh.h5")
-    courses = courses_of(rows, {row: curves[curves_of(row)] for row in rows})[0.3]
-    kept = told(dict.fromkeys((mesh for mesh, course in courses.items() if course["at"][-1] == END), 0.0))
+    rows = [row for row in read_rows(results.folder / "mesh.csv", MeshRow) if (row.mu, row.reduction) == (0.3, END)]
+    named = {row: curves_of(row) for row in rows if row.of in TRUSTED}
+    curves = read_curves(results.folder / "mesh.h5", set(named.values()))
+    courses = courses_of(list(named), {row: curves[name] for row, name in named.items()})[0.3]
+    kept = told(dict.fromkeys(courses, 0.0))
     limit = results.one("limits", "value", mu=0.3, reduction=END, quantity="force_N")
     return [abs(_at_end(courses[mesh], smooth=smooth) / limit - 1) for mesh in kept]
 

@@ -123,7 +123,8 @@ def _isochoric(results: Results, rule: str, elements: float) -> str:
 
 def _least_pressure(results: Results, rule: str) -> str:
     """Of the consistent recovery on 20 elements at mu = 0.3, MPa."""
-    found = read_curves(results.folder / "corner.h5")[f"mu0.3 {rule} 20"]
+    name = f"mu0.3 {rule} 20"
+    found = read_curves(results.folder / "corner.h5", {name})[name]
     return f"{found['consistent_pressure'].min():.0f}"
 
 
