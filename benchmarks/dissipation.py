@@ -29,7 +29,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.data import Term
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import norm_rows
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from bipot.typing import Floats
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.increment import System
 from bipot.programs.condensation import factorise
 from bipot.programs.factors import SuperLUFactor

@@ -30,8 +30,8 @@ import numpy as np
 from scipy.stats import binom
 
 from benchmarks.rows import write
+from bipot.basics.undisturbed import undisturbed
 from bipot.errors import BipotError
-from bipot.undisturbed import undisturbed
 from studies.command import command, say
 from studies.files import require_writable
 from studies.options import count

@@ -70,7 +70,7 @@ def _wide(size: int) -> Scene:
     from dataclasses import replace
 
     from bipot import Element, FlatTool, Geometry, Support, upsetting
-    from bipot.sections import block
+    from bipot.meshes.sections import block
 
     return replace(
         upsetting(mu=0.1, elements=1),

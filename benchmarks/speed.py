@@ -31,13 +31,13 @@ from benchmarks.memory import measured as memory_of
 from benchmarks.rows import Error, Row, write
 from benchmarks.split import Split
 from benchmarks.targets import verdicts
-from bipot.accepted import Accepted
-from bipot.closeness import carries
-from bipot.elements import Element
+from bipot.contact.closeness import carries
+from bipot.control.accepted import Accepted
 from bipot.fem.projection import VolumeChange
 from bipot.forms import Dissipation, Form, FormName, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import Scene, upsetting
+from bipot.meshes.elements import Element
+from bipot.scene.scene import Scene, upsetting
 from bipot.typing import Floats
 from studies.command import command, say
 from studies.files import replacing, require_writable
@@ -47,7 +47,7 @@ FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tang
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
 BEGIN = 0.02
-"""First increment of a history, of the height: one that leaves yield behind errs least (bipot.pacing)."""
+"""First increment of a history, of the height: one that leaves yield behind errs least (bipot.control.pacing)."""
 
 LARGE, MEMORY_INCREMENTS, HIGH_FRICTION = 80, 6, 0.3
 FINE, FINE_INCREMENTS, WHOLE = 40, 90, 0.45

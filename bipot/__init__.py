@@ -26,19 +26,16 @@ results by name and its certificate. Public names by subject; everything else is
 True
 """
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds, Certificate
-from bipot.circle import Circle
-from bipot.components import Components
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.file import FileError
 from bipot.conic.problem import ConicProgram, ConicSolution
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.course import Course
-from bipot.driving import Force, Moment
-from bipot.elements import Element
+from bipot.control.accepted import Accepted
+from bipot.control.course import Course
+from bipot.control.landing import Locate
 from bipot.energy import Energies
 from bipot.errors import (
     BipotError,
@@ -55,37 +52,40 @@ from bipot.errors import (
     UnsuitedForm,
 )
 from bipot.exchange import conic_program
+from bipot.fem.components import Components
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Optimiser, Penalty, Tangent, Uzawa
 from bipot.increment import Limits
-from bipot.landing import Locate
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
-from bipot.layout import Layout
 from bipot.limit_analysis import LimitLoad, limit_load
-from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
+from bipot.meshes.solids import brick, cylinder_3d, ring_3d
 from bipot.paths import Amplitude
-from bipot.poses import Turn
-from bipot.profiles import Profile, Union, flat_punch, wedge
 from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.fixed_point import Safeguard
 from bipot.response import State
 from bipot.results import Existing, History, Recorder
-from bipot.revolved import Revolved, cone, roll, sphere
-from bipot.scene import Scene, upsetting
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.sections import block, cylinder, ring
-from bipot.solids import brick, cylinder_3d, ring_3d
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.surfaces import Plane
-from bipot.tools import FlatTool, Sampling, ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import Profile, Union, flat_punch, wedge
+from bipot.tools.revolved import Revolved, cone, roll, sphere
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 
 __version__ = "0.1.0"
 

@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.closeness import touches
-from bipot.contact import Candidates
-from bipot.meeting import Going, Meeting
-from bipot.poses import pose_size
+from bipot.contact.candidates import Candidates
+from bipot.contact.closeness import touches
 from bipot.response import State
+from bipot.tools.meeting import Going, Meeting
+from bipot.tools.poses import pose_size
 from bipot.typing import Floats
 
 

@@ -15,9 +15,9 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from bipot import plot
+from bipot.basics.replacing import replace
 from bipot.errors import BipotError, ResultsError, SceneError
 from bipot.plot.animation import GIF
-from bipot.replacing import replace
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import FIELDS

@@ -29,7 +29,7 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.closeness import touches
+from bipot.contact.closeness import touches
 from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved

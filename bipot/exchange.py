@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.accepted import Accepted
-from bipot.closeness import near_tools
+from bipot.contact.closeness import near_tools
+from bipot.control.accepted import Accepted
 from bipot.coulomb import CoulombProblem, write_fclib
 from bipot.errors import require
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
@@ -40,8 +40,8 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
 
     The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate
     that carries any force, which all balance, and those near their tool at the end
-    (:func:`bipot.closeness.near_tools`) by the increment's own motion, of the tools or where they rest of the body;
-    closed ones also where both rest.
+    (:func:`bipot.contact.closeness.near_tools`) by the increment's own motion, of the tools or where they rest of the
+    body; closed ones also where both rest.
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness.

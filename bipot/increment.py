@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from bipot.certificate import Bounds, Certificate
+from bipot.checks.determinacy import least_moved
+from bipot.checks.examined import Examined
+from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.conic.problem import Outcome, Timing
-from bipot.determinacy import least_moved
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
-from bipot.examined import Examined
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
-from bipot.refusals import refuse_blocked, refuse_motion
 from bipot.response import Response, State
 from bipot.schedule import SAME
 from bipot.system import System as System
@@ -78,7 +78,7 @@ class Solved(Near):
 
     ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
     ``coupled`` tells how friction was coupled to the normal forces, ``undetermined`` in words what the law leaves open
-    (:mod:`bipot.determinacy`): nothing where the answer is the only one nearby. ``posed`` is as in
+    (:mod:`bipot.checks.determinacy`): nothing where the answer is the only one nearby. ``posed`` is as in
     :class:`bipot.forms.Step`.
     """
 

@@ -12,17 +12,17 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot import supported
 from bipot.advance import Advance
-from bipot.closeness import LEAST_MOTION
+from bipot.contact import supported
+from bipot.contact.closeness import LEAST_MOTION
+from bipot.contact.shear import Strength, caps
 from bipot.fem.strain import Scratch
 from bipot.laws.projections import unit
-from bipot.meeting import Meeting
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
-from bipot.shear import Strength, caps
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.meeting import Meeting
 from bipot.typing import Floats
 
 
@@ -250,7 +250,7 @@ class Iterate:
         """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less what contacts r (c, d) push.
 
         The latter's changes as normals turn: flat tools add nothing. Where curved ones are driven these are the entries
-        of all matrices, those of couplings behind (:mod:`bipot.coupling`), as the space sums them.
+        of all matrices, those of couplings behind (:mod:`bipot.contact.coupling`), as the space sums them.
         """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.closeness import touches
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
+from bipot.contact.closeness import touches
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
@@ -22,7 +22,7 @@ from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.response import Body
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
 from bipot.typing import Bools, Floats, read_only

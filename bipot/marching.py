@@ -14,9 +14,14 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import NamedTuple
 
-from bipot.accepted import Accepted
-from bipot.carrying import Attempt, Dissipated, carry_on
-from bipot.course import Course
+from bipot.control.accepted import Accepted
+from bipot.control.carrying import Attempt, Dissipated, carry_on
+from bipot.control.course import Course
+from bipot.control.failing import given_up
+from bipot.control.landing import Landing, Locate, locate
+from bipot.control.pacing import TRIES, Pacer, begins_flow, error_estimate
+from bipot.control.reason import Reason, ReasonKind
+from bipot.control.starting import course_of
 from bipot.errors import (
     InvertedElement,
     NotConverged,
@@ -27,18 +32,13 @@ from bipot.errors import (
     require_tuple,
     require_type,
 )
-from bipot.failing import given_up
 from bipot.forms import Cache, Dissipation, Form, Newton, Tangent
 from bipot.increment import Leave, LeftOff, Limits, Near, Observer, Solved, Trial, solve_increment, unobserved
 from bipot.iterate import Increment
-from bipot.landing import Landing, Locate, locate
 from bipot.laws.flow import Integration
-from bipot.pacing import TRIES, Pacer, begins_flow, error_estimate
-from bipot.reason import Reason, ReasonKind
 from bipot.response import State
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.schedule import Schedule
-from bipot.starting import course_of
 from bipot.system import System, system_of
 
 ROUND_OFF = 1e-12
@@ -89,8 +89,8 @@ def march(
 ) -> Iterator[Accepted]:
     """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
 
-    From a :class:`~bipot.course.Course`, e.g. the ``course`` of an accepted increment, the march goes on: what it
-    yields is to the last bit what the march that it is taken from yields next, but for ``seconds``. From a state it
+    From a :class:`~bipot.control.course.Course`, e.g. the ``course`` of an accepted increment, the march goes on: what
+    it yields is to the last bit what the march that it is taken from yields next, but for ``seconds``. From a state it
     begins: ``number`` and ``energies`` count from there, and nothing is known of the increments before. ``observe``
     sees every pass.
 
@@ -269,7 +269,7 @@ def attempt_increment(
 ) -> Attempt:
     """Try the increment, each time with the forms in turn.
 
-    ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.carrying` says.
+    ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.control.carrying` says.
     """
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:

@@ -19,7 +19,7 @@ from bipot.laws.flow import Integration
 from bipot.laws.rate import RateVonMises
 from bipot.laws.von_mises import TangentKind, VonMises
 from bipot.marching import Control
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 
 
 def as_written(scene: Scene, K_n: float, K_t: float) -> tuple[Scene, Control]:

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
-from bipot.coupling import coupled
+from bipot.contact.coupling import coupled
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
@@ -24,7 +24,7 @@ from bipot.fem.strain import Scratch, Stresses
 from bipot.laws.flow import Flow
 from bipot.laws.von_mises import Returned, TangentKind
 from bipot.programs.dissipation import PlasticModel
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.tensors import deviatoric_basis, equivalent_stress, identity, trace
 from bipot.typing import Floats, read_only
 
@@ -39,7 +39,7 @@ class State:
     (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
     and du are kept as they were found, because positions lose a small travel to their round-off. Of tools
     that forces drive ``translation`` (m,) is how far they have gone along these since rest, of those that moments turn
-    the arc of their lever (:mod:`bipot.drives`); ``translated`` (m,) in the increment that led here. Arrays are
+    the arc of their lever (:mod:`bipot.scene.drives`); ``translated`` (m,) in the increment that led here. Arrays are
     read-only.
     """
 

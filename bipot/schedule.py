@@ -28,7 +28,7 @@ class Schedule:
     on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
 
     ``accuracy`` is a fraction of the force: the march then finds the lengths of its increments as it goes, the first
-    included (:mod:`bipot.pacing`), and lands on the landings, kinks and the end alone.
+    included (:mod:`bipot.control.pacing`), and lands on the landings, kinks and the end alone.
 
     Raises:
         SceneError: a count below one or above :data:`MOST`, a start-up that does not fit into [0, 1), a landing outside

@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.contact import Candidates, candidates
+from bipot.contact.candidates import Candidates, candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
-from bipot.loads import Loading
 from bipot.response import Body, Response, State, body_space, rest
-from bipot.scene import Scene
+from bipot.scene.loads import Loading
+from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.typing import Floats
 
@@ -74,8 +74,8 @@ class System:
     def shares(self) -> bool:
         """Whether contact forces may be undetermined: a node has more of them than free unknowns, or two contacts.
 
-        Where none has, :mod:`bipot.determinacy` names none; where one has, it tests ranks. A weighted point counts with
-        the node that it is at, though others are in its mean, too.
+        Where none has, :mod:`bipot.checks.determinacy` names none; where one has, it tests ranks. A weighted point
+        counts with the node that it is at, though others are in its mean, too.
         """
         contacts, (count, d) = self.candidates, self.body.scene.mesh.nodes.shape
         free = (self.body.space.position.reshape(count, d) >= 0).sum(axis=1)[contacts.node]
@@ -102,7 +102,7 @@ class System:
         )
 
     def force_blur(self, response: Response, moved: float, faint: float) -> float:
-        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.examined).
+        """Round-off of the internal forces at the node where it is largest (module docstring of bipot.checks.examined).
 
         An estimate where that is below ``faint``; the lengths of the increment come to ``moved``.
         """

@@ -1,8 +1,8 @@
 r"""Tractions of contact forces on the contact line, and the status of its points.
 
-Where contact is posed in the mean around the ends of edges (:mod:`bipot.sampling`), the forces are those of a traction,
-t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, the cone being convex, sign
-and cone in between; it comes down to zero at the first open point. :func:`tractions` gives it.
+Where contact is posed in the mean around the ends of edges (:mod:`bipot.contact.sampling`), the forces are those of a
+traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, the cone being
+convex, sign and cone in between; it comes down to zero at the first open point. :func:`tractions` gives it.
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
 of a tool is made of the current edges of its candidate boundaries of which at least two nodes are closed, with
@@ -37,15 +37,15 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 
-from bipot.closeness import carries
-from bipot.contact import Candidates
+from bipot.contact.candidates import Candidates
+from bipot.contact.closeness import carries
+from bipot.contact.sampling import hat_areas
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.iterate import Iterate
 from bipot.laws.coulomb import force_threshold, status
 from bipot.laws.projections import project_disc
 from bipot.programs.data import ContactRows
-from bipot.sampling import hat_areas
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 

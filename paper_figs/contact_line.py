@@ -6,15 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.closeness import carries, touches
+from bipot.contact.closeness import carries, touches
+from bipot.contact.sampling import hat_areas, points
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.coulomb import Status
 from bipot.results import History
 from bipot.results.fields import NO_CANDIDATE
-from bipot.sampling import hat_areas, points
-from bipot.surfaces import frames
-from bipot.tools import FlatTool, Sampling
+from bipot.tools.surfaces import frames
+from bipot.tools.tool import FlatTool, Sampling
 from bipot.traction import edge_tractions
 from bipot.typing import Floats, Ints
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from bipot import plot
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 from bipot.results import History
 from paper_figs.common import BLUE, GREEN, PUNCH, VERMILLION, WIDTH, lettered
 from paper_figs.shown import Group, cylinder_of, friction, make

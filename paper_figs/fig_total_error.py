@@ -16,8 +16,8 @@ from typing import Any, NamedTuple
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bipot.layout import Layout
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.tools.tool import Sampling
 from paper_figs.common import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results, lettered, rows_of
 from studies.accuracy.choice import FOREIGN, OWN
 from studies.accuracy.deck import FACES, NODES

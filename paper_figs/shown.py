@@ -12,13 +12,13 @@ from typing import Any, TypeVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from bipot.closeness import carries
+from bipot.contact.closeness import carries
 from bipot.errors import ResultsError
 from bipot.laws.hardening import Perfect
 from bipot.results import History
 from bipot.results import open as open_results
 from bipot.results.history import run_file
-from bipot.surfaces import frames
+from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Ints
 from paper_figs.common import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, WIDTH, from_results
 from studies.closed_forms import Cylinder

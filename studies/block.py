@@ -16,16 +16,16 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from bipot.columns import Column
 from bipot.errors import require, require_positive
 from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.scene import Scene
-from bipot.solids import brick
-from bipot.supports import Symmetry
-from bipot.tools import FlatTool
+from bipot.meshes.solids import brick
+from bipot.results.columns import Column
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Symmetry
+from bipot.tools.tool import FlatTool
 from studies.block_line import CORNER, LINE
 from studies.command import command
 from studies.element_types import SolidType

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.accepted import Accepted
-from bipot.closeness import carries
-from bipot.columns import Column
+from bipot.contact.closeness import carries
+from bipot.control.accepted import Accepted
 from bipot.fem.surface import facet_mass
 from bipot.increment import System
+from bipot.results.columns import Column
 from bipot.traction import consistent_tractions, contact_edges
 from bipot.typing import Floats
 from studies.corner import alternation

@@ -36,9 +36,9 @@ from bipot import (
     march,
     upsetting,
 )
-from bipot.cells import graded
+from bipot.control.landing import newly_closed
 from bipot.forms import FormName
-from bipot.landing import newly_closed
+from bipot.meshes.cells import graded
 from studies.element_scenes import tensor
 from studies.upsetting_march import FIRST
 from studies.verification.cases.ring_constant_shear import upper_half

@@ -17,10 +17,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from bipot.accepted import Accepted
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution
 from bipot.conic.solver import Accuracy
+from bipot.control.accepted import Accepted
 from bipot.errors import ProgramError
 from bipot.progress import terminal
 from studies.command import command, say

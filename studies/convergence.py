@@ -20,7 +20,7 @@ import numpy as np
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.options import coefficient
 from studies.outputs import add_options, opened

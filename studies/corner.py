@@ -32,16 +32,16 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.accepted import Accepted
-from bipot.closeness import carries
-from bipot.elements import Element
+from bipot.contact.closeness import carries
+from bipot.control.accepted import Accepted
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.elements import Element
 from bipot.progress import terminal
-from bipot.scene import Scene, upsetting
+from bipot.scene.scene import Scene, upsetting
 from bipot.tensors import identity, trace
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from bipot.typing import Floats

@@ -22,12 +22,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
 from studies.outputs import add_options, opened

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.errors import InfeasibleProgram
 from bipot.fem.kinematics import gradients
 from bipot.limit_analysis import limit_load
-from bipot.scene import Scene
+from bipot.meshes.elements import Element
+from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
 

@@ -43,7 +43,7 @@ from bipot import (
     block,
     march,
 )
-from bipot.cells import graded
+from bipot.meshes.cells import graded
 from bipot.typing import Floats
 from studies.element_limits import limit_of_mesh
 from studies.element_types import ElementType

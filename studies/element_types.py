@@ -10,9 +10,9 @@ from __future__ import annotations
 from enum import Enum
 from typing import Self
 
-from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.projection import VolumeChange
+from bipot.meshes.elements import Element
 
 
 class _Named(Enum):

@@ -18,15 +18,15 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.control.accepted import Accepted
 from bipot.energy import Energies, Rule
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march
-from bipot.scene import Scene, upsetting
+from bipot.scene.scene import Scene, upsetting
 from studies.command import command, say
 from studies.outputs import Table, add_options, opened
 from studies.tables import text

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from bipot.basics.replacing import replacing as replaced
 from bipot.errors import ResultsError
-from bipot.replacing import replacing as replaced
 
 
 @contextmanager

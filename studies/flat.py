@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bipot.scene import Scene
-from bipot.supports import Support
-from bipot.tools import AnyTool, FlatTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import AnyTool, FlatTool
 
 
 def flat_tools(scene: Scene) -> tuple[FlatTool, ...]:

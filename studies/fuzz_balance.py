@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from studies.fuzz_placed import drives, poses
 from studies.fuzz_record import Pushed, loads_at
 from studies.independent_data import EPS, Setting, mandel_to_full

@@ -11,8 +11,8 @@ import numpy as np
 
 from bipot.errors import LimitPassed
 from bipot.response import State
-from bipot.scene import Scene
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz_placed import led_of
 from studies.fuzz_record import candidates_at, loads_at, setting_of

@@ -8,8 +8,8 @@ import numpy as np
 
 from bipot.fem.strain import Configuration
 from bipot.response import State
-from bipot.scene import Scene
-from bipot.tools import AnyTool, FlatTool
+from bipot.scene.scene import Scene
+from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Bools, Floats
 from studies.fuzz_placed import (
     directions,

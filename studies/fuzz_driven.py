@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.driving import Force
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import AnyTool, FlatTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.driving import Force
+from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.flat import axis_of, flat_tools
 from studies.fuzz_meshes import Rng

@@ -8,15 +8,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.control.accepted import Accepted
 from bipot.coulomb import Limits as CoulombLimits
 from bipot.errors import BipotError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.marching import Control, march, system_of
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import forces_by_node, idle, reported_unique, setting_of, step_of

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from bipot.circle import Circle
-from bipot.driving import Force, Moment
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
-from bipot.poses import Turn
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import ShapedTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.tool import ShapedTool
 from bipot.typing import Floats
 from studies.fuzz_driven import carried, force_amplitude, motion_amplitude
 from studies.fuzz_meshes import Rng

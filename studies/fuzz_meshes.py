@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.projection import VOLUMES, VolumeChange
-from bipot.mesh import Mesh
-from bipot.sections import block, cylinder, ring
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
 from bipot.typing import Ints
 from studies.independent_element import orientation
 

@@ -13,9 +13,9 @@ import numpy as np
 
 from bipot.paths import Amplitude
 from bipot.response import State
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Symmetry
-from bipot.tools import AnyTool, FlatTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Symmetry
+from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Bools, Floats
 from studies.flat import axis_of
 from studies.fuzz_surfaces import cut, outlines

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.mesh import Mesh
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Symmetry
-from bipot.tools import AnyTool, FlatTool, Sampling
+from bipot.meshes.mesh import Mesh
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Symmetry
+from bipot.tools.tool import AnyTool, FlatTool, Sampling
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz_meshes import Rng

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
-from bipot.determinacy import branches
+from bipot.checks.determinacy import branches
+from bipot.control.accepted import Accepted
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import VonMises
-from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.response import State
-from bipot.scene import Scene
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
 from bipot.typing import Bools, Floats, Ints
 from studies.fuzz_contacts import contacts, shaped
 from studies.fuzz_placed import held_by, led_of, planes, prescribed_at, tools_gone

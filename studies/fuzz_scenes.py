@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
@@ -20,13 +19,14 @@ from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Schedule
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.paths import Amplitude, Path
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Sampling
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.tool import FlatTool, Sampling
 from studies.fuzz_driven import forced, prescribed
 from studies.fuzz_meshes import Rng, distorted, in_other_elements, made, rule, volume
 from studies.fuzz_numbers import friction, gap_at_rest

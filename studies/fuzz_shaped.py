@@ -13,16 +13,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.circle import Circle
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
-from bipot.poses import Turn
-from bipot.profiles import Profile, Union, flat_punch, wedge
-from bipot.scene import Scene
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Plane, Surface
-from bipot.tools import AnyTool, FlatTool, Sampling, ShapedTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import Profile, Union, flat_punch, wedge
+from bipot.tools.surfaces import Plane, Surface
+from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Floats
 from studies.fuzz_led import aslant, led
 from studies.fuzz_meshes import Rng

@@ -10,7 +10,7 @@ import numpy as np
 from bipot.certificate import Bounds
 from bipot.errors import BipotError
 from bipot.marching import Accepted
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz_judge import DISAGREEMENT, DISSIPATES, Ran, run
 from studies.fuzz_record import reported_unique

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.response import State
-from bipot.scene import Scene
-from bipot.supports import Symmetry
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Symmetry
+from bipot.tools.tool import FlatTool
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of, flat_tools
 from studies.fuzz_solid_loads import held, prescribed_at

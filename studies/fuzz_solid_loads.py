@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
-from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.paths import Amplitude
-from bipot.scene import Scene
-from bipot.supports import Prescribed
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed
 from bipot.typing import Bools, Floats
 from studies.flat import axis_of
 from studies.independent_solid import face_forces, place, rule, shape_functions

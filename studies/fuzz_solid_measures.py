@@ -23,10 +23,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Symmetry
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Symmetry
 from bipot.typing import Floats
 from studies.flat import axis_of, flat_tools
 from studies.fuzz_solid_contacts import Touching, touching

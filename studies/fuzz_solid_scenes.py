@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.driving import Force
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VOLUMES
@@ -16,14 +14,16 @@ from bipot.fem.strain import Configuration
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear, Perfect, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Schedule
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.solids import brick
 from bipot.paths import Amplitude, Path
-from bipot.scene import Scene
-from bipot.solids import brick
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz_numbers import friction, gap_at_rest
 from studies.fuzz_scenes import Drawn

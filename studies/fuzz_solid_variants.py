@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.driving import Force
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.paths import Path
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats, Ints
 from studies.flat import axis_of, flat_tools
 from studies.fuzz_variants import hardened_in

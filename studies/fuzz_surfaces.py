@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from bipot.circle import Circle
-from bipot.profiles import Profile, Union
-from bipot.supports import Prescribed, Support
-from bipot.surfaces import Plane, Surface
-from bipot.tools import AnyTool, FlatTool
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, Union
+from bipot.tools.surfaces import Plane, Surface
+from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats
 from studies.independent_chains import chain, disc, half_plane
 from studies.independent_outline import Outline

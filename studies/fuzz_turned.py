@@ -9,9 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.response import State
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz_placed import drives
 from studies.fuzz_surfaces import Seen

@@ -9,11 +9,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.mesh import Mesh
-from bipot.scene import Scene
-from bipot.supports import Support, Symmetry
-from bipot.tools import AnyTool
+from bipot.meshes.mesh import Mesh
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
+from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz_surfaces import Seen, cut, pair

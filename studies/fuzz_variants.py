@@ -9,10 +9,10 @@ import numpy as np
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.response import State
-from bipot.scene import Scene
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
 from bipot.typing import Floats, Ints
 from studies.fuzz_surfaces import Seen
 

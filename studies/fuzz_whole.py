@@ -10,7 +10,7 @@ import numpy as np
 from bipot.certificate import Bounds
 from bipot.fem.reduction import Geometry
 from bipot.marching import Accepted
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.fuzz_balance import SUMS, unbalanced
 from studies.fuzz_placed import directions, drives, planes, poses, tools_gone

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.errors import BipotError, IncrementFailed, SceneError
 from bipot.forms import FormName
 from bipot.marching import Control, march

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from bipot.forms import Dissipation, Form, FormName, Newton, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.marching import system_of
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 
 UZAWA = 30.0
 """Penalty of uzawa over E/h: its fixed point does not depend on it, its speed does."""

@@ -8,13 +8,13 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.errors import BipotError
 from bipot.laws.hardening import Hardening, Linear, Perfect, Tabulated, Voce
 from bipot.marching import Schedule
-from bipot.mesh import Mesh
-from bipot.scene import Scene, upsetting
-from bipot.tools import FlatTool
+from bipot.meshes.mesh import Mesh
+from bipot.scene.scene import Scene, upsetting
+from bipot.tools.tool import FlatTool
 
 SMALL = 0.001
 

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import SceneError
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.results import History
 from bipot.results.description import describe
-from bipot.scene import Scene, upsetting
+from bipot.scene.scene import Scene, upsetting
 from studies.accuracy.limits import Limit
 from studies.tables import read_rows
 
@@ -65,7 +65,7 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 def is_upsetting(run: History, **data: Any) -> bool:
-    """Whether the run is of :func:`~bipot.scene.upsetting` with these ``data``, at its own friction and reduction."""
+    """Whether it is a run of :func:`~bipot.scene.scene.upsetting` with ``data``, at its own friction and reduction."""
     if len(run.scene["tools"]) != 1:
         return False
     (tool,), height = run.scene["tools"], float(run.mesh.nodes[:, 1].max())

@@ -3,10 +3,10 @@ r"""What locating the landings of side nodes on the punch does to the force, and
     python -m studies.landings [--fast] [--elements 10] [--resume | --overwrite] [--out DIR]
 
 The seed paper's cylinder at mu = 0.3 to 46 %, over the number of increments, both integrations of plastic flow,
-landings inside increments or located (:mod:`bipot.landing`). ``DIR/landings.csv`` has a row a run, ``DIR/landings.h5``
-the same and every force-stroke curve. The curve's error is the relative L2 norm over the stroke against the run of most
-increments, BDF2, located, and nan until that is there. A landing is an open candidate that closes from more than a
-thousandth of the travel.
+landings inside increments or located (:mod:`bipot.control.landing`). ``DIR/landings.csv`` has a row a run,
+``DIR/landings.h5`` the same and every force-stroke curve. The curve's error is the relative L2 norm over the stroke
+against the run of most increments, BDF2, located, and nan until that is there. A landing is an open candidate that
+closes from more than a thousandth of the travel.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
+from bipot.control.landing import Locate, newly_closed
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
-from bipot.landing import Locate, newly_closed
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.progress import terminal
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from bipot.typing import Floats
 from studies.command import command, say
 from studies.options import count

@@ -13,7 +13,7 @@ from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.marching import Control, system_of
 from bipot.paper import as_written, unreturned
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 
 
 class Method(Enum):

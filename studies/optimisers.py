@@ -24,7 +24,7 @@ from bipot.conic.problem import Outcome
 from bipot.forms import Optimiser, Penalty, contact_penalty
 from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text

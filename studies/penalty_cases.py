@@ -12,7 +12,7 @@ from bipot.certificate import Bounds
 from bipot.forms import Form, FormName, Penalty, Tangent, Uzawa, contact_penalty
 from bipot.increment import Limits, System
 from bipot.marching import Control, Schedule, system_of
-from bipot.scene import Scene, upsetting
+from bipot.scene.scene import Scene, upsetting
 from studies.runs import Run, record
 from studies.upsetting_march import FIRST
 

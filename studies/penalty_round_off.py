@@ -19,7 +19,7 @@ from bipot.certificate import Bounds
 from bipot.forms import Penalty, contact_penalty
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, system_of
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.runs import record

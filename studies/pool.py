@@ -18,7 +18,7 @@ from itertools import islice
 from multiprocessing import active_children, get_context, parent_process
 from typing import Any, TypeVar
 
-from bipot.undisturbed import WAITING, undisturbed
+from bipot.basics.undisturbed import WAITING, undisturbed
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.orientation import scaled_jacobians
+from bipot.meshes.elements import Element
 from bipot.typing import Floats, Ints
 
 FULLEST = {4: Quadrature.GAUSS3, 3: Quadrature.TRIANGLE7}

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.forms import FormName
-from bipot.layout import Layout
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout
 from bipot.results import History
-from bipot.tools import Sampling
+from bipot.tools.tool import Sampling
 
 
 def element_of(run: History) -> str:

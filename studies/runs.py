@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.accepted import Accepted
-from bipot.closeness import carries
 from bipot.conic.problem import Timing
+from bipot.contact.closeness import carries
+from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.surface import facet_mass
 from bipot.forms import Penalty, Uzawa
@@ -19,7 +19,7 @@ from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.traction import consistent_tractions, contact_edges
 from bipot.typing import Floats
 

@@ -26,7 +26,7 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, FormName, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.outputs import add_options, opened
 from studies.tables import text

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from bipot.fem.elements import Quadrature
 from bipot.marching import Schedule
-from bipot.scene import Scene, upsetting
+from bipot.scene.scene import Scene, upsetting
 from studies.methods import Method, Setting
 from studies.upsetting_march import FIRST, SETTLING
 

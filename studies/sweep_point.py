@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.control.accepted import Accepted
 from bipot.errors import BipotError, SceneError, require
 from bipot.marching import Schedule, march
 from studies.upsetting_case import Case

@@ -18,13 +18,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.exchange import export_fclib
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from studies.command import command, say
 from studies.upsetting_beside import BESIDE, trustworthy
 from studies.upsetting_case import cases, parser

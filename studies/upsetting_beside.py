@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from bipot.errors import SceneError
-from bipot.layout import Layout
+from bipot.meshes.layout import Layout
 from studies.element_types import ElementType
 from studies.upsetting_case import Case
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from bipot.fem.elements import Quadrature
 from bipot.forms import FormName
-from bipot.layout import Layout
-from bipot.scene import Scene, upsetting
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.scene.scene import Scene, upsetting
+from bipot.tools.tool import Sampling
 from studies.element_types import ElementType
 from studies.upsetting_march import Upset
 from studies.upsetting_options import Options, Size

@@ -9,12 +9,12 @@ from functools import reduce
 
 import numpy as np
 
-from bipot import columns
-from bipot.accepted import Accepted
-from bipot.closeness import carries
-from bipot.columns import Column
+from bipot.contact.closeness import carries
+from bipot.control.accepted import Accepted
 from bipot.fem.kinematics import gradients
 from bipot.increment import System
+from bipot.results import columns
+from bipot.results.columns import Column
 from bipot.tensors import norm
 from bipot.typing import Floats
 

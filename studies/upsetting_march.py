@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
-from bipot.columns import Column
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import ConicSolver
@@ -29,7 +28,8 @@ from bipot.forms import (
 )
 from bipot.laws.hardening import Hardening
 from bipot.marching import Control, Schedule, system_of
-from bipot.scene import Scene
+from bipot.results.columns import Column
+from bipot.scene.scene import Scene
 from studies.element_types import AnyType
 from studies.hardening_words import hardening_from_text
 from studies.upsetting_columns import history_columns

@@ -9,25 +9,34 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bipot.accepted import Accepted
-from bipot.columns import COURSE, ERROR_ESTIMATE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.driving import Force
-from bipot.elements import Element
+from bipot.control.accepted import Accepted
+from bipot.control.landing import Locate
 from bipot.errors import NotConverged
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, FormName, Newton, Penalty, Tangent, Uzawa
-from bipot.landing import Locate
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Pressure, Traction
 from bipot.marching import Control, march, system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.paths import Amplitude
-from bipot.scene import Scene, upsetting
+from bipot.results.columns import (
+    COURSE,
+    ERROR_ESTIMATE,
+    FLOW_GAP,
+    INCREMENT,
+    MIN_JACOBIAN,
+    OVERLAP,
+    certificate,
+    energies,
+)
+from bipot.scene.loads import BodyForce, Pressure, Traction
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool
 from tests.scenes import scene, tool
 
 COLUMNS = (INCREMENT, *COURSE, *certificate("J"), *energies("J"), OVERLAP, FLOW_GAP, ERROR_ESTIMATE, MIN_JACOBIAN)

@@ -5,10 +5,8 @@ from functools import cache
 
 import numpy as np
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
-from bipot.circle import Circle
-from bipot.elements import Element
+from bipot.control.accepted import Accepted
 from bipot.fem.reduction import Geometry
 from bipot.forms import Form, Newton
 from bipot.increment import Limits
@@ -17,12 +15,14 @@ from bipot.laws.hardening import Linear
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.scene import Scene
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Surface
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.surfaces import Surface
+from bipot.tools.tool import ShapedTool
 
 TIGHT = Bounds(equilibrium=1e-11, law=1e-9, relative_gap=1e-11)
 

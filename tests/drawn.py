@@ -3,10 +3,10 @@
 import matplotlib as mpl
 from matplotlib.text import Text
 
-from bipot.columns import COURSE, INCREMENT, SECONDS, Column
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.results import Recorder
+from bipot.results.columns import COURSE, INCREMENT, SECONDS, Column
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction
 from paper_figs.common import STYLE
 from paper_figs.shown import shown

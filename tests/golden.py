@@ -45,12 +45,12 @@ from bipot.certificate import Bounds
 from bipot.conic.solver import Accuracy
 from bipot.coulomb import Limits as Effort
 from bipot.coulomb import ProximalPoint
-from bipot.elements import Element
 from bipot.forms import Delassus, Form, Penalty, Uzawa
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, ring
 from bipot.paper import as_written, unreturned
-from bipot.sections import block, ring
 
 TABLE = Path(__file__).parent / "data" / "golden.csv"
 DIGITS = 13

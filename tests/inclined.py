@@ -5,22 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.circle import Circle
-from bipot.driving import Force
-from bipot.elements import Element
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, PointForce, Pressure, Traction
-from bipot.mesh import Mesh
-from bipot.poses import Turn
-from bipot.scene import Scene
-from bipot.sections import block
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Sampling, ShapedTool, Tool
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force
+from bipot.tools.poses import Turn
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool, Tool
 
 ANGLE = math.pi / 6
 ABOUT = (1.3, -0.7)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from bipot.errors import SceneError
-from bipot.profiles import Profile
+from bipot.tools.profiles import Profile
 from bipot.typing import Floats
 
 FAR = 20.0

@@ -6,9 +6,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot.accepted import Accepted
-from bipot.contact import Candidates
-from bipot.elements import Element
+from bipot.contact.candidates import Candidates
+from bipot.control.accepted import Accepted
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Form, Newton, Tangent
@@ -16,17 +15,18 @@ from bipot.increment import System
 from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Load
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
 from bipot.response import TangentKind
-from bipot.scene import Scene, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.loads import Load
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 
 FIRST = 0.001

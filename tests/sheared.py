@@ -17,7 +17,7 @@ from bipot import (
     block,
     march,
 )
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 
 INF = float("inf")
 SIGMA_Y = 300.0

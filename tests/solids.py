@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.elements import Element, elements_of
 from bipot.fem.elements import RULES
-from bipot.mesh import Mesh
-from bipot.solids import brick
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.solids import brick
 
 SOLIDS = elements_of(3)
 COMBINATIONS = [(element, rule) for element in SOLIDS for rule in RULES[element]]

@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity
-from bipot.mesh import Mesh
-from bipot.revolved import Revolved, sphere
-from bipot.scene import Scene
-from bipot.solids import brick
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Surface
-from bipot.tools import ShapedTool
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.solids import brick
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
+from bipot.tools.revolved import Revolved, sphere
+from bipot.tools.surfaces import Surface
+from bipot.tools.tool import ShapedTool
 from tests.curved import STEEL
 
 BALL = sphere((0.0, 0.0, 3.0), 2.0)

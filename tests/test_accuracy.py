@@ -7,24 +7,23 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import columns
-from bipot.elements import Element
+from bipot.control.landing import Locate
+from bipot.control.pacing import QUICK, REFUSED, Pacer, error_estimate
+from bipot.control.reason import ReasonKind
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
-from bipot.landing import Locate
 from bipot.laws.flow import Integration
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
-from bipot.loads import Traction
 from bipot.marching import Control, march
-from bipot.pacing import QUICK, REFUSED, Pacer, error_estimate
-from bipot.reason import ReasonKind
-from bipot.results import Existing, Recorder
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
+from bipot.results import Existing, Recorder, columns
 from bipot.results import open as open_results
-from bipot.scene import Scene
+from bipot.scene.loads import Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support
 from studies.accuracy import paced
 from studies.accuracy.paced import CONTROL
 from studies.accuracy.paced_scenes import BACK, SCENES, STEEL, cylinder

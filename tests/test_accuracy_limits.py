@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.layout import Layout
+from bipot.meshes.layout import Layout
 from studies.accuracy.limits import TRUSTED, Level, bracketed, extrapolated, limit, told
 from studies.accuracy.mesh import MARKS
 from studies.accuracy.row import Discretisation, Row

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bipot.layout import Layout
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.tools.tool import Sampling
 from paper_figs import fig_mesh
 from studies.accuracy import mesh, plan
 from studies.accuracy.limits import Limit

@@ -10,7 +10,6 @@ from scipy import sparse
 from bipot.certificate import Bounds
 from bipot.coulomb import CoulombProblem, GlobalCoulombProblem, solve
 from bipot.coulomb import Limits as CoulombLimits
-from bipot.elements import Element
 from bipot.errors import IncrementFailed, ProgramError, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Penalty, Step, Tangent, Uzawa
@@ -19,11 +18,12 @@ from bipot.iterate import Iterate
 from bipot.laws.hardening import Linear, Perfect, Tabulated
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
-from bipot.scene import Scene, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from tests.scenes import STEEL
 

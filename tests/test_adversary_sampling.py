@@ -20,8 +20,8 @@ from bipot import (
     block,
     march,
 )
-from bipot.pacing import error_estimate
-from bipot.sampling import points
+from bipot.contact.sampling import points
+from bipot.control.pacing import error_estimate
 from bipot.tensors import norm
 
 METAL = VonMises(Elasticity(70_000.0, 0.33), Linear(100.0, 700.0))

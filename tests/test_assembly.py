@@ -5,15 +5,15 @@ import pytest
 import skfem
 from skfem.helpers import sym_grad
 
-from bipot.elements import Element
 from bipot.fem.assembly import element_force, element_stiffness, space
 from bipot.fem.elements import RULES, Quadrature, Reference
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.laws.von_mises import Elasticity
-from bipot.mesh import Mesh
-from bipot.sections import cylinder
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import cylinder
 from tests.scenes import PLANES
 
 ELASTIC = Elasticity(210.0, 0.3)

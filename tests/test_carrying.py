@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from bipot import Control, FlatTool, Newton, Schedule, carrying, march, upsetting
-from bipot.carrying import Attempt, Dissipated, carry_on
+from bipot.control.carrying import Attempt, Dissipated, carry_on
+from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import IncrementFailed
 from bipot.forms import Cache, Tangent
 from bipot.increment import LeftOff, Limits, solve_increment
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import system_of
-from bipot.reason import Reason, ReasonKind
 from tests.scenes import run
 
 REDUCTION = 0.02

@@ -15,7 +15,7 @@ from bipot.certificate import (
     contact_gaps,
     material_gaps,
 )
-from bipot.examined import Examined
+from bipot.checks.examined import Examined
 from bipot.iterate import Increment, Iterate
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises, radial_return

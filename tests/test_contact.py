@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.closeness import LEAST_MOTION, NEAR, TOUCHES, carries, near_tools, touches
 from bipot.conic.through_cvxpy import Cvxpy
-from bipot.contact import REACH, candidates
-from bipot.elements import Element
+from bipot.contact.candidates import REACH, candidates
+from bipot.contact.closeness import LEAST_MOTION, NEAR, TOUCHES, carries, near_tools, touches
 from bipot.fem.reduction import Geometry
 from bipot.forms import Tangent
 from bipot.increment import Limits
@@ -18,11 +17,12 @@ from bipot.laws.coulomb import CARRIES
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.response import body_space
-from bipot.scene import Scene, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import DIRECT, fresh, path, rows_between
 
 TIGHT = Control(DIRECT, limits=Limits(Bounds(equilibrium=1e-11)))

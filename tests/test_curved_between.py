@@ -6,21 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.between import Surroundings
-from bipot.circle import Circle
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.profiles import Profile, flat_punch
+from bipot.meshes.sections import block
+from bipot.scene.between import Surroundings
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.surfaces import Distance, Plane, Tips
 from bipot.system import system_of
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, flat_punch
+from bipot.tools.surfaces import Distance, Plane, Tips
+from bipot.tools.tool import ShapedTool
 from tests.curved import dragged, forces, marched, pressed
 from tests.scenes import refused
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
@@ -19,16 +18,17 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
-from bipot.loads import Traction
 from bipot.marching import Control, march
-from bipot.poses import Turn
-from bipot.profiles import flat_punch
-from bipot.scene import Scene
+from bipot.scene.loads import Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.supports import Support
-from bipot.surfaces import Plane
 from bipot.system import system_of
-from bipot.tools import FlatTool, ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import flat_punch
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.curved import TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import PLANES, named
 
@@ -117,7 +117,7 @@ def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvature(monk
 
     errors = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
     assert (errors[1:] < 0.03 * errors[:-1]).all()
-    monkeypatch.setattr("bipot.contact.Candidates.add_bending", lambda *_: None)
+    monkeypatch.setattr("bipot.contact.candidates.Candidates.add_bending", lambda *_: None)
     straight = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
     assert (straight[1:] > 0.05 * straight[:-1]).all()
 

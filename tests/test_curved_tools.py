@@ -5,24 +5,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
+from bipot.contact.overlap import overlap
+from bipot.control.landing import Locate
 from bipot.energy import Energies
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
-from bipot.landing import Locate
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
-from bipot.overlap import overlap
+from bipot.meshes.mesh import Mesh
 from bipot.results import Recorder, history
 from bipot.results.description import describe
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Plane, frames
 from bipot.system import system_of
-from bipot.tools import FlatTool, ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.surfaces import Plane, frames
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.courses import stored
 from tests.curved import PUNCH, RADIUS, STEEL, TIGHT, apart, dragged, forces, marched, pressed, pushed
 from tests.recording import COLUMNS, arrays

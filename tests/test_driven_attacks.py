@@ -7,23 +7,23 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
-from bipot.driving import Force, Moment
 from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
-from bipot.poses import Turn
-from bipot.profiles import Profile
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from bipot.results.description import describe
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import Profile
+from bipot.tools.tool import ShapedTool
 from tests.test_driven_rolls import LATE, roller
 
 MIDDLE = 1.0, 1.0

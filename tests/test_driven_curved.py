@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.circle import Circle
-from bipot.driving import Force, Moment
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.forms.newton import Reuse
@@ -18,12 +16,14 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import Control, march
 from bipot.paths import Amplitude
-from bipot.poses import Turn
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.supports import Support
-from bipot.surfaces import Plane
 from bipot.system import system_of
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.surfaces import Plane
 from tests.curved import TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import refused
 

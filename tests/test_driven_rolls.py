@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.circle import Circle
-from bipot.course import Course
-from bipot.driving import Force, Moment
+from bipot.control.course import Course
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
@@ -20,18 +18,20 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from bipot.paths import Amplitude
-from bipot.poses import Turn
 from bipot.results import Recorder, history
 from bipot.results.description import describe
 from bipot.results.drawn import Lines
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Prescribed, Support
 from bipot.system import system_of
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.tool import ShapedTool
 from tests.courses import stored
 from tests.curved import TIGHT, apart, forces
 from tests.recording import COLUMNS, arrays

@@ -29,7 +29,7 @@ from bipot import (
     march,
     ring,
 )
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 
 ALLOY = VonMises(Elasticity(70_000.0, 0.33), Perfect(100.0))
 CLAMPED = (Support("base", 0), Support("base", 1))

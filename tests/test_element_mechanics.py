@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.elements import Element, elements_of
 from bipot.fem.assembly import element_force, element_stiffness, space
 from bipot.fem.elements import RULES, Quadrature, line, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
@@ -18,13 +17,14 @@ from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.forms import Newton
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Loading, Pressure
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, ring
 from bipot.response import Body, body_space, rest
-from bipot.scene import Scene, Support
-from bipot.sections import block, ring
-from bipot.tools import FlatTool
+from bipot.scene.loads import Loading, Pressure
+from bipot.scene.scene import Scene, Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import PLANES, refused, scene
 
 ELASTIC = Elasticity(210e3, 0.3)

@@ -9,17 +9,17 @@ from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot import plot
-from bipot.elements import elements_of
+from bipot.contact.overlap import overlap
 from bipot.exchange import conic_program, contact_problem
 from bipot.fem.elements import RULES, tabulated
 from bipot.forms import Dissipation, FormName, Newton, Penalty, Tangent
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.overlap import overlap
+from bipot.meshes.elements import elements_of
+from bipot.meshes.sections import block
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.sections import block
 from bipot.traction import SLIP_TOLERANCE, contact_edges, edge_tractions
 from tests.scenes import scene
 

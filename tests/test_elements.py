@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 import skfem
 
-from bipot.elements import Element
 from bipot.fem.elements import Quadrature, Reference, line, radon7, tabulated
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.meshes.elements import Element
 from studies.verification.cases.seven_points import integral, moment
 
 

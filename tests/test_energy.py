@@ -14,7 +14,7 @@ from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
 from bipot.marching import Control, Schedule, march
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies import energy as study
 from studies.tables import read_csv
 from tests.test_landing import GAP, TRAVEL

@@ -6,12 +6,11 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
-from bipot import refusals
+from bipot.checks import refusals
+from bipot.checks.diagnosis import free_motion
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
 from bipot.coulomb import CoulombProblem
-from bipot.diagnosis import free_motion
-from bipot.elements import Element
 from bipot.errors import IncrementFailed, ProgramError
 from bipot.fem.reduction import Geometry
 from bipot.forms import (
@@ -27,11 +26,12 @@ from bipot.forms import (
 )
 from bipot.increment import Limits
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, cylinder
 from bipot.programs.delassus import Reduced
-from bipot.scene import upsetting
-from bipot.sections import block, cylinder
-from bipot.supports import Support
-from bipot.tools import Sampling
+from bipot.scene.scene import upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import Sampling
 from studies import upsetting as study
 from tests.scenes import posed, scene, tool
 

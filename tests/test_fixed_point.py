@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.control.accepted import Accepted
 from bipot.coulomb import CoulombProblem, enumerate_modes
 from bipot.errors import IncrementFailed, SceneError
 from bipot.forms import Dissipation, Tangent
@@ -25,7 +25,7 @@ from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route,
 from bipot.programs.pieces import Law, Pieces, ShiftedCone
 from bipot.programs.polish import couple, polish
 from bipot.programs.terms import ContactTerms
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies import coupling as study
 from studies.hard_programs import DISCRETE, SETTLED, Small, coupled, passes_of
 from studies.hard_scenes import Outcome

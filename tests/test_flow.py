@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bipot import Control, Newton, Schedule, march, upsetting
-from bipot.columns import flow_gap
 from bipot.errors import SceneError
 from bipot.laws.flow import FARTHEST, Flow, Integration, fraction
 from bipot.marching import system_of
 from bipot.paper import unreturned
+from bipot.results.columns import flow_gap
 
 
 def end_force(integration, increments, mu=0.05, reduction=0.3):

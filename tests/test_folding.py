@@ -6,21 +6,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.columns import MIN_JACOBIAN
-from bipot.elements import Element
+from bipot.control.landing import Locate
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName, Newton
-from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh
-from bipot.scene import Scene, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.results.columns import MIN_JACOBIAN
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from studies.quality import quality
 from tests.sampling import determinants, grid
 from tests.scenes import DIRECT, path

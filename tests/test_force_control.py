@@ -33,10 +33,10 @@ from bipot import (
     march,
     upsetting,
 )
-from bipot.determinacy import branches
-from bipot.elements import Element
+from bipot.checks.determinacy import branches
 from bipot.fem.projection import VolumeChange
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.meshes.elements import Element
 from studies import hard_cases
 from studies.hard_forms import FORMS
 from studies.hard_loads import FACTORS, LIMIT_LOAD, Farkas, limit_scene, load_cases, loaded

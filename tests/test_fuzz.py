@@ -9,7 +9,7 @@ import pytest
 
 from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
-from bipot.supports import Symmetry
+from bipot.scene.supports import Symmetry
 from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
 from studies.flat import axis_of, flat
 from studies.fuzz_row import HEADER, Outcome, Row

@@ -5,10 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.driving import Force
-from bipot.elements import Element
+from bipot.checks.examined import Examined
 from bipot.errors import IncrementFailed, LimitPassed
-from bipot.examined import Examined
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
@@ -16,12 +14,14 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Traction
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import Scene
-from bipot.sections import block
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool, Sampling
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
+from bipot.scene.loads import Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool, Sampling
 from studies import fuzz_driven, fuzz_judge, fuzz_whole
 from studies.fuzz_claims import Claim, claim_of, refuted
 from studies.fuzz_record import setting_of, step_of

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
-from bipot.driving import Force, Moment
 from bipot.errors import SceneError
 from bipot.marching import Schedule, march
-from bipot.poses import Turn
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.tool import FlatTool
 from studies import fuzz_judge, fuzz_whole
 from studies.fuzz_record import setting_of, step_of
 from studies.fuzz_row import Outcome

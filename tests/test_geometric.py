@@ -7,19 +7,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.fem.plane import turn, turn_half
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration, Stresses
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, ring
 from bipot.response import Body, State, TangentKind, body_space, rest
-from bipot.scene import Scene
-from bipot.sections import block, ring
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))

@@ -20,8 +20,8 @@ from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, FormName, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import upsetting
-from bipot.tools import FlatTool
+from bipot.scene.scene import upsetting
+from bipot.tools.tool import FlatTool
 from studies import hard_cases
 from studies.hard_scenes import Outcome, Settings, cases
 from tests.scenes import rows_between

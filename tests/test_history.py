@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bipot.columns import INCREMENT, Column
 from bipot.errors import IncrementFailed, ResultsError, SceneError
 from bipot.results import Recorder
 from bipot.results import open as open_results
+from bipot.results.columns import INCREMENT, Column
 from tests.recording import (
     HEADER,
     PARAMETERS,

@@ -12,7 +12,7 @@ from bipot.hdf5 import journal
 from bipot.marching import march
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from tests.recording import COLUMNS, CONTROL, PARAMETERS, SCENE, SCHEDULE, UNITS, arrays, recorder
 
 

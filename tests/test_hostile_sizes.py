@@ -25,7 +25,7 @@ from bipot import (
     ring,
     upsetting,
 )
-from bipot.elements import elements_of
+from bipot.meshes.elements import elements_of
 from studies import convergence, coulomb_profiles, fuzz, hard_cases, landings, penalty_vs_conic
 
 ROOT = Path(__file__).parents[1]

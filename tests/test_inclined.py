@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 
 from bipot import results
-from bipot.columns import INCREMENT
-from bipot.columns import energies as columns_of_energy
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.increment import Limits
@@ -18,11 +16,13 @@ from bipot.laws.flow import Integration
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
-from bipot.loads import Traction
 from bipot.marching import Control, Schedule, march
 from bipot.results import Existing, Recorder
+from bipot.results.columns import INCREMENT
+from bipot.results.columns import energies as columns_of_energy
 from bipot.results.description import describe
-from bipot.supports import Support
+from bipot.scene.loads import Traction
+from bipot.scene.supports import Support
 from bipot.system import system_of
 from tests.golden import FORMS, TIGHT, Case
 from tests.inclined import BASE, SCENES, along, body, places, rotation, turned

@@ -6,18 +6,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
-from bipot.loads import BodyForce, Pressure
-from bipot.profiles import Profile, Union
-from bipot.reflection import imaged
-from bipot.scene import Scene
-from bipot.sections import block
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.surfaces import Plane
+from bipot.meshes.sections import block
+from bipot.scene.loads import BodyForce, Pressure
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, Union
+from bipot.tools.reflection import imaged
+from bipot.tools.surfaces import Plane
 from tests.inclined import BASE, QUARTER, along, body, flat, places, sector, turned
 
 

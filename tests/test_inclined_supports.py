@@ -5,17 +5,17 @@ import math
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import IncrementFailed
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton
 from bipot.increment import Limits
-from bipot.loads import PointForce
 from bipot.marching import Control, Schedule, march
+from bipot.meshes.elements import Element
 from bipot.paths import Amplitude
-from bipot.supports import Prescribed, Support
+from bipot.scene.loads import PointForce
+from bipot.scene.supports import Prescribed, Support
 from studies.independent_element import place
 from tests.golden import TIGHT
 from tests.inclined import BASE, QUARTER, along, body, flat, sector, turned

@@ -9,7 +9,6 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from bipot.certificate import Bounds
-from bipot.elements import Element, elements_of
 from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import RULES, Quadrature, tabulated
 from bipot.fem.kinematics import gradients
@@ -18,11 +17,12 @@ from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.sections import block, cylinder, ring
 from bipot.response import body_space
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, cylinder, ring
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from studies import fuzz_judge
 from studies.fuzz_record import setting_of, step_of
 from studies.fuzz_row import Outcome

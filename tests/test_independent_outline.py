@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
+from bipot.contact.shear import nodal_areas
 from bipot.fem.reduction import Geometry
-from bipot.poses import Turn
-from bipot.profiles import Profile, Union
-from bipot.shear import nodal_areas
-from bipot.surfaces import Plane
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import Profile, Union
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import ShapedTool
 from studies.fuzz_surfaces import Seen, cut, outlines
 from studies.independent_between import between, surface_of
 from studies.independent_chains import disc, half_plane

@@ -5,21 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot import sampling
 from bipot.certificate import Bounds
-from bipot.driving import Force
-from bipot.elements import Element, elements_of
+from bipot.contact import sampling
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh
-from bipot.scene import Scene
-from bipot.sections import block, cylinder, ring
-from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool, Sampling
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool, Sampling
 from studies import fuzz_judge, fuzz_points
 from studies.fuzz_points import posed
 from studies.fuzz_record import setting_of, step_of

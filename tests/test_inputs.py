@@ -8,23 +8,23 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.conic.solver import Accuracy
-from bipot.elements import Element
+from bipot.control.landing import Locate
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.forms.newton import Reuse, Search
 from bipot.increment import Limits
-from bipot.landing import Locate
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, cylinder, ring
 from bipot.paper import unreturned
 from bipot.programs.fixed_point import Safeguard
-from bipot.scene import upsetting
-from bipot.sections import block, cylinder, ring
-from bipot.supports import Support, Symmetry
+from bipot.scene.scene import upsetting
+from bipot.scene.supports import Support, Symmetry
 from tests.scenes import STEEL, refused, scene, tool
 
 NAN, INF = float("nan"), float("inf")

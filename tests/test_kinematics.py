@@ -5,13 +5,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bipot.elements import Element
 from bipot.errors import InvertedElement
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.plane import turn_half
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.sections import block, cylinder
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, cylinder
 from studies.verification.cases.simple_shear import sheared
 
 SQRT2 = np.sqrt(2.0)

@@ -5,20 +5,20 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot.carrying import Attempt
-from bipot.elements import Element
+from bipot.control.carrying import Attempt
+from bipot.control.landing import Locate, locate
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton
 from bipot.iterate import Increment
-from bipot.landing import Locate, locate
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import Scene
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 
 GAP, TRAVEL = 0.0037, 0.01
 LANDS = GAP / TRAVEL

@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from bipot.accepted import Accepted
-from bipot.circle import Circle
+from bipot.control.accepted import Accepted
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
-from bipot.poses import Turn
-from bipot.scene import Scene
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support, Symmetry
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
+from bipot.tools.tool import ShapedTool
 
 
 def rolled(elements: int) -> list[Accepted]:

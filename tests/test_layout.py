@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from bipot import machine
-from bipot.elements import Element, elements_of
+from bipot.basics import machine
 from bipot.fem.elements import RULES, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
-from bipot.layout import Layout
 from bipot.marching import Control, Schedule, march
-from bipot.scene import upsetting
-from bipot.sections import block, cylinder, ring
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.layout import Layout
+from bipot.meshes.sections import block, cylinder, ring
+from bipot.scene.scene import upsetting
 from tests.scenes import refused
 
 FANNED = Layout.FANNED

@@ -31,10 +31,10 @@ from bipot import (
     march,
     ring,
 )
-from bipot.elements import Element
 from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.fem.elements import tabulated
 from bipot.fem.projection import VolumeChange
+from bipot.meshes.elements import Element
 from bipot.programs.limit import LimitProgram
 from studies.element_scenes import Choice, notched
 from studies.element_types import ElementType

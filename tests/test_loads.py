@@ -8,7 +8,6 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import IncrementFailed, SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -18,14 +17,15 @@ from bipot.iterate import Increment
 from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, ring
 from bipot.paths import Amplitude
-from bipot.scene import Scene
-from bipot.sections import block, ring
-from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import FORMS, PLANES, bar, last, named
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -15,14 +14,15 @@ from bipot.forms import Newton, Tangent
 from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Load, PointForce, Traction
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from bipot.paths import Amplitude
-from bipot.scene import Scene
-from bipot.sections import block
-from bipot.supports import Prescribed, Support
-from bipot.tools import FlatTool
+from bipot.scene.loads import Load, PointForce, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import FORMS, bar, last, named
 
 

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from bipot.columns import INCREMENT
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.scene import upsetting
+from bipot.results.columns import INCREMENT
+from bipot.scene.scene import upsetting
 
 SCENE = upsetting(mu=0.1, elements=1, reduction=0.2)
 

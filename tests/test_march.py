@@ -8,7 +8,6 @@ import pytest
 from scipy.optimize import brentq
 
 from bipot.certificate import Bounds
-from bipot.elements import Element
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.fem.elements import RULES
 from bipot.fem.strain import Configuration
@@ -16,7 +15,8 @@ from bipot.forms import Dissipation, FormName, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.marching import Control, Schedule, march
-from bipot.scene import upsetting
+from bipot.meshes.elements import Element
+from bipot.scene.scene import upsetting
 from tests.scenes import DIRECT, path
 
 # Uniform upsetting by 45 %: closed form of the elastoplastic cylinder without friction (N, mm, 1).

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from bipot import Elastic, Elasticity, Perfect, Schedule, VonMises, march, upsetting
-from bipot.columns import flow_gap
 from bipot.conic.through_cvxpy import Cvxpy
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, system_of
 from bipot.programs.data import Block, Term, Units
 from bipot.programs.dissipation import DissipationProgram
 from bipot.programs.terms import ContactTerms
+from bipot.results.columns import flow_gap
 from tests.scenes import rows_between
 
 STEEL = Elasticity(210e3, 0.3)

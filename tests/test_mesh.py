@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
-from bipot.mesh import Mesh
-from bipot.sections import block, cylinder, ring
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
 
 
 def test_cylinder_counts_and_orientation():

@@ -4,14 +4,14 @@ import meshio
 import numpy as np
 import pytest
 
-from bipot.elements import Element, elements_of
 from bipot.errors import SceneError
 from bipot.fem.elements import RULES, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
-from bipot.sections import block, cylinder, ring
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
 from tests.scenes import refused, scene
 
 ALIKE = {3: (Element.T3, Element.T6), 4: (Element.Q4, Element.Q8, Element.Q9)}

@@ -6,11 +6,11 @@ import meshio
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
-from bipot.sections import block
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from tests.scenes import scene
 
 NATIVE = block(1.0, 1.0, 3, 2, element=Element.Q8)

@@ -5,10 +5,10 @@ import pickle
 import numpy as np
 import pytest
 
-from bipot.elements import Element
-from bipot.mesh import Mesh
-from bipot.sections import block
-from bipot.supports import Support
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.scene.supports import Support
 from tests.scenes import refused, scene, tool
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import skfem
 
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
-from bipot.sections import block
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from tests.scenes import scene
 
 

@@ -23,7 +23,7 @@ from bipot import (
     block,
     march,
 )
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 
 
 def punch(**changes):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
 from bipot.forms.newton import Reuse, Search
@@ -17,8 +17,8 @@ from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.ordering import Pattern
-from bipot.scene import Scene, upsetting
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.tools.tool import FlatTool
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)

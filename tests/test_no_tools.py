@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.columns import COURSE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
 from bipot.conic.through_cvxpy import Cvxpy
+from bipot.control.landing import Locate
+from bipot.control.reason import ReasonKind
 from bipot.energy import Energies
 from bipot.errors import ProgramError, SceneError
 from bipot.exchange import contact_problem
 from bipot.forms import Delassus, Dissipation, FormName, Newton, Optimiser, Penalty, Tangent, Uzawa, contact_penalty
-from bipot.landing import Locate
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.reason import ReasonKind
 from bipot.response import State
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.scene import upsetting
-from bipot.supports import Support
+from bipot.results.columns import COURSE, FLOW_GAP, INCREMENT, MIN_JACOBIAN, OVERLAP, certificate, energies
+from bipot.scene.scene import upsetting
+from bipot.scene.supports import Support
 from tests.scenes import path, scene
 
 BARE = scene(tools=())

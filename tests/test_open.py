@@ -21,13 +21,13 @@ from bipot import (
     block,
     march,
 )
-from bipot.elements import Element
 from bipot.errors import ResultsError, SceneError
 from bipot.fem.elements import RULES, node_places, tabulated
+from bipot.meshes.elements import Element
+from bipot.meshes.solids import brick
 from bipot.results import Existing, Recorder
 from bipot.results.nodal import Averaging
-from bipot.solids import brick
-from bipot.surfaces import Plane
+from bipot.tools.surfaces import Plane
 from tests.recording import SCENE, recorder
 from tests.scenes import scene
 

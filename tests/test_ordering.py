@@ -14,7 +14,7 @@ from bipot.programs import factors, ordering
 from bipot.programs.factors import Pardiso, SuperLU
 from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern, dissection, minimum_degree
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.accuracy.block_alone import scene_of
 
 

@@ -7,7 +7,6 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import InvertedElement
 from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
@@ -19,12 +18,13 @@ from bipot.fem.orientation import (
 )
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder
 from bipot.response import Body, body_space, rest
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, cylinder
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from tests.sampling import determinants, grid
 
 ELEMENT = np.arange(8)[None]

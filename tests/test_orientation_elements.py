@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element, elements_of
 from bipot.fem.elements import tabulated_at
 from bipot.fem.orientation import basis, determinant_coefficients, scaled_jacobians
 from bipot.fem.reduction import Geometry
+from bipot.meshes.elements import Element, elements_of
 from tests.sampling import determinants_of, grid, refusal, triangle_grid
 
 OTHERS = (Element.T3, Element.T6, Element.Q4, Element.Q9)

@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import InvertedElement, SceneError
 from bipot.fem.orientation import STRAIGHT, determinant_coefficients, refuse_folded
 from bipot.fem.reduction import Geometry
-from bipot.mesh import Mesh
-from bipot.supports import Support
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.scene.supports import Support
 from tests.sampling import refusal
 from tests.scenes import scene
 

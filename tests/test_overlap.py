@@ -5,16 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element
+from bipot.contact.overlap import overlap
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.overlap import overlap
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.plot import curved
-from bipot.scene import Scene, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 
 STEEL = upsetting(mu=0.3).material
 ROOT = np.sqrt(0.5)

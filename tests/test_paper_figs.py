@@ -6,12 +6,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from bipot import plot
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.laws.coulomb import Status
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import cylinder
 from bipot.results import open as open_results
-from bipot.scene import upsetting
-from bipot.sections import cylinder
+from bipot.scene.scene import upsetting
 from paper_figs import fig2_velocity, fig_force_stroke
 from paper_figs.contact_line import contact_line
 from paper_figs.shown import shown

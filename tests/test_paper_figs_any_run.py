@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import ResultsError
 from bipot.fem.projection import VolumeChange
 from bipot.laws.coulomb import Status
 from bipot.laws.hardening import Linear
-from bipot.layout import Layout
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout
 from bipot.results import open as open_results
-from bipot.scene import upsetting
-from bipot.tools import Sampling
+from bipot.scene.scene import upsetting
+from bipot.tools.tool import Sampling
 from paper_figs import fig1_mesh, fig2_velocity, fig_force_stroke, fig_traction
 from paper_figs.contact_line import contact_line
 from paper_figs.fig_traction import words

@@ -19,7 +19,7 @@ from bipot.programs.data import Block, ContactRows, Term
 from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from studies.optimisers import ALLOWED, compare
 from tests.scenes import path, posed
 

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.columns import OVERLAP, certificate
 from bipot.errors import IncrementFailed
 from bipot.forms import Penalty, Uzawa, contact_penalty
 from bipot.increment import Limits
@@ -14,7 +13,8 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written, unreturned
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.scene import upsetting
+from bipot.results.columns import OVERLAP, certificate
+from bipot.scene.scene import upsetting
 from tests.scenes import DIRECT, path
 
 TIGHT = Limits(Bounds(equilibrium=1e-10, cone_violation=1e-10), passes=60)

@@ -12,9 +12,9 @@ from PIL import Image
 
 from bipot import Circle, Schedule, ShapedTool, block, march, plot
 from bipot.command import main
-from bipot.elements import Element, elements_of
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
+from bipot.meshes.elements import Element, elements_of
 from bipot.plot.contours import tessellation
 from bipot.plot.surface import chains
 from bipot.results import Recorder

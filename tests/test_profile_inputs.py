@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bipot.circle import Circle
-from bipot.profiles import Profile, Union, flat_punch, wedge
-from bipot.surfaces import Plane, Surface
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, Union, flat_punch, wedge
+from bipot.tools.surfaces import Plane, Surface
 from tests.profiles import drawn, on_line
 from tests.scenes import refused
 from tests.test_profiles import SEEDS, around

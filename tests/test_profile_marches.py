@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.circle import Circle
+from bipot.contact.supported import driven_into
 from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Form, Newton, Penalty, Tangent, Uzawa
@@ -15,16 +15,16 @@ from bipot.laws.hardening import Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
-from bipot.loads import Traction
 from bipot.marching import march
-from bipot.profiles import Profile, Union, flat_punch, wedge
-from bipot.scene import Scene
+from bipot.scene.loads import Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.supported import driven_into
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Plane, Surface
 from bipot.system import system_of
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, Union, flat_punch, wedge
+from bipot.tools.surfaces import Plane, Surface
+from bipot.tools.tool import ShapedTool
 from tests.curved import PUNCH, RADIUS, TIGHT, apart, dragged, forces, marched, pressed, pushed
 from tests.scenes import PLANES, refused
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bipot.circle import Circle
-from bipot.profiles import Profile, flat_punch, wedge
-from bipot.surfaces import Plane
 from bipot.tensors import norm
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, flat_punch, wedge
+from bipot.tools.surfaces import Plane
 from tests.profiles import drawn, sampled
 from tests.test_profiles import ROUND, SEEDS, around
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from bipot.circle import Circle
-from bipot.overlap import least_along
-from bipot.profiles import Profile, flat_punch, wedge
-from bipot.surfaces import Plane, Surface, frames
+from bipot.contact.overlap import least_along
 from bipot.tensors import norm
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, flat_punch, wedge
+from bipot.tools.surfaces import Plane, Surface, frames
 from tests.profiles import drawn, on_line, reflected, sampled, turn, turned
 from tests.test_surfaces import shaped, slope
 

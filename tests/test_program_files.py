@@ -16,9 +16,9 @@ from bipot.conic.through_cvxpy import Cvxpy
 from bipot.errors import BipotError, SceneError
 from bipot.exchange import conic_program
 from bipot.forms import Dissipation, Newton, Penalty, Tangent, Uzawa
-from bipot.loads import Traction
 from bipot.marching import march
 from bipot.programs.conic import TangentProgram
+from bipot.scene.loads import Traction
 from bipot.schedule import Schedule
 from tests.scenes import posed, run, scene
 

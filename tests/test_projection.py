@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element, elements_of
 from bipot.errors import InfeasibleProgram, SceneError
 from bipot.fem.assembly import element_force
 from bipot.fem.elements import RULES
@@ -16,13 +15,14 @@ from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.limit_analysis import limit_load
-from bipot.loads import Pressure
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, ring
 from bipot.response import Body, body_space, rest
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, ring
-from bipot.supports import Support
+from bipot.scene.loads import Pressure
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
 from studies.fuzz_record import setting_of
 from studies.independent_volume import fitted
 from tests.scenes import PLANES

@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
-from bipot.scene import Scene
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.tools.tool import FlatTool
 
 EACH = pytest.mark.parametrize(
     ("element", "volume"),

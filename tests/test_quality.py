@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element, elements_of
 from bipot.fem.elements import RULES, tabulated
-from bipot.layout import Layout
-from bipot.sections import cylinder
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.layout import Layout
+from bipot.meshes.sections import cylinder
 from studies.quality import jacobians, quality, stretch_ratios
 
 ELEMENT = np.arange(8)[None]

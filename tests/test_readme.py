@@ -143,16 +143,16 @@ def test_the_pages_name_what_they_rest_on():
 
 
 def test_what_does_not_exist_is_found():
-    assert missing_modules("python -m studies.nothing, python -m no.thing, python -m bipot.scene") == [
+    assert missing_modules("python -m studies.nothing, python -m no.thing, python -m bipot.scene.scene") == [
         "studies.nothing",
         "no.thing",
-        "bipot.scene",
+        "bipot.scene.scene",
     ]
-    assert missing_names("`bipot.scene.Scene` and `bipot.scene.Nothing`, `bipot.nothing`, bipot.prose") == [
-        "bipot.scene.Nothing",
+    assert missing_names("`bipot.scene.scene.Scene` and `bipot.scene.scene.Nothing`, `bipot.nothing`, bipot.prose") == [
+        "bipot.scene.scene.Nothing",
         "bipot.nothing",
     ]
-    assert missing_files("`scene.py`, `bipot/scene.py`, `x/scene.py`, `docs/x.csv`, `history.csv`") == [
+    assert missing_files("`scene.py`, `bipot/scene/scene.py`, `x/scene.py`, `docs/x.csv`, `history.csv`") == [
         "x/scene.py",
         "docs/x.csv",
     ]

@@ -6,18 +6,18 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bipot import carrying
-from bipot.carrying import Dissipated
 from bipot.conic.solver import Accuracy
+from bipot.control import carrying
+from bipot.control.carrying import Dissipated
+from bipot.control.landing import Locate
+from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import InfeasibleProgram, InvertedElement, NotConverged, ProgramError, UnboundedProgram, UnsuitedForm
 from bipot.forms import Cache, Delassus, Dissipation, FormName, Newton, Tangent
 from bipot.increment import Limits
 from bipot.iterate import Increment
-from bipot.landing import Locate
 from bipot.marching import Control, Schedule, attempt_increment, march, system_of
-from bipot.reason import Reason, ReasonKind
-from bipot.scene import upsetting
-from bipot.supports import Prescribed
+from bipot.scene.scene import upsetting
+from bipot.scene.supports import Prescribed
 from tests.courses import HELD
 from tests.scenes import scene, tool
 

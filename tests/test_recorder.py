@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from bipot.columns import INCREMENT
 from bipot.errors import ResultsError, SceneError
 from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
+from bipot.results.columns import INCREMENT
 from bipot.results.lock import NAME
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 
 SCENE = upsetting(mu=0.3, reduction=0.1, elements=2)
 NEWTON = Control(Newton(), ())

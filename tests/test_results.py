@@ -17,7 +17,7 @@ from bipot import (
     march,
     upsetting,
 )
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 
 YOUNG, POISSON = 1000.0, 0.25
 

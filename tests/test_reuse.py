@@ -14,7 +14,6 @@ from bipot.conic.clarabel import Clarabel, clarabel, solve
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
-from bipot.elements import Element
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.answers import tangent_program
@@ -22,15 +21,16 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, attempt_increment, march, system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.programs import condensation
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.data import Block, ContactRows, Stopwatch
 from bipot.response import TangentKind
-from bipot.scene import Geometry, upsetting
-from bipot.sections import block
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.scene.scene import Geometry, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from tests.scenes import posed
 
 TIGHT = Accuracy(1e-11)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
-from bipot.profiles import Profile, Union, flat_punch, wedge
-from bipot.revolved import Revolved, cone, roll, sphere
-from bipot.slips import Slip, spin, transported
-from bipot.surfaces import Distance, Plane, frames
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile, Union, flat_punch, wedge
+from bipot.tools.revolved import Revolved, cone, roll, sphere
+from bipot.tools.slips import Slip, spin, transported
+from bipot.tools.surfaces import Distance, Plane, frames
 from tests.scenes import refused
 from tests.solids import turned
 from tests.test_surfaces import slope

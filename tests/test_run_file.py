@@ -11,7 +11,6 @@ from vtkmodules.vtkCommonCore import reference
 from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from bipot.elements import Element
 from bipot.errors import ResultsError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.forms import Tangent
@@ -19,9 +18,10 @@ from bipot.hdf5 import growing, storage
 from bipot.hdf5.checked import opened
 from bipot.laws.coulomb import Status
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.meshes.elements import Element
 from bipot.results import Recorder
 from bipot.results.fields import NO_CANDIDATE
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 
 PARAMETERS = {"mu": 0.3, "elements": 3, "form": "tangent"}
 UNITS = {"length": "mm", "force": "N", "stress": "MPa"}

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.driving import Force
-from bipot.elements import Element
+from bipot.contact.overlap import overlap
+from bipot.contact.sampling import CREASE, points
 from bipot.fem.elements import Quadrature
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
@@ -15,16 +15,16 @@ from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.layout import Layout
 from bipot.limit_analysis import limit_load
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.mesh import Mesh
-from bipot.overlap import overlap
-from bipot.sampling import CREASE, points
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, ring
-from bipot.supports import Support, Symmetry
-from bipot.tools import FlatTool, Sampling
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, ring
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support, Symmetry
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool, Sampling
 from tests.scenes import PLANES, path, refused, scene, tool
 
 WEIGHTED = Sampling.WEIGHTED

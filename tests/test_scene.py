@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import Mesh
-from bipot.scene import Scene, upsetting
-from bipot.sections import cylinder
-from bipot.supports import Support
-from bipot.tools import FlatTool
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import cylinder
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 
 
 @pytest.mark.parametrize(

@@ -20,8 +20,8 @@ from bipot import (
     march,
 )
 from bipot.certificate import Bounds
+from bipot.checks.examined import Examined
 from bipot.errors import UnsuitedForm
-from bipot.examined import Examined
 from bipot.exchange import contact_problem
 from bipot.forms import contact_penalty
 from bipot.laws.coulomb import Status

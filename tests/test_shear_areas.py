@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bipot.elements import Element
+from bipot.contact.shear import LIES, Strength, lying, nodal_areas
 from bipot.fem.reduction import Geometry
-from bipot.sections import block, ring
-from bipot.shear import LIES, Strength, lying, nodal_areas
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, ring
 from tests.scenes import PLANES
 
 

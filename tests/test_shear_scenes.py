@@ -25,13 +25,13 @@ from bipot import (
     block,
     march,
 )
-from bipot.circle import Circle
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.laws.coulomb import Status
 from bipot.marching import system_of
+from bipot.meshes.elements import Element
 from bipot.results.description import describe
-from bipot.supports import Support
+from bipot.scene.supports import Support
+from bipot.tools.circle import Circle
 from tests.scenes import refused
 from tests.sheared import CONSTANT, INF, OROWAN, SHEAR, SHORT, SIGMA_Y, slab
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from bipot.undisturbed import undisturbed
+from bipot.basics.undisturbed import undisturbed
 from tests.commands import DEADLINE, ROOT, STOPPED, running, until
 
 STUDIES = [

@@ -38,12 +38,12 @@ from bipot import (
     plot,
     slips,
 )
-from bipot.diagnosis import free_motion
+from bipot.checks.diagnosis import free_motion
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.surfaces import frames
 from bipot.system import system_of
+from bipot.tools.surfaces import frames
 from tests.solids import turned
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))

@@ -9,7 +9,6 @@ from math import factorial
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.fem.assembly import element_force, element_stiffness, rigid_motions, space
 from bipot.fem.elements import RULES, Quadrature, facet, tabulated, tabulated_at
 from bipot.fem.kinematics import gradients
@@ -19,12 +18,13 @@ from bipot.fem.strain import Configuration
 from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import Loading, Pressure
+from bipot.meshes.elements import Element
+from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
 from bipot.response import Body, body_space, rest
-from bipot.scene import Scene
-from bipot.solids import brick
-from bipot.supports import Support
+from bipot.scene.loads import Loading, Pressure
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from tests.solids import COMBINATIONS, SOLIDS, curved, distorted, turned
 
 SOLID = Geometry.SOLID

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 import skfem
 
-from bipot.elements import Element
 from bipot.errors import SceneError
-from bipot.facets import Facets
 from bipot.fem.elements import RULES, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
 from bipot.fem.surface import outward_area
-from bipot.layout import Layout
-from bipot.mesh import Mesh
-from bipot.solids import brick, cylinder_3d, ring_3d
+from bipot.meshes.elements import Element
+from bipot.meshes.facets import Facets
+from bipot.meshes.layout import Layout
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.solids import brick, cylinder_3d, ring_3d
 from tests.solids import SOLIDS, curved
 
 meshio = pytest.importorskip("meshio")

@@ -7,15 +7,15 @@ from itertools import product
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.errors import InvertedElement, SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.fem.orientation import basis, determinant_coefficients, refuse_folded, scaled_jacobians
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.mesh import Mesh
-from bipot.scene import Scene
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.scene.scene import Scene
 from tests.solids import SOLIDS, curved, turned
 
 FOLDING = [element for element in SOLIDS if element is not Element.T4]

@@ -7,13 +7,13 @@ import pytest
 
 from bipot import Control, FlatTool, Geometry, Perfect, Scene, Schedule, Support, VonMises, march, upsetting
 from bipot.certificate import Bounds
-from bipot.elements import Element
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import system_of
-from bipot.mesh import Mesh
-from bipot.sections import block
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from tests.scenes import rows_between
 
 FORMS = (Newton(), Tangent(), Dissipation(), Delassus())

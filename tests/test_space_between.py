@@ -6,11 +6,11 @@ import pytest
 
 from bipot.forms import Newton
 from bipot.marching import Control, march
-from bipot.profiles import Profile
-from bipot.revolved import Revolved, cone, sphere
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.supports import Support
-from bipot.tools import ShapedTool
+from bipot.tools.profiles import Profile
+from bipot.tools.revolved import Revolved, cone, sphere
+from bipot.tools.tool import ShapedTool
 from tests.space import RUBBER, dented
 
 UP = (0.0, 0.0, 1.0)

@@ -11,14 +11,14 @@ import pytest
 
 from benchmarks import space
 from benchmarks.rows import write
-from bipot.elements import Element
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.forms.base import Cache
 from bipot.increment import Increment
 from bipot.marching import system_of
-from bipot.solids import brick
+from bipot.meshes.elements import Element
+from bipot.meshes.solids import brick
 from studies.accuracy import block_total, calculix
 from studies.accuracy.block_alone import scene_of
 from studies.accuracy.block_deck import BlockDeck

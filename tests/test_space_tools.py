@@ -6,10 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bipot import surfaces
 from bipot.certificate import Bounds
-from bipot.circle import Circle
-from bipot.driving import Force
 from bipot.fem.reduction import Geometry
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
 from bipot.forms.base import Cache
@@ -17,17 +14,20 @@ from bipot.forms.newton import Reuse
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.marching import Control, march
-from bipot.poses import Turn
-from bipot.profiles import flat_punch
-from bipot.revolved import Revolved, cone, roll, sphere
-from bipot.scene import Scene
+from bipot.meshes.sections import block, cylinder
+from bipot.meshes.solids import brick, cylinder_3d
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block, cylinder
-from bipot.solids import brick, cylinder_3d
-from bipot.supports import Support
-from bipot.surfaces import Plane
 from bipot.system import system_of
-from bipot.tools import FlatTool, ShapedTool
+from bipot.tools import surfaces
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force
+from bipot.tools.poses import Turn
+from bipot.tools.profiles import flat_punch
+from bipot.tools.revolved import Revolved, cone, roll, sphere
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.curved import STEEL, TIGHT, apart, forces, marched
 from tests.scenes import named
 from tests.solids import turned
@@ -107,7 +107,7 @@ def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvatures(mon
 
     errors = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
     assert (errors[1:] < 0.03 * errors[:-1]).all()
-    monkeypatch.setattr("bipot.contact.Candidates.add_bending", lambda *_: None)
+    monkeypatch.setattr("bipot.contact.candidates.Candidates.add_bending", lambda *_: None)
     straight = np.array([after(e) for e in (1e-2, 1e-3, 1e-4)])
     assert (straight[1:] > 0.05 * straight[:-1]).all()
 
@@ -193,7 +193,7 @@ def test_frames_turned_by_any_angle_change_nothing(monkeypatch, angle):
         out[:, 2] = np.cos(turns) * second - np.sin(turns) * first
         return out
 
-    monkeypatch.setattr("bipot.contact.frames", other)
+    monkeypatch.setattr("bipot.contact.candidates.frames", other)
     two = marched(scene, increments=6, bounds=TIGHT)
     r, turned_r = one[-1].solved.r, two[-1].solved.r
     assert np.abs(r - turned_r).max() > 0.1 * np.abs(r[:, 1:]).max()

@@ -12,26 +12,26 @@ from scipy.spatial.transform import Rotation
 from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
-from bipot import overlap as overlaps
-from bipot.circle import Circle
-from bipot.driving import Moment
+from bipot.contact import overlap as overlaps
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
+from bipot.meshes.sections import block
+from bipot.meshes.solids import brick, cylinder_3d
 from bipot.paths import Amplitude
-from bipot.poses import Turn, rotation
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.revolved import Revolved, roll, sphere
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.solids import brick, cylinder_3d
-from bipot.supports import Support
-from bipot.surfaces import Plane
-from bipot.tools import ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Moment
+from bipot.tools.poses import Turn, rotation
+from bipot.tools.revolved import Revolved, roll, sphere
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import ShapedTool
 from tests.curved import TIGHT, apart, forces, marched
 from tests.scenes import named, refused
 from tests.space import RUBBER, dented, rubbed

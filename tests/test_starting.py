@@ -11,7 +11,7 @@ from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from tests.scenes import refused, scene, tool
 
 NAN = float("nan")

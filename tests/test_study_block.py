@@ -7,7 +7,7 @@ import pytest
 
 from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, coulomb, march
 from bipot import block as plane_block
-from bipot.closeness import carries
+from bipot.contact.closeness import carries
 from bipot.fem.surface import facet_mass
 from bipot.marching import system_of
 from bipot.results import open as open_results

@@ -4,9 +4,9 @@ import h5py
 import numpy as np
 import pytest
 
-from bipot.elements import Element
 from bipot.fem.elements import RULES, Quadrature, tabulated
-from bipot.scene import upsetting
+from bipot.meshes.elements import Element
+from bipot.scene.scene import upsetting
 from paper_figs import fig_corner
 from studies import corner
 from studies.corner import alternation, constraints, unevenness

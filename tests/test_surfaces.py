@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
-from bipot.overlap import least_along
-from bipot.surfaces import Plane, Surface, frames
-from bipot.tools import FlatTool, Sampling, ShapedTool
+from bipot.contact.overlap import least_along
+from bipot.tools.circle import Circle
+from bipot.tools.surfaces import Plane, Surface, frames
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from tests.scenes import refused, scene
 
 SURFACES = (

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
-from bipot.elements import Element
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
@@ -17,14 +16,15 @@ from bipot.increment import Limits
 from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.marching import Control, Schedule, march
-from bipot.mesh import Mesh
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block, cylinder, ring
 from bipot.results.description import describe
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, cylinder, ring
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.tools import FlatTool
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.tool import FlatTool
 from studies.fuzz_unfolded import about
 
 TIGHT = Control(Newton(), (), Limits(Bounds(equilibrium=1e-11, law=1e-11)))

@@ -7,16 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.columns import INCREMENT, OVERLAP, energies
-from bipot.elements import Element
 from bipot.forms import Newton, Tangent
 from bipot.marching import Control, march
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block
 from bipot.results import Recorder
 from bipot.results import open as open_results
+from bipot.results.columns import INCREMENT, OVERLAP, energies
 from bipot.results.description import describe
+from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support
 from tests.scenes import refused, scene, tool
 
 MU = 0.2

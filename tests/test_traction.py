@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bipot.certificate import Bounds
-from bipot.closeness import LEAST_MOTION
+from bipot.contact.closeness import LEAST_MOTION
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.fem.surface import facet_mass
@@ -17,7 +17,7 @@ from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.coulomb import CARRIES, Status
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import upsetting
+from bipot.scene.scene import upsetting
 from bipot.traction import (
     SLIP_TOLERANCE,
     consistent_tractions,

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bipot.circle import Circle
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.flow import Integration
@@ -14,16 +13,17 @@ from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
 from bipot.paths import Amplitude
-from bipot.poses import Turn, rotation
-from bipot.profiles import Profile
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
-from bipot.sections import block
-from bipot.supports import Support, Symmetry
-from bipot.surfaces import Plane
-from bipot.tools import FlatTool, ShapedTool
+from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn, rotation
+from bipot.tools.profiles import Profile
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.curved import STEEL, TIGHT, apart, dragged, forces, marched, pressed
 from tests.scenes import refused
 from tests.test_curved_tools import where_touched

@@ -11,9 +11,9 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.basics.replacing import replace
 from bipot.conic.archive import Archive, opened
 from bipot.errors import BipotError
-from bipot.replacing import replace
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bipot.basics.undisturbed import undisturbed
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
 from bipot.errors import ProgramError, require
 from bipot.typing import Floats
-from bipot.undisturbed import undisturbed
 
 if TYPE_CHECKING:
     import cvxpy as cp

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import sparse
 
+from bipot.basics.replacing import replace
 from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, Form, Storage, solution_lengths
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
-from bipot.replacing import replace
 from bipot.tensors import FloatArray
 
 if TYPE_CHECKING:

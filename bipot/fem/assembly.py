@@ -20,7 +20,7 @@ from bipot.fem.axes import STRAIGHT, Axes
 from bipot.fem.elements import Quadrature, Reference, tabulated
 from bipot.fem.kinematics import Gradients
 from bipot.fem.reduction import Geometry
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.tensors import contract
 from bipot.typing import Floats, Ints
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.surfaces import ACROSS
 from bipot.tensors import norm
+from bipot.tools.surfaces import ACROSS
 from bipot.typing import Floats, Ints
 
 

@@ -14,7 +14,7 @@ from math import comb, factorial, prod
 
 import numpy as np
 
-from bipot.elements import Element
+from bipot.meshes.elements import Element
 from bipot.typing import Bools, Floats, Ints
 
 LEVELS = 12

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from bipot.elements import Element, same_places
+from bipot.meshes.elements import Element, same_places
 from bipot.typing import Floats, read_only
 
 

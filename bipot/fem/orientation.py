@@ -29,11 +29,11 @@ from functools import cache
 
 import numpy as np
 
-from bipot.elements import Element, same_places
 from bipot.errors import InvertedElement
 from bipot.fem.bernstein import Basis, least
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
+from bipot.meshes.elements import Element, same_places
 from bipot.typing import Floats, Ints
 
 STRAIGHT = 1e-9

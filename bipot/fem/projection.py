@@ -19,8 +19,8 @@ from enum import Enum
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.fem.elements import Reference
+from bipot.meshes.elements import Element
 from bipot.typing import Floats, Ints, read_only
 
 

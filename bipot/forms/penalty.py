@@ -10,18 +10,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from bipot.closeness import touches
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
-from bipot.contact import Candidates
-from bipot.elements import Element
+from bipot.contact.candidates import Candidates
+from bipot.contact.closeness import touches
 from bipot.errors import ProgramError, require, require_number, require_type
-from bipot.facets import edges_of
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
 from bipot.iterate import Iterate
 from bipot.laws.penalised import default_penalty
+from bipot.meshes.elements import Element
+from bipot.meshes.facets import edges_of
 from bipot.programs.data import Stopwatch
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton

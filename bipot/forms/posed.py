@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bipot.closeness import near_tools
+from bipot.contact.closeness import near_tools
 from bipot.forms.base import Cache
 from bipot.iterate import Iterate
 from bipot.programs.data import ContactRows, Units

@@ -10,7 +10,7 @@ lets the last flow go on by the fraction a, at fixed strain, before the incremen
     sigma* = sigma_n - 2 mu a de_p0,    e_p* = e_p + a de_p0,    p* = p + a dp_0.
 
 The increment from that state is an ordinary one: the same convex programs, return map, tangent and certificate.
-The law knows no time: rho is the ratio of the flows themselves, which :mod:`bipot.carrying` finds.
+The law knows no time: rho is the ratio of the flows themselves, which :mod:`bipot.control.carrying` finds.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bipot.basics.replacing import replace
 from bipot.errors import ResultsError, require, require_count, require_positive
 from bipot.plot.contours import contour, frame, nodal_values
-from bipot.replacing import replace
 from bipot.results import History
 from bipot.results.history import TAU
 

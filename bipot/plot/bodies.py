@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.errors import require
 from bipot.plot.lines import axes_of
 from bipot.typing import Floats

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.elements import Element
 from bipot.errors import require
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
+from bipot.meshes.elements import Element
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
 from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit

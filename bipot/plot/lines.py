@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.elements import Element
-from bipot.facets import Facets
+from bipot.meshes.elements import Element
+from bipot.meshes.facets import Facets
 from bipot.typing import Floats, Ints
 
 if TYPE_CHECKING:

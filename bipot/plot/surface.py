@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bipot.errors import require, require_count
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.plot.contours import moment, require_plane
 from bipot.plot.lines import axes_of
 from bipot.results import History

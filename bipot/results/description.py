@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from bipot.drives import lever
+from bipot.scene.drives import lever
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
-from bipot.poses import Turn
-from bipot.scene import Scene
-from bipot.supports import Prescribed, Support, Symmetry
-from bipot.surfaces import Plane, Surface
+from bipot.tools.poses import Turn
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.surfaces import Plane, Surface
 
 Parameters = Mapping[str, Any]
 """What identifies a run: JSON values by name."""

@@ -1,7 +1,7 @@
 r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
 
 A line is kept at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being the
-point that the tool turns about (:mod:`bipot.poses`). Straight tools without an end are drawn around the body. In space a
+point that the tool turns about (:mod:`bipot.tools.poses`). Straight tools without an end are drawn around the body. In space a
 plane is drawn by an outline, a surface of revolution by meridians and circles.
 """
 
@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.poses import rotation
-from bipot.scene import Scene
+from bipot.tools.poses import rotation
+from bipot.scene.scene import Scene
 from bipot.typing import Floats, Ints
 
 REACH = 1.25

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.accepted import Accepted
-from bipot.course import Course
+from bipot.control.accepted import Accepted
+from bipot.control.course import Course
 from bipot.fem.kinematics import gradients
 from bipot.laws.coulomb import Status
 from bipot.response import State
@@ -28,7 +28,7 @@ class Step:
     """What is stored of one step: where the march is, forces and gaps of all candidates, what they carry and do.
 
     ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, 3)
-    are those of the tools (:mod:`bipot.poses`).
+    are those of the tools (:mod:`bipot.tools.poses`).
     """
 
     course: Course

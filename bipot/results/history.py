@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.course import Course
+from bipot.control.course import Course
 from bipot.errors import ResultsError, require, require_number
 from bipot.fem.reduction import Geometry
 from bipot.hdf5.journal import journal_of, pages_in
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.results.description import Parameters
 from bipot.results.names import described

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from bipot.components import NAMES
+from bipot.fem.components import NAMES
 from bipot.errors import require
 from bipot.fem.reduction import Geometry
 

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.fem.elements import Quadrature, node_places, tabulated
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.typing import Floats
 
 

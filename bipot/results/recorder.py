@@ -12,13 +12,13 @@ from typing import Self
 
 import numpy as np
 
-from bipot.accepted import Accepted
+from bipot.control.accepted import Accepted
 from bipot.certificate import Bounds
-from bipot.columns import ENERGY_ERROR, Column
-from bipot.course import Course
+from bipot.results.columns import ENERGY_ERROR, Column
+from bipot.control.course import Course
 from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_type
 from bipot.hdf5.journal import creating, writing
-from bipot.replacing import replace
+from bipot.basics.replacing import replace
 from bipot.response import State
 from bipot.results import table
 from bipot.results.description import Parameters, describe
@@ -28,10 +28,10 @@ from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
 from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
 from bipot.results.vtkhdf import FORMAT, RunFile
-from bipot.scene import Scene
-from bipot.starting import course_of
+from bipot.scene.scene import Scene
+from bipot.control.starting import course_of
 from bipot.system import system_of
-from bipot.undisturbed import undisturbed
+from bipot.basics.undisturbed import undisturbed
 
 CURVES = "history.csv"
 

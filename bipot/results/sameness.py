@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from bipot.errors import SceneError, require
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.response import State
 from bipot.results.description import describe
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 
 
 def as_json(value: object) -> str:

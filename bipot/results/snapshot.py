@@ -7,8 +7,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from bipot.components import Components
-from bipot.course import Course
+from bipot.fem.components import Components
+from bipot.control.course import Course
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.results.drawn import Line

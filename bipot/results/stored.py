@@ -12,15 +12,15 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.course import Course
+from bipot.control.course import Course
 from bipot.energy import Energies
 from bipot.errors import ResultsError, SceneError
 from bipot.forms.memory import Paced
 from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
-from bipot.mesh import Mesh
-from bipot.poses import pose_size
+from bipot.meshes.mesh import Mesh
+from bipot.tools.poses import pose_size
 from bipot.response import State
 from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place

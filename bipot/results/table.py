@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.columns import Value
+from bipot.results.columns import Value
 from bipot.errors import ResultsError
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.errors import ResultsError
-from bipot.replacing import replace
+from bipot.basics.replacing import replace
 from bipot.results.drawn import Line
 from bipot.results.fields import padded
 from bipot.results.vtkhdf import VERSIONS, store

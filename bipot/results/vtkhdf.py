@@ -25,7 +25,7 @@ from bipot.errors import ResultsError
 from bipot.hdf5.growing import Growing
 from bipot.hdf5.journal import Journaled
 from bipot.laws.coulomb import CARRIES, Status
-from bipot.mesh import Mesh
+from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.drawn import Lines
 from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields, together

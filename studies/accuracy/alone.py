@@ -14,10 +14,10 @@ from dataclasses import asdict, dataclass, replace
 
 from bipot.errors import IncrementFailed
 from bipot.fem.elements import Quadrature
-from bipot.layout import Layout
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.scene import Scene, upsetting
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.scene.scene import Scene, upsetting
+from bipot.tools.tool import Sampling
 from studies.accuracy.choice import Choice, Pace
 from studies.command import command, say
 from studies.element_types import ElementType

@@ -13,7 +13,7 @@ from dataclasses import asdict, replace
 
 from bipot.fem.strain import Configuration
 from bipot.forms import FormName
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from studies.accuracy.alone import CUTS, Came, marched, schedule_of
 from studies.accuracy.choice import Choice
 from studies.block import Block

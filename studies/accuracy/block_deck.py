@@ -11,10 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.elements import CUBE, Element
-from bipot.mesh import Mesh
-from bipot.scene import Scene
-from bipot.solids import brick
+from bipot.meshes.elements import CUBE, Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.solids import brick
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.accuracy.block_alone import scene_of
 from studies.accuracy.deck import NODES, OUTSIDE, PUNCH, Deck, entries, numbered

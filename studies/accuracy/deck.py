@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.elements import Element
-from bipot.mesh import Mesh
-from bipot.scene import Scene, upsetting
-from bipot.sections import cylinder
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import cylinder
+from bipot.scene.scene import Scene, upsetting
 from bipot.typing import Floats, Ints
 
 NODES, FACES = "NODE TO SURFACE", "SURFACE TO SURFACE"

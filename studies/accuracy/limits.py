@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.layout import Layout
+from bipot.meshes.layout import Layout
 from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.smooth import QUANTITIES, WIDER, Course, smoothed
 from studies.element_types import ElementType

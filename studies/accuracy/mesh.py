@@ -3,12 +3,12 @@ r"""The paper's upsetting as the mesh is refined, with every element, and what i
     python -m studies.accuracy.mesh [--fast] [--resume | --overwrite] [--jobs N] [--out DIR]
 
 The seed's cylinder at mu = 0, 0.1 and 0.3, in equal increments after the start-up, 5 to 40 elements a side for a
-quadratic element and twice as many for a linear one, between lines or fanned out (:class:`~bipot.layout.Layout`), with
-contact at nodes or in weighted means (:class:`~bipot.tools.Sampling`). ``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and
-45 % of each run that comes so far (one that does not stops where an element would fold), ``DIR/mesh.h5`` the tractions
-along the punch at each and the course of the force until then, ``DIR/limits.csv`` what the runs tend to
-(:mod:`studies.accuracy.limits`), and ``DIR/scatter.csv`` how far the force jumps as nodes land
-(:mod:`studies.accuracy.scatter`).
+quadratic element and twice as many for a linear one, between lines or fanned out
+(:class:`~bipot.meshes.layout.Layout`), with contact at nodes or in weighted means
+(:class:`~bipot.tools.tool.Sampling`). ``DIR/mesh.csv`` has a row at 10, 20, 30, 40 and 45 % of each run that comes so
+far (one that does not stops where an element would fold), ``DIR/mesh.h5`` the tractions along the punch at each and the
+course of the force until then, ``DIR/limits.csv`` what the runs tend to (:mod:`studies.accuracy.limits`), and
+``DIR/scatter.csv`` how far the force jumps as nodes land (:mod:`studies.accuracy.scatter`).
 
 ``line`` and ``corner`` are the alternating part of the nodal pressure of the consistent mass over its mean, as in
 :mod:`studies.corner`; ``p_min_MPa`` and ``p_max_MPa`` are of the recovered pressure that results hold and figures show,
@@ -24,14 +24,14 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.accepted import Accepted
-from bipot.closeness import carries
+from bipot.contact.closeness import carries
+from bipot.contact.overlap import overlap
+from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.overlap import overlap
 from bipot.progress import terminal
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.system import System
 from bipot.typing import Floats, Ints
 from studies import corner

@@ -25,11 +25,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.closeness import carries
+from bipot.contact.closeness import carries
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
-from bipot.scene import Scene
+from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.accuracy.paced_scenes import SCENES
 from studies.command import command, say

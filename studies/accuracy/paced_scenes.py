@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from bipot.elements import Element
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.meshes.elements import Element
+from bipot.meshes.sections import block, ring
 from bipot.paths import Path
-from bipot.scene import Scene, upsetting
-from bipot.sections import block, ring
-from bipot.supports import Symmetry
-from bipot.tools import FlatTool
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Symmetry
+from bipot.tools.tool import FlatTool
 
 STEEL = VonMises(Elasticity(210_000.0, 0.3), Perfect(300.0))
 STRAIGHT: Path = ((0.0, 0.0), (1.0, 1.0))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bipot.layout import Layout
-from bipot.scene import Scene, upsetting
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.scene.scene import Scene, upsetting
+from bipot.tools.tool import Sampling
 from studies.accuracy.row import Discretisation
 from studies.element_types import ElementType
 

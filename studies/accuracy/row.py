@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bipot.layout import Layout
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.tools.tool import Sampling
 from studies.element_types import ElementType
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bipot.tools import Sampling
+from bipot.tools.tool import Sampling
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import NAME
 from studies.accuracy.row import Row

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from bipot.fem.elements import Quadrature
-from bipot.layout import Layout
-from bipot.tools import Sampling
+from bipot.meshes.layout import Layout
+from bipot.tools.tool import Sampling
 from studies.accuracy import choice
 from studies.accuracy.choice import Choice, Pace
 from studies.accuracy.deck import FACES, NODES, Deck

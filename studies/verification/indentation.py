@@ -25,7 +25,7 @@ from bipot import (
     Support,
     Symmetry,
 )
-from bipot.cells import graded
+from bipot.meshes.cells import graded
 from bipot.typing import Floats
 from studies.element_scenes import tensor
 

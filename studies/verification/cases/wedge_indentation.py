@@ -23,7 +23,7 @@ from bipot import (
     VonMises,
     wedge,
 )
-from bipot.cells import graded
+from bipot.meshes.cells import graded
 from studies.element_scenes import tensor
 from studies.verification.case import Asked, Case, Sense, Subject, Watch
 

@@ -1,0 +1,299 @@
+r"""What an accepted increment leaves open: contact forces that share their nodes, a body that may still move.
+
+Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
+where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
+rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and every sliding
+one on its way: in space friction, which is against the slip, would turn with it. Both are rank tests. Tools that forces
+drive bind the contacts of all nodes together: the first is then of all at once.
+
+Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
+rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
+
+A third test costs a factorisation and is made when asked for, :func:`branches`: where the symmetric part of the
+tangent, geometry included, is positive definite on the motions that the closed contacts allow, no other solution is
+near (Hill's condition); where it is not, the body may go on in another way, as perfectly plastic ones do in free
+compression.
+
+Contacts that touch without a force stop a rigid motion one way only: :func:`may_leave` asks a linear program whether
+the body could as well be farther off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.linalg import null_space
+
+from bipot.checks.examined import Examined
+from bipot.conic.clarabel import solve
+from bipot.conic.problem import Cone, ConicProgram, Rows
+from bipot.conic.solver import Accuracy
+from bipot.contact.closeness import carries, touches
+from bipot.iterate import Iterate
+from bipot.laws.projections import unit
+from bipot.programs.condensation import factorise
+from bipot.programs.data import Block, ContactRows, Term, rows_of
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats, Ints
+
+STICKS = 1e-8
+"""A contact sticks this far inside its cone, of the largest force."""
+
+STILL = 1e-9
+"""Slip below this fraction of the largest is none."""
+
+RANK = 1e-9
+"""Singular values below this fraction of the largest count as zero."""
+
+ROUND_OFF = 1e-9
+"""What a row moves by below this fraction of the largest of a motion is none."""
+
+STIFF = 1e4
+"""Stiffness that stops a motion, over the largest on the diagonal."""
+
+SETTLED = 1e-12
+"""A free rigid motion below this fraction of the increment's displacement is round-off."""
+
+TIGHT = Accuracy(1e-12)
+
+
+@dataclass(frozen=True)
+class Active:
+    """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge.
+
+    ``drag`` (c,) is what the friction of sliding ones grows by with their normal force, ``along`` (c, d - 1) the unit
+    vector of their friction, zero of others.
+    """
+
+    closed: Bools
+    sticking: Bools
+    still: Bools
+    drag: Floats
+    along: Floats
+
+    @staticmethod
+    def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
+        """By force, gap and slip; of the forces r (c, d) those up to ``noise`` are none."""
+        rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
+        largest = float(np.abs(r).max(initial=0.0))
+        closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
+        sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - max(STICKS * largest, noise))
+        slip = norm(motion[:, 1:])
+        still = closed & rows.rubs & (sticking | (slip <= STILL * slip.max(initial=0.0)))
+        slides = closed & rows.rubs & ~sticking & carries(r, noise)
+        along = np.where(slides[:, None], unit(r[:, 1:]), 0.0)
+        return Active(closed, sticking, still, rows.limit_slope(r), along)
+
+    def only(self, chosen: Bools) -> Active:
+        """Those of the ``chosen`` contacts (c,), as if all others were open."""
+        along = np.where(chosen[:, None], self.along, 0.0)
+        closed, sticking, still = (which & chosen for which in (self.closed, self.sticking, self.still))
+        return Active(closed, sticking, still, self.drag, along)
+
+    def stopped(self, rows: ContactRows, motions: Floats) -> Floats:
+        """What ``motions`` (n, m) do to closed gaps, to slips of sticking contacts and across those of sliding ones."""
+        kept, count = rows.frictional, motions.shape[1]
+        slips = np.asarray(rows.G_t @ motions).reshape(len(kept), rows.tangents, count)
+        along, slides = self.along[kept], self.along[kept].any(axis=1)
+        across = slips - along[:, :, None] * np.einsum("fi,fim->fm", along, slips)[:, None]
+        stopped = slips[self.sticking[kept]], across[slides]
+        every = np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
+        return cleaned(every, motions)
+
+
+def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
+    """The answer whose free rigid motion is the least, and what is not determined, in words."""
+    iterate, r = examined.iterate, examined.r
+    words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
+    noise = _noise(examined)
+    loose = loose_motions(iterate, r, noise)
+    if loose.shape[1]:
+        words.append(f"position in {loose.shape[1]} rigid motion" + "s" * (loose.shape[1] > 1))
+        x = settled(iterate, r, loose, noise)
+        if norm(x - iterate.x) > SETTLED * norm(x):
+            examined = replace(examined, iterate=iterate.increment.at(x))
+    elif may_leave(iterate, r, noise):
+        words.append("position: nothing keeps the body at contacts that carry nothing")
+    return examined, tuple(words)
+
+
+def _noise(examined: Examined) -> float:
+    """Up to which contact forces are none: what round-off makes of the law, or STICKS of the largest of the run.
+
+    Where contacts have opened forms may leave all of them such a remainder, which holds nothing.
+    """
+    start = examined.increment.start.forces
+    present = max(float(np.abs(forces).max(initial=0.0)) for forces in (examined.r, start))
+    return max(examined.certificate.resolution.law * present, STICKS * examined.largest)
+
+
+def shared_forces(iterate: Iterate, r: Floats) -> tuple[int, ...]:
+    """Nodes whose contact forces are not determined (module docstring)."""
+    system, rows = iterate.increment.system, iterate.rows
+    if not system.shares:
+        return ()
+    active = Active.of(iterate, r)
+    node, (count, d) = system.candidates.node, system.body.scene.mesh.nodes.shape
+    if iterate.translated.size or system.candidates.weighted:
+        # Tools that forces drive bind the contacts of all nodes together, and so do nodes that contacts have in common.
+        return tuple(np.unique(node[_undetermined(iterate, active, active.closed)]).tolist())
+    contacts = np.bincount(node[active.closed], minlength=count)
+    # Along a tangent that nothing can move along there is no force.
+    along = np.zeros(rows.count)
+    along[rows.frictional] = (np.diff(rows.G_t.indptr).reshape(-1, rows.tangents) > 0).sum(axis=1)
+    unknowns = contacts + np.bincount(node[active.still], along[active.still], minlength=count)
+    free = (system.body.space.position.reshape(count, d) >= 0).sum(axis=1)
+    # A single contact on a node that is free to move has independent directions, whatever else moves.
+    suspect = (contacts > 1) | (unknowns > free)
+    return tuple(int(a) for a in np.flatnonzero(suspect) if _undetermined(iterate, active, node == a).size)
+
+
+def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
+    """Motions N (n, m) without strain, orthonormal, that neither supports nor closed contacts prevent.
+
+    Contacts that carry no more than ``noise`` hold nothing along them.
+    """
+    rigid = _rigid(iterate)
+    if not rigid.size:
+        return rigid
+    return _unstopped(iterate.rows, rigid, Active.of(iterate, r, noise))
+
+
+def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
+    """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
+
+    It leaves those that carry more closed, and at rest where they stick.
+    """
+    rigid, rows = _rigid(iterate), iterate.rows
+    if not rigid.size:
+        return False
+    active = Active.of(iterate, r)
+    presses = rows.tied | carries(r, noise)
+    N = _unstopped(rows, rigid, active.only(presses))
+    idle = active.closed & ~presses
+    return bool(N.shape[1] and idle.any() and openable(cleaned((rows.G_n @ N)[idle], N))[0].any())
+
+
+def branches(iterate: Iterate, r: Floats) -> bool:
+    """Whether other solutions may branch off: the tangent's symmetric part has a negative pivot (module docstring)."""
+    rows, active = iterate.rows, Active.of(iterate, r)
+    held = rows_of(rows.G_t, _slips(rows, active.sticking))
+    stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
+    K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
+    stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
+    lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
+    return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
+
+
+def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
+    """The displacement of least norm among x + N t that keeps gaps, and the directions of slips that cost friction.
+
+    Those of contacts that carry no more than ``noise`` cost none.
+    """
+    rows, motion, x = iterate.rows, iterate.motion, iterate.x
+    if norm(N.T @ x) <= SETTLED * norm(x):
+        return x
+    slip = motion[rows.frictional, 1:]
+    length = norm(slip)
+    rubs = carries(r, noise)[rows.frictional]
+    # At the edge of the cone without a slip, one would go against the friction.
+    pull, still = r[rows.frictional, 1:], length == 0
+    ahead = np.where(still[:, None], -pull, slip)
+    size = norm(ahead)
+    along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
+    forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
+    A = np.vstack([rows.G_n @ N, forward])
+    b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
+    unit = float(norm(x)) or 1.0
+    program = ConicProgram(
+        P=sp.csc_matrix(np.eye(N.shape[1])),
+        q=N.T @ x / unit,
+        rows=(Rows(Term.GAP, Cone.NONNEGATIVE, sp.csr_matrix(A), b / unit),),
+        blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
+    )
+    # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
+    return x + N @ (unit * solve(program, TIGHT).x)
+
+
+def _rigid(iterate: Iterate) -> Floats:
+    """Motions (n, m) without strain: rigid ones that the supports allow where the increment starts, and each tool's
+    that a force drives."""
+    increment = iterate.increment
+    rigid = increment.system.rigid_at(increment.system.body.scene.origin(increment.start.nodes))
+    count = len(iterate.translated)
+    if not count:
+        return rigid
+    tools = np.zeros((len(rigid), count))
+    tools[-count:] = np.eye(count)
+    return np.hstack([rigid, tools])
+
+
+def _unstopped(rows: ContactRows, rigid: Floats, active: Active) -> Floats:
+    """Rigid motions (n, m), orthonormal if ``rigid`` are, that the ``active`` contacts do not stop."""
+    return rigid @ null_space(active.stopped(rows, rigid), rcond=RANK)
+
+
+def _slips(rows: ContactRows, chosen: Bools) -> Bools:
+    """Which rows of G_t belong to the chosen candidates (c,)."""
+    return np.repeat(chosen[rows.frictional], rows.tangents)
+
+
+def _undetermined(iterate: Iterate, active: Active, here: Bools) -> Ints:
+    """Closed contacts ``here`` whose forces are not determined: some change of them pushes nothing, or forbids nothing
+    new, as where two normals are one.
+    """
+    rows, motion = iterate.rows, iterate.motion
+    pushing, forbidden = list[Floats](), list[Floats]()
+    by_push, by_motion = list[int](), list[int]()
+    for c in np.flatnonzero(active.closed & here).tolist():
+        alone = np.arange(rows.count) == c
+        normal = rows_of(rows.G_n, alone).toarray()
+        tangents = rows_of(rows.G_t, _slips(rows, alone)).toarray()
+        own = [normal, tangents[tangents.any(axis=1)]] if active.still[c] else [normal]
+        forbidden += own
+        by_motion += [c] * sum(map(len, own))
+        if not active.still[c]:
+            slip = motion[c, 1:] / (float(norm(motion[c, 1:])) or 1.0)
+            own = [normal - active.drag[c] * slip @ tangents if len(tangents) else normal]
+        pushing += own
+        by_push += [c] * sum(map(len, own))
+    found = [_dependent(np.vstack(A), np.array(of)) for A, of in ((pushing, by_push), (forbidden, by_motion)) if A]
+    return np.unique(np.concatenate([np.empty(0, np.intp), *found]))
+
+
+def _dependent(A: Floats, of: Ints) -> Ints:
+    """Of rows (m, n) that belong to contacts ``of`` (m,), the contacts whose rows others are made of."""
+    moved = A[:, np.abs(A).any(axis=0)]
+    left = null_space(moved.T, rcond=RANK) if moved.size else np.eye(len(A))
+    return of[np.abs(left).max(axis=1, initial=0.0) > RANK]
+
+
+def cleaned(moved: Floats, motions: Floats) -> Floats:
+    """What rows make of ``motions`` (n, m), with zero for what is round-off of the largest of these.
+
+    >>> cleaned(np.array([[1e-17, 0.3]]), np.array([[0.6, 0.8]])).tolist()
+    [[0.0, 0.3]]
+    """
+    return np.where(np.abs(moved) < ROUND_OFF * np.abs(motions).max(initial=0.0), 0.0, moved)
+
+
+def openable(normal: Floats) -> tuple[Bools, Floats]:
+    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+
+    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v: scaled up, v opens all contacts that any v opens.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    # scipy.optimize takes long to import, and most runs end without asking.
+    from scipy.optimize import linprog
+
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal, np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+    )
+    return found.x[free:] > 0.5, found.x[:free]

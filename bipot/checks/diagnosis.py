@@ -1,0 +1,149 @@
+r"""Why an increment could not be solved, where the scene itself says so: a body inside a tool, a body nothing holds.
+
+A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
+candidate (none closes), and no friction where it keeps a contact closed. Candidates count however far they are, since
+they may land. That is a cone in at most three numbers v, six in space; a linear program says which contacts a motion in
+it can open.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import null_space
+
+from bipot.certificate import Bounds
+from bipot.checks.determinacy import ROUND_OFF, cleaned, openable
+from bipot.contact import supported
+from bipot.contact.closeness import touches
+from bipot.iterate import Increment
+from bipot.response import State
+from bipot.system import System
+from bipot.tensors import norm
+from bipot.tools.poses import across
+from bipot.typing import Floats
+
+SPINS = 0.95
+"""Of the moment that friction holds: what is above may be more in the increment, in which normal forces change."""
+
+
+def diagnosis(system: System, state: State, tau: float) -> str | None:
+    """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
+    found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
+    found = found or _unheld(system, state, tau)
+    return found or _aloft(system, state, tau) or _spun(system, state, tau)
+
+
+def _blocked(system: System, state: State, tau: float) -> str | None:
+    """A tool driven into a node that is held along its normal."""
+    scene = system.body.scene
+    found = supported.driven_into(system.candidates, scene.placed(tau, state.translation), scene.driven(tau))
+    if found.depth <= Bounds().penetration * scene.mesh.size:
+        return None
+    return (
+        f"tools[{found.tool}] is driven into node {found.node}, which a support holds, by {found.depth:.3g}: "
+        "stop the tool before it, or let the node go."
+    )
+
+
+def _torn(system: System, state: State, tau: float) -> str | None:
+    """A weld that a support tears."""
+    node = Increment(system, state, tau).torn
+    if node is None:
+        return None
+    return f"Node {node} cannot go with the tool that it is welded to: let it go there, or give the tool friction."
+
+
+def _inside(system: System, state: State) -> str | None:
+    """A body that carries nothing yet and is inside a tool."""
+    if state.forces.any() or touches(-state.gap, system.body.scene.mesh.size).all():
+        return None
+    worst = int(np.argmin(state.gap))
+    depth = -float(state.gap[worst])
+    number, node = system.candidates.tool[worst], system.candidates.node[worst]
+    tool, pose = system.body.scene.tools[number], system.body.scene.placed(state.tau, state.translation)[number]
+    if tool.face.beyond(tool.own(system.candidates.mean(state.nodes)[worst], pose)):
+        return (
+            f"Node {node} starts behind an open end of tools[{number}], by {depth:.3g}: "
+            "continue the surface to where the body does not come, or close it."
+        )
+    return (
+        f"The body starts inside tools[{number}], node {node} by {depth:.3g}: "
+        "move the tool's point out of the body, or the mesh."
+    )
+
+
+def _unheld(system: System, state: State, tau: float) -> str | None:
+    """A body that is free to move, unless its loads press it back."""
+    motion = free_motion(system, state)
+    if motion is None or np.vdot(system.loading.forces(state.nodes, tau), motion) < 0:
+        return None
+    shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
+    turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""
+    what = f"moving along ({', '.join(f'{part:.3g}' for part in shift)}){turns}" if shift.any() else "turning"
+    return f"Nothing holds the body against {what}: add a support, or friction at a contact that stays closed."
+
+
+def _aloft(system: System, state: State, tau: float) -> str | None:
+    """A tool that a moment turns in the air, where its path does not bring it to the body."""
+    scene, gap = system.body.scene, Increment(system, state, tau).rows.gap
+    for k, tool in enumerate(scene.tools):
+        moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
+        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.mesh.size).any()
+        if off and moment is not None and moment.at(tau) != 0:
+            return (
+                f"tools[{k}] touches nothing that would hold its moment of {moment.at(tau):.4g}: "
+                "bring it to the body before it has one."
+            )
+    return None
+
+
+def _spun(system: System, state: State, tau: float) -> str | None:
+    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that.
+
+    Of one that is still to be pressed, by its path or a force, there are none to tell from.
+    """
+    scene, contacts = system.body.scene, system.candidates
+    drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
+    if not drives.spins.any():
+        return None
+    levers = np.vecdot(here.frames, across(here.meeting.arm)[:, None])
+    by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
+    by_friction = contacts.driven_sums(np.abs(levers[:, 1]) * here.rows.limit(state.forces))
+    asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
+    coming = scene.travel(state.tau, tau).any(axis=1) | np.array([tool.driven_by is not None for tool in scene.tools])
+    told = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
+    spun = np.flatnonzero((drives.spins > 0) & told & (np.abs(asked - by_normal) > SPINS * by_friction))
+    if not len(spun):
+        return None
+    k = int(spun[0])
+    return (
+        f"tools[{drives.tool[k]}] spins: by the normal forces of tau = {state.tau:.6g} friction holds a moment of at "
+        f"most {by_friction[k]:.4g}, and {asked[k] - by_normal[k]:.4g} is asked of it: press the tool harder, turn it "
+        "by a smaller moment, or by an angle."
+    )
+
+
+def free_motion(system: System, state: State) -> Floats | None:
+    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
+    space = system.body.space
+    rigid = system.rigid_at(state.nodes)
+    rows = Increment(system, state, state.tau).rows
+    normal, rubs = cleaned(rows.G_n @ rigid, rigid), np.isin(np.arange(rows.count), rows.frictional)
+    tangent = np.zeros((rows.count, rows.tangents, rigid.shape[1]))
+    tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
+    basis = np.eye(rigid.shape[1])
+    while True:
+        opened, v = openable(normal @ basis)
+        closed = rubs & ~opened
+        if not closed.any():
+            break
+        slips = np.vstack([np.empty((0, basis.shape[1])), *(tangent[closed] @ basis)])
+        basis, rubs = basis @ null_space(slips, rcond=ROUND_OFF), rubs & opened
+    if not opened.any():
+        v = null_space(normal @ basis, rcond=ROUND_OFF).sum(axis=1)
+    motion = space.spread(rigid @ basis @ v)
+    if not opened.any() and motion.flat[np.abs(motion).argmax()] < 0:
+        # Either way is as free.
+        motion = -motion
+    largest = float(norm(motion).max())
+    return motion / largest if largest > 0 else None

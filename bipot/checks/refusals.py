@@ -1,0 +1,111 @@
+"""What no increment may do, whatever its certificate says: what forces and gaps at the nodes alone do not see."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.certificate import Bounds
+from bipot.contact.closeness import TOUCHES, carries
+from bipot.errors import NotConverged, Refused
+from bipot.iterate import Increment, Iterate
+from bipot.scene.symmetry import image_depth
+from bipot.tensors import norm
+from bipot.typing import Floats
+
+MOST_TURNED = float(np.pi) / 6
+"""The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
+
+RUNAWAY = 10.0
+"""Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
+
+
+def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
+    """Refuse what no motion helps: a tool in a held node, or that turns too far, a weld torn by a support."""
+    inside = increment.inside / increment.system.body.scene.mesh.size
+    if inside > bounds.penetration:
+        raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
+    if np.abs(increment.tools.turned).max(initial=0.0) > MOST_TURNED:
+        turned = int(np.argmax(np.abs(increment.tools.turned)))
+        said = f"tools[{turned}] turns by {increment.tools.turned[turned]:.3g} in one increment"
+        raise Refused(said, f"Use more increments: a tool turns by no more than {MOST_TURNED:.3g} in one.")
+    if increment.torn is not None:
+        raise NotConverged(f"a support moves node {increment.torn} against the tool that it is welded to")
+
+
+def refuse_motion(iterate: Iterate, r: Floats) -> None:
+    """Refuse what no motion may do, r (c, d) the forces of all candidates.
+
+    It may not run away, spin a tool, go through it or let one between nodes, touch it past an open end, nor a mirror
+    image.
+    """
+    _refuse_runaway(iterate)
+    _refuse_spun(iterate)
+    if iterate.increment.system.candidates.curved:
+        _refuse_crossed(iterate)
+        _refuse_beyond(iterate, r)
+        _refuse_between(iterate)
+    _refuse_image(iterate)
+
+
+def _refuse_runaway(iterate: Iterate) -> None:
+    """Refuse a motion so long that its round-off hides every strain."""
+    body = iterate.increment.system.body
+    size, moved = body.scene.mesh.size, float(norm(iterate.response.du).max())
+    allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
+    if moved > allowed:
+        raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
+
+
+def _refuse_spun(iterate: Iterate) -> None:
+    """Refuse a tool that its moment turns too far."""
+    angles = iterate.advance[:, -1]
+    if np.abs(angles).max(initial=0.0) > MOST_TURNED:
+        tool = int(np.argmax(np.abs(angles)))
+        said = f"tools[{tool}] spins: its moment turns it by {angles[tool]:.3g} in one increment"
+        advice = (
+            f"Use more increments, a tool turns by no more than {MOST_TURNED:.3g} in one, or a moment that is held."
+        )
+        raise Refused(said, advice)
+
+
+def _refuse_crossed(iterate: Iterate) -> None:
+    """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
+    contacts = iterate.increment.system.candidates
+    crossed = np.flatnonzero(contacts.faces.crossed(iterate.meeting))
+    if len(crossed):
+        tool, node = contacts.tool[crossed[0]], contacts.node[crossed[0]]
+        raise Refused(f"tools[{tool}] goes through node {node}", "Use more increments: they are too long for the tool.")
+
+
+def _refuse_beyond(iterate: Iterate, r: Floats) -> None:
+    """Refuse nodes that touch a tool past an open end of it."""
+    contacts = iterate.increment.system.candidates
+    beyond = np.flatnonzero(contacts.faces.beyond(iterate.meeting) & carries(r))
+    if len(beyond):
+        tool, node = contacts.tool[beyond[0]], contacts.node[beyond[0]]
+        advice = f"Continue the surface of tools[{tool}] to where the body does not come, or close it."
+        raise Refused(f"node {node} would be touched past an open end of tools[{tool}]", advice)
+
+
+def _refuse_between(iterate: Iterate) -> None:
+    """Refuse tools that come into the body between two nodes, which feel nothing of it."""
+    increment, scene = iterate.increment, iterate.increment.system.body.scene
+    for k, tool in enumerate(scene.tools):
+        start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
+        passed = scene.surroundings.between(tool, start, start + iterate.response.du, poses)
+        if passed is not None:
+            one, other = passed
+            said = f"tools[{k}] comes into the body between nodes {one} and {other}"
+            raise Refused(said, "Refine the boundary there, or make it a candidate: it does not feel the tool.")
+
+
+def _refuse_image(iterate: Iterate) -> None:
+    """Refuse bodies in the mirror image of a tool that a plane of symmetry does not cut: it is no part of the scene."""
+    increment, scene = iterate.increment, iterate.increment.system.body.scene
+    nodes = increment.start.nodes + iterate.response.du
+    for plane in scene.planes:
+        for k, tool in enumerate(scene.tools):
+            depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
+            if depth > TOUCHES * scene.mesh.size:
+                said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
+                raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")

@@ -1,0 +1,305 @@
+r"""From geometry to affine contact operators: the only place that knows what touches what.
+
+For the increment dU (free displacements, and coordinates of tools that are driven) of one step, per candidate c,
+a point of the boundary (:mod:`bipot.contact.sampling`),
+
+    gap at the end        g + G_n dU         (n,)      with g = gap at the start against the end of the tool's path,
+    relative slip         w_t + G_t dU       (d - 1,)  with w_t = minus the tool's tangential motion along it,
+
+both relative to the tool, in its frame (:func:`bipot.tools.surfaces.frames`): n from the tool into the body,
+t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free
+and the tool has friction. Of flat tools the rows are the same for a whole increment; where a tool is curved they are
+those of the :class:`~bipot.tools.meeting.Meeting` at the iterate, linearised there.
+
+What counts as closed is said in :mod:`bipot.contact.closeness`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.contact.closeness import touches
+from bipot.contact.coupling import Coupled, Pushed, coupled
+from bipot.contact.mobility import mirrored, movable, moving
+from bipot.contact.operators import Operators, without_zeros
+from bipot.contact.sampling import Points, points
+from bipot.fem.assembly import Space
+from bipot.programs.data import ContactRows, rows_of
+from bipot.scene.scene import Scene
+from bipot.tensors import norm
+from bipot.tools.meeting import Faces, Meeting
+from bipot.tools.surfaces import frames
+from bipot.typing import Bools, Floats, Ints
+
+ROUND_OFF = 8 * float(np.finfo(float).eps)
+
+REACH = 10.0
+"""A tool farther from the body than this many sizes of it does not matter to it."""
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
+
+    ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
+    ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are
+    those with friction: a node of theirs may move along the tangent, and no symmetry makes slip and shear zero.
+    ``tangent_held`` (c,) are those of which supports hold all nodes.
+    """
+
+    scene: Scene
+    space: Space
+    points: tuple[Points, ...]
+    number: tuple[Ints, ...]
+    weights: sp.csr_matrix
+    node: Ints
+    tool: Ints
+    tangent_free: Bools
+    tangent_held: Bools
+    mu: Floats
+    shear: Floats
+
+    @cached_property
+    def capped(self) -> bool:
+        """Whether the shear yield stress caps the friction of any (:mod:`bipot.contact.shear`)."""
+        return bool(np.isfinite(self.shear).any())
+
+    @property
+    def changes(self) -> bool:
+        """Whether rows are those of an iterate, not of a whole increment."""
+        return self.curved or self.capped
+
+    @cached_property
+    def curved(self) -> bool:
+        """Whether a tool is, so that rows depend on where candidates are."""
+        return not all(tool.flat for tool in self.scene.tools)
+
+    @cached_property
+    def faces(self) -> Faces:
+        """The surfaces of the tools."""
+        return Faces(self.scene.tools, self._owned, self._reference)
+
+    @cached_property
+    def _reference(self) -> Floats:
+        """The frames (c, d, d) at rest."""
+        x = self.mean(self.scene.mesh.nodes)
+        normal = np.empty_like(x)
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            normal[mine] = tool.face.distance(x[mine]).normal
+        return frames(normal)
+
+    @cached_property
+    def frames(self) -> Floats:
+        """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
+        return self.faces.slopes(self.mean(self.scene.mesh.nodes), self.scene.at_rest)
+
+    def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
+        """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
+        return self.faces.slopes(self.mean(nodes), placed) if self.curved else self.frames
+
+    def mean(self, nodal: Floats) -> Floats:
+        """A nodal field (a, d) at the candidates (c, d)."""
+        return np.asarray(self.weights @ nodal)
+
+    def nodal(self, vectors: Floats) -> Floats:
+        """What nodes (a, d) take of forces (c, d) on the candidates."""
+        return np.asarray(self._spread @ vectors)
+
+    @cached_property
+    def _spread(self) -> sp.csr_matrix:
+        """The weights' transpose (a, c)."""
+        return sp.csr_matrix(self.weights.T)
+
+    def distance(self, nodes: Floats, placed: Floats) -> Floats:
+        """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
+        return self.faces.distance(self.mean(nodes), placed)
+
+    def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
+        """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
+
+        Where it turns, with what its turn has ``swept`` (c, d) along at the nearest candidate. ``gap`` (c,) is that at
+        the end if the body rests.
+        """
+        near = self._owned & (gap <= REACH * self.scene.mesh.size)
+        lengths = norm(travel)
+        for k in np.flatnonzero(self.scene.turning & near.any(axis=1)).tolist():
+            lengths[k] += norm(swept[self._owned[k]][np.argmin(gap[self._owned[k]])])
+        return float(lengths[near.any(axis=1)].max(initial=0.0))
+
+    def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
+        """Contact forces r (c, d) on the body as vectors (c, d), by ``frames`` (c, d, d) or by those at rest."""
+        return np.einsum("ci,cij->cj", r, self.frames if frames is None else frames)
+
+    def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
+        """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""
+        return self.sums(self.vectors(r, frames))
+
+    def sums(self, vectors: Floats) -> Floats:
+        """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
+        return self._owned @ vectors
+
+    def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
+        """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction.
+
+        Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
+        """
+        arms = self.faces.arms(self.mean(nodes), placed)
+        normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
+        return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
+
+    def add_bending(self, K: Floats, bending: Floats) -> None:
+        """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
+
+        Those of curved tools; others have none. A node's are an element's that has it. Where such tools are driven
+        (:mod:`bipot.contact.coupling`) is another matter.
+        """
+        own, element, dofs = self._bent
+        np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending[own])
+
+    @cached_property
+    def _bent(self) -> tuple[Ints, Ints, Ints]:
+        """Candidates (b,) of curved tools, an element of each one's node, and the node's unknowns (b, d) in it."""
+        shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
+        own, elements = np.flatnonzero(shaped[self.tool]), self.scene.mesh.elements
+        _, first = np.unique(elements, return_index=True)
+        element, local = np.divmod(first[self.node[own]], elements.shape[1])
+        d = self.scene.mesh.dimension
+        return own, element, d * local[:, None] + np.arange(d)
+
+    def coupling(self, meeting: Meeting, r: Floats) -> Floats:
+        """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
+
+        Entries as the space has them behind those of elements; to be taken off these.
+        """
+        return self._coupled.matrices(Pushed(self.tool, self.node, meeting, r)).ravel()
+
+    @cached_property
+    def _coupled(self) -> Coupled:
+        return coupled(self.scene)
+
+    def driven_sums(self, values: Floats) -> Floats:
+        """Sums (m,) of values (c,) over the candidates of the tool of each coordinate that is driven."""
+        return self._owned[self.scene.drives.tool] @ values
+
+    @cached_property
+    def held(self) -> tuple[Ints, ...]:
+        """Tool by tool, the nodes (h,) of its boundaries that cannot move along its normal, nor it against them.
+
+        Supports hold them, and neither force nor moment moves the tool along that.
+        """
+        nodes = [self.scene.mesh.boundary_nodes(*tool.candidates) for tool in self.scene.tools]
+        moving = [movable(self.scene, k, own)[:, 0] for k, own in enumerate(nodes)]
+        return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
+
+    def approach(self, travel: Floats, driven: Floats) -> Floats:
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates.
+
+        Where one of its components is round-off of zero it is zero: no tool slides before it presses.
+        """
+        moved = np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
+        lengths = norm(travel)[self.tool] + norm(driven)
+        return np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0)
+
+    def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
+        """Operators of an increment that starts with the gaps (c,).
+
+        In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
+        """
+        moved = self.approach(travel, self.mean(driven))
+        motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
+        return self._rows(gap, self._resting, motion)
+
+    def linearised(self, gap: Floats, meeting: Meeting, x: Floats) -> ContactRows:
+        """Those of an increment that starts with the gaps (c,), exact at x (n,) with its ``meeting``."""
+        operators = self._matrices(meeting.frames, meeting.arm)
+        motion = meeting.motion - np.column_stack([(G @ x).reshape(len(self.node), -1) for G in operators])
+        return self._rows(gap, operators, motion)
+
+    def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
+        """Rows with the ``motion`` (c, d) of no displacement."""
+        (normal_rows, tangent_rows), mu = operators, self.mu
+        tied = self.welded & touches(gap, self.scene.mesh.size)
+        acts = np.isfinite(mu) | np.isfinite(self.shear)
+        rubs = self.tangent_free & (mu > 0) & (self.shear > 0) & (tied | acts)
+        return ContactRows(
+            normal_rows,
+            motion[:, 0].copy(),
+            rows_of(tangent_rows, np.repeat(rubs, motion.shape[1] - 1)),
+            motion[rubs, 1:],
+            np.flatnonzero(rubs),
+            np.where(acts, mu, np.where(tied, np.inf, 0.0)),
+            np.full(len(mu), np.inf),
+            tied,
+        )
+
+    @cached_property
+    def weighted(self) -> bool:
+        """Whether any is a mean of several nodes."""
+        return any(points.weighted for points in self.points)
+
+    @cached_property
+    def welded(self) -> Bools:
+        """Whether the candidate's tool welds (c,)."""
+        return np.array([tool.welded for tool in self.scene.tools], dtype=bool)[self.tool]
+
+    @cached_property
+    def _owned(self) -> Bools:
+        """Whether the candidate is the tool's (k, c)."""
+        return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
+
+    @cached_property
+    def _operators(self) -> Operators:
+        return Operators.of(self.space, self.scene.drives, self.weights, self._owned[self.scene.drives.tool])
+
+    @cached_property
+    def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate at rest."""
+        return self._matrices(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
+
+    def _matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d).
+
+        A normal that turns keeps its zeros: rows have the same entries at all iterates.
+        """
+        normal, tangents = self._operators.matrices(frames, arm)
+        return (normal, tangents) if self.curved else (without_zeros(normal), without_zeros(tangents))
+
+
+def candidates(scene: Scene, space: Space) -> Candidates:
+    """Points of every tool that can move along its normal, or it against them; none where there is no tool."""
+    found = tuple(points(scene.mesh, scene.geometry, tool) for tool in scene.tools)
+    ways = [moving(scene, k, own) for k, own in enumerate(found)]
+    chosen = [moves[:, 0] for moves in ways]
+    rests = [mirrored(scene, k, own) for k, own in enumerate(found)]
+    none, mu, shear = np.empty(0, dtype=bool), [np.empty(0)], [np.empty(0)]
+    for tool, own, moves in zip(scene.tools, found, chosen, strict=True):
+        mu.append(_by_node(tool.mu_at, tool.mu, own.node[moves]))
+        shear.append(_by_node(tool.shear_at, tool.shear, own.node[moves]))
+    counts = np.array([moves.sum() for moves in chosen], np.intp)
+    first = np.cumsum(counts) - counts
+    weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
+    slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
+    still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
+    return Candidates(
+        scene=scene,
+        space=space,
+        points=found,
+        number=tuple(np.where(m, np.cumsum(m) - 1 + at, -1) for m, at in zip(chosen, first.tolist(), strict=True)),
+        weights=sp.csr_matrix(sp.vstack([sp.csr_matrix((0, len(scene.mesh.nodes))), *weights])),
+        node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
+        tool=np.repeat(np.arange(len(found)), counts),
+        tangent_free=slides & ~still,
+        tangent_held=~slides,
+        mu=np.concatenate(mu),
+        shear=np.concatenate(shear),
+    )
+
+
+def _by_node(given: Mapping[int, float], other: float, node: Ints) -> Floats:
+    """What is ``given`` by node (c,), the ``other`` elsewhere."""
+    return np.array([given.get(a, other) for a in node.tolist()], dtype=np.float64)

@@ -1,0 +1,105 @@
+r"""How contact forces change as curved tools that are driven go on: what couples their coordinates with the nodes.
+
+A candidate that is pushed by the vector f, whose derivative by its own place is the B of :mod:`bipot.tools.meeting`,
+takes -f to its tool, so that the force dual to a coordinate x_i of that is -f . w_i, with w_i and 1/L_i of
+:mod:`bipot.scene.drives`. Beside the normal that turns as the two pass each other, the vector turns with the tool, and
+so does the arm of it:
+
+    d f / d x_j = -B w_j + (z x f) / L_j,
+    d (-f . w_i) / d x_j = -(d f / d x_j) . w_i + f . (z x e_j) / L_i,
+
+e_j the direction of x_j where that is a force's. In a plane the whole is symmetric, as that of -f . w_i by the place is
+the transpose of the first: it has a potential, but for friction, of which f is frozen here. In space, where no moment
+drives a tool, that is -w_i' B.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.scene.scene import Scene
+from bipot.tools.meeting import Meeting
+from bipot.tools.poses import across
+from bipot.typing import Floats, Ints
+
+MOST = 2
+"""Coordinates of one tool: along a force, and about a centre."""
+
+
+class Pushed(NamedTuple):
+    """Candidates: their ``tool`` and ``node`` (c,), where they meet it, and the vectors (c, d) that push them."""
+
+    tool: Ints
+    node: Ints
+    meeting: Meeting
+    r: Floats
+
+
+@dataclass(frozen=True)
+class Coupled:
+    """Of b nodes and curved tools of the ``scene`` that are driven, each pair once, what couples their unknowns.
+
+    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none. In
+    space a force alone drives tools, along itself.
+    """
+
+    scene: Scene
+    tool: Ints
+    node: Ints
+    number: Ints
+
+    @property
+    def unknowns(self) -> Ints:
+        """Full numbers (b, d + 2) of the unknowns, those of tools behind the nodes'; -1 for none."""
+        driven, d = np.where(self.number >= 0, self.scene.mesh.nodes.size + self.number, -1), self.scene.mesh.dimension
+        return np.column_stack([d * self.node[:, None] + np.arange(d), driven])
+
+    def matrices(self, pushed: Pushed) -> Floats:
+        """What is to be taken off the stiffness (b, d + 2, d + 2) on them, but for what nodes alone change."""
+        d = self.scene.mesh.dimension
+        out = np.zeros((len(self.node), d + MOST, d + MOST))
+        if not len(out):
+            return out
+        mine = np.isin(pushed.tool, self.tool)
+        at = np.searchsorted(self._key(self.tool, self.node), self._key(pushed.tool[mine], pushed.node[mine]))
+        number, none = self.number[at], (self.number[at] < 0)[..., None]
+        f = np.einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine]
+        arm, bending = pushed.meeting.arm[mine, None], pushed.meeting.bending(pushed.r)[mine]
+        ways, drives = self.scene.drives.ways[number], self.scene.drives
+        w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, d))))
+        turned = -np.einsum("cij,caj->cai", bending, w)
+        spin, e = np.where(none, 0.0, ways[..., d:]), np.where(none, 0.0, ways[..., :d])
+        if d == 2:
+            turned += spin * across(f)[:, None]
+        own = -np.einsum("cbi,cai->cab", turned, w)
+        if d == 2:
+            own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
+        out[at, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
+        # In space friction turns with the frames: what the place does to the tool is not what that does to it.
+        out[at, d:, :d] = self._along(at, turned if d == 2 else -np.einsum("cij,cai->caj", bending, w))
+        out[at, d:, d:] = own
+        return out
+
+    def _along(self, pair: Ints, vectors: Floats) -> Floats:
+        """Vectors (m, 2, d) of pairs (m,) by the unknowns of their nodes: components along these nodes' own axes."""
+        axes, nodes = self.scene.holding.axes, self.node[pair]
+        return np.stack([axes.at(nodes, vectors[:, a]) for a in range(MOST)], axis=1)
+
+    def _key(self, tool: Ints, node: Ints) -> Ints:
+        return tool * len(self.scene.mesh.nodes) + node
+
+
+def coupled(scene: Scene) -> Coupled:
+    """The pairs of a scene: nodes of the tools' boundaries."""
+    tools, nodes, numbers = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty((0, MOST), np.intp)]
+    for k, tool in enumerate(scene.tools):
+        own = np.flatnonzero(scene.drives.tool == k)
+        if len(own) and not tool.flat:
+            nodes.append(np.unique(scene.mesh.boundary_nodes(*tool.candidates)))
+            tools.append(np.full(len(nodes[-1]), k))
+            padded = np.concatenate([own, np.full(MOST - len(own), -1)])
+            numbers.append(np.broadcast_to(padded, (len(nodes[-1]), MOST)))
+    return Coupled(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))

@@ -1,0 +1,106 @@
+"""Which points of a tool's boundaries can move, along its normal and its tangent, and which symmetry holds at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.contact.sampling import Points, creased
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Symmetry
+from bipot.tensors import norm
+from bipot.tools.reflection import across
+from bipot.tools.surfaces import ACROSS, frames
+from bipot.typing import Bools, Floats, Ints, Vector
+
+RADIAL: Vector = (1.0, 0.0)
+
+ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
+"""Of a turn (radians), by which no surface but one around its centre comes to itself."""
+
+
+def moving(scene: Scene, number: int, own: Points) -> Bools:
+    """Whether of the means that points are a node, or the tool of that ``number``, can move as in :func:`movable`."""
+    owner = np.repeat(np.arange(len(own.node)), np.diff(own.weights.indptr))
+    out = np.zeros((len(own.node), scene.mesh.dimension), dtype=bool)
+    np.logical_or.at(out, owner, movable(scene, number, np.asarray(own.weights.indices, np.intp)))
+    return out
+
+
+def mirrored(scene: Scene, number: int, own: Points) -> Bools:
+    """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
+
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
+    curved tool that is not its own mirror image tangents turn, and it and its image both rub.
+    """
+    left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
+    if scene.ring and _stays(scene, number, RADIAL):
+        left[scene.on_axis[own.node], :, 0] = 0.0
+    for support in scene.supports:
+        if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
+            there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
+            there &= ~creased(scene.mesh, own, support.along(d))
+            left[there] = across(left[there], support.along(d))
+    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
+
+
+def _stays(scene: Scene, number: int, normal: Vector) -> bool:
+    """Whether the tangents of the tool of that ``number`` stay as they are in the plane of that normal, or the axis."""
+    tool = scene.tools[number]
+    return tool.flat or any(plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal))
+
+
+def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
+
+    A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
+    what is held. A curved tool that is driven moves against nodes that are held wholly in either way, where what drives
+    it ever changes its gap to them: at rest it may be off them, or pass them along their tangent.
+    """
+    tool, holding = scene.tools[number], scene.holding
+    along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
+    driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
+    moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
+    if not tool.flat:
+        ways = np.tile(tool.travel, (len(nodes), 1)), *led
+        goes = np.any([holding.axes.at(nodes, way) != 0 for way in ways], axis=0)
+        free = ~holding.held[nodes]
+        turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))
+        first = np.arange(scene.mesh.dimension) == 0
+        driven |= _comes(scene, number, nodes)[:, None]
+        moves = free.any(axis=1, keepdims=True) & (moves | turns.any(axis=1, keepdims=True) | first) | driven
+    return moves
+
+
+def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
+    """What points at nodes (a,) of the tool of that ``number`` go by (m, a, d) as what drives it does, at rest."""
+    drives, x = scene.drives, scene.mesh.nodes[nodes]
+    own, arm = np.flatnonzero(drives.tool == number), scene.tools[number].arm(x, scene.at_rest[number])
+    return drives.motion(np.repeat(own[:, None], len(x), axis=1), np.broadcast_to(arm, (len(own), *x.shape)))
+
+
+def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
+    """Whether what drives the curved tool of that ``number`` ever changes its gap to nodes (a,).
+
+    A force does; a moment but where the surface goes around the centre of the turn.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
+        return np.full(len(nodes), tool.driven_by is not None)
+    poses = np.zeros((len(ANGLES), 3))
+    poses[:, 2] = ANGLES
+    gaps = np.array([tool.distance(x, pose) for pose in poses])
+    return np.ptp(gaps, axis=0) > ACROSS * np.max([tool.places(x, pose) for pose in poses], axis=0)
+
+
+def _at_rest(scene: Scene, number: int, nodes: Ints) -> Floats:
+    """Normal and tangents (a, d, d) at rest of nodes (a,) at the tool of that ``number``.
+
+    In a plane of symmetry that cuts the tool, its normal is: to the last bit, as the tool may be off by round-off.
+    """
+    tool, x = scene.tools[number], scene.mesh.nodes[nodes]
+    normal = np.array(tool.face.distance(x).normal)
+    for plane in scene.planes:
+        if not tool.flat and plane.cuts(tool):
+            cut = plane.holds(x)
+            normal[cut] = across(normal[cut], plane.normal)
+    return frames(normal / norm(normal)[:, None])

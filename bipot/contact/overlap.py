@@ -1,0 +1,101 @@
+r"""Overlap: the largest penetration anywhere on the edges that may touch a tool, not only at their nodes.
+
+The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. One of three is the
+parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
+
+    g(s) = g_0 + b s + a s^2,    a = 2 (g_0 - 2 g_m + g_1),    b = 4 g_m - 3 g_0 - g_1,    0 <= s <= 1,
+
+least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. To a curved tool the gap along an edge has no
+such form: it is sampled, and where it is least its slope n . x'(s) is bisected to zero. Overlap is an error of
+discretisation, which no certificate of the nodal law holds.
+
+In space the edges are those of the faces. A face of straight ones is a mean of its nodes everywhere, so that it is
+nearest to a flat tool at one of them; between the curved edges of a face nothing is looked at. To a curved tool the gap
+is sampled between edges too, on the triangles of :mod:`bipot.scene.between_faces`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.scene.between_faces import points_between
+from bipot.scene.scene import Scene
+from bipot.tools.tool import Tool
+from bipot.typing import Floats, Ints
+
+SAMPLES = 17
+"""Of the gap along an edge to a curved tool: it has one dip at most between three of them."""
+
+HALVINGS = 52
+"""Of the bracket around a dip, to the round-off of s."""
+
+
+def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
+    """Largest penetration of ``nodes`` (a, d) and edges into the tools, over the body size; 0 if none.
+
+    The tools are in the poses ``placed`` (k, p).
+
+    All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
+    """
+    deepest = 0.0
+    for tool, pose in zip(scene.tools, placed, strict=True):
+        edges = nodes[_edges(scene.mesh, tool)]
+        gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
+        deepest = max(deepest, -float(gap.min()))
+        if scene.mesh.dimension == 3 and not tool.flat:
+            points = points_between(nodes, scene.mesh.edges(*tool.candidates))
+            deepest = max(deepest, -float(tool.distance(points, pose).min()))
+    return deepest / scene.mesh.size
+
+
+def _edges(mesh: Mesh, tool: Tool) -> Ints:
+    """Edges (f, n) of the boundaries of a tool, end (middle) end; those of faces one by one, shared ones twice."""
+    facets = mesh.edges(*tool.candidates)
+    if mesh.dimension == 2:
+        return facets
+    own = Element.of(facets.shape[1]).edges
+    return facets[:, own].reshape(-1, own.shape[1])
+
+
+def least(gap: Floats) -> Floats:
+    """Least values (f,) on 0 <= s <= 1 of the parabolas through ``gap`` (f, 3) at s = 0, 1/2, 1, or lines (f, 2).
+
+    >>> least(np.array([[1.0, -0.5, 1.0], [0.0, 0.75, 2.0]])).tolist()
+    [-0.5, 0.0]
+    """
+    if gap.shape[1] == 2:
+        return gap.min(axis=1)
+    start, middle, end = gap.T
+    a, b = 2 * (start - 2 * middle + end), 4 * middle - 3 * start - end
+    inside = (a > 0) & (-b > 0) & (-b < 2 * a)
+    drop = np.divide(b**2, 4 * a, out=np.zeros_like(a), where=inside)
+    return np.minimum(np.minimum(start, end), start - drop)
+
+
+def least_along(tool: Tool, edges: Floats) -> Floats:
+    """Least gaps (f,) to the tool at rest along ``edges`` (f, n, 2), parabolas or lines through their nodes."""
+    s = np.linspace(0.0, 1.0, SAMPLES)
+    gap = tool.face.distance(_along(edges, s)).gap
+    near = s[np.argmin(gap, axis=1)][:, None]
+    low, high = np.maximum(near - 1 / (SAMPLES - 1), 0.0), np.minimum(near + 1 / (SAMPLES - 1), 1.0)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        rises = np.vecdot(tool.face.distance(_along(edges, middle)).normal, _ahead(edges, middle)) > 0
+        low, high = np.where(rises, low, middle), np.where(rises, middle, high)
+    return np.minimum(gap.min(axis=1), tool.face.distance(_along(edges, low)).gap[:, 0])
+
+
+def _along(edges: Floats, s: Floats) -> Floats:
+    """Points (f, s, 2) of edges (f, n, 2) at s (s,) or (f, s)."""
+    s = np.broadcast_to(s, (len(edges), s.shape[-1]))
+    shapes = [1 - s, s] if edges.shape[1] == 2 else [(1 - s) * (1 - 2 * s), 4 * s * (1 - s), s * (2 * s - 1)]
+    return np.stack(shapes, axis=-1) @ edges
+
+
+def _ahead(edges: Floats, s: Floats) -> Floats:
+    """dx/ds (f, s, 2) of edges (f, n, 2) at s (f, s)."""
+    one = np.ones_like(s)
+    slopes = [-one, one] if edges.shape[1] == 2 else [4 * s - 3, 4 - 8 * s, 4 * s - 1]
+    return np.stack(slopes, axis=-1) @ edges

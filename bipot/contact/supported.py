@@ -1,0 +1,101 @@
+"""Where supports hold candidates against tools: what they drag along them, tear off welds, or drive tools into."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.contact.candidates import ROUND_OFF, Candidates
+from bipot.contact.closeness import TOUCHES, touches
+from bipot.tensors import norm
+from bipot.tools.reflection import across
+from bipot.tools.tool import Tool
+from bipot.typing import Bools, Floats
+
+ALIGNED = 1e-9
+"""A motion along the tangent below this fraction of what tool and support move by is round-off."""
+
+
+class DrivenInto(NamedTuple):
+    """A tool, a held node in it, and how deep (length, 0 where there is none)."""
+
+    tool: int
+    node: int
+    depth: float
+
+
+class Touching(NamedTuple):
+    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, 3) of the tools."""
+
+    gap: Floats
+    nodes: Floats
+    placed: Floats
+
+
+def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
+    """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
+
+    Tools are in the poses ``placed`` (k, 3), held nodes displaced by what is ``driven`` (a, d).
+    """
+    worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
+    for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
+        held = nodes_at[nodes]
+        # What round-off of the two positions makes of their difference is no depth.
+        depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
+        depth[tool.face.beyond(tool.own(held, pose))] = 0.0
+        if len(nodes) and depth.max() > worst.depth:
+            worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
+    return worst
+
+
+def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
+    """Slips (c, d - 1) along the tangents where supports hold or drive all of it; zero elsewhere, or next to normal.
+
+    In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
+    """
+    drawn = candidates.mean(driven)
+    moved = candidates.approach(travel, drawn)
+    # Against what both move by: that they move together is a difference of round-off.
+    lengths = norm(travel)[candidates.tool] + norm(drawn)
+    small = norm(moved[:, 1:]) <= ALIGNED * lengths
+    return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
+
+
+def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:
+    """A node in touch with a welded tool that a support drives off it, or along it; None if there is none.
+
+    ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
+    """
+    size = candidates.scene.mesh.size
+    along = candidates.welded & touches(start.gap, size)
+    slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
+    if (along & slipping).any():
+        return int(candidates.node[np.argmax(along & slipping)])
+    for tool, held, placed, moved in zip(candidates.scene.tools, candidates.held, start.placed, travel, strict=True):
+        apart = norm(_across(tool, driven[held] - moved)) > TOUCHES * size
+        near = touches(tool.distance(start.nodes[held], placed), size)
+        if tool.welded and (apart & near).any():
+            return int(held[apart & near][0])
+    return None
+
+
+def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
+    """Candidates (c,) that supports hold, or drive, along some direction otherwise than their tool goes on its path.
+
+    Of nodes, at flat tools that no force drives: one may take its tool to where the node is.
+    """
+    scene, node, tool = candidates.scene, candidates.node, candidates.tool
+    each = zip(scene.tools, candidates.points, strict=True)
+    led = np.array([t.flat and t.driven_by is None and not p.weighted for t, p in each], dtype=bool)
+    off = np.where(scene.holding.held[node], scene.holding.axes.at(node, driven[node] - travel[tool]), 0.0)
+    return led[tool] & (norm(off) > ALIGNED * (norm(travel)[tool] + norm(driven[node])))
+
+
+def _across(tool: Tool, motion: Floats) -> Floats:
+    """The part of motions (…, d) that neither a force nor a moment on the tool lets go of."""
+    if tool.turn is not None and tool.turn.driven_by is not None:
+        return np.zeros_like(motion)
+    if tool.driven_by is None:
+        return motion
+    return across(motion, tool.driven_by.direction)

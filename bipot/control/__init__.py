@@ -1,0 +1,1 @@
+"""The march: increments tried, cut, carried on and accepted."""

@@ -1,0 +1,162 @@
+"""What a march yields: an accepted increment, its results by name, how it was found and what it cost."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bipot.control.course import Course
+from bipot.control.reason import Reason
+from bipot.energy import Energies
+from bipot.errors import require, require_count
+from bipot.fem.components import Components
+from bipot.forms import FormName
+from bipot.increment import Solved
+from bipot.programs.data import Units
+from bipot.response import State
+from bipot.scene.scene import Scene
+from bipot.scene.symmetry import whole_force
+from bipot.traction import Traction, traction
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Accepted:
+    """One accepted increment: where it started, where it led, how it was solved and what it cost.
+
+    ``course`` is where the march is after it, from which :func:`bipot.marching.march` goes on. ``tool_forces`` (k, d)
+    are those of the tools on the modelled part.
+    ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
+    was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
+    (:mod:`bipot.control.landing`), None if it was not. Results have names: of nodes (a, d), of integration points (e,
+    q), at the increment's end.
+
+    >>> from bipot import Schedule, march, upsetting
+    >>> accepted = next(march(upsetting(mu=0.1, elements=1), Schedule(100)))
+    >>> accepted.stress.names
+    ('rr', 'zz', 'tt', 'rz')
+    >>> bool((accepted.stress["zz"] < 0).all()), accepted.displacement.shape
+    (True, (8, 2))
+    """
+
+    start: State
+    course: Course
+    solved: Solved
+    tool_forces: Floats
+    form: FormName
+    passes: int
+    cuts: int
+    reasons: tuple[Reason, ...]
+    seconds: float
+    landed: int | None = None
+    strayed: bool = False
+
+    @property
+    def number(self) -> int:
+        """Its number in the march, from 1."""
+        return self.course.number
+
+    @property
+    def state(self) -> State:
+        """The state at its end."""
+        return self.course.state
+
+    @property
+    def energies(self) -> Energies:
+        """Those of the whole body so far, this increment's included."""
+        return self.course.energies
+
+    @property
+    def reason(self) -> str:
+        """Why it fell back or was cut, in words."""
+        return "; ".join(map(str, self.reasons))
+
+    @property
+    def traction(self) -> Traction:
+        """Recovered tractions and status of all candidates, on the configuration of equilibrium."""
+        return traction(self.solved.iterate, self.solved.r)
+
+    def tool_pose(self, tool: int) -> Floats:
+        """How far (3,) a tool has gone since rest, of what turns its centre, and by what angle turned, anticlockwise.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        self._require_tool(tool)
+        return self.scene.placed(self.state.tau, self.state.translation)[tool]
+
+    def tool_moment(self, tool: int) -> float:
+        """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        self._require_tool(tool)
+        return float(self.solved.iterate.tool_moments(self.solved.r)[tool])
+
+    def tool_force(self, tool: int) -> Floats:
+        """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.
+
+        On a meridian it is that of the full ring, so it has no radial component.
+
+        Raises:
+            SceneError: a number that is no tool's.
+        """
+        scene = self.scene
+        self._require_tool(tool)
+        return whole_force(scene.planes, scene.geometry, scene.tools[tool], self.tool_forces[tool])
+
+    @property
+    def unique(self) -> bool:
+        """Whether no other answer is nearby (nothing is undetermined) and the first suited form found it at once.
+
+        What was found after failures and cuts may be one of several exact answers to so long an increment.
+        """
+        return not self.solved.undetermined and not self.strayed
+
+    @property
+    def displacement(self) -> Floats:
+        """The displacement (a, d) since rest: nodes less those of the mesh, hence to the round-off of positions.
+
+        The displacement of this increment alone, to its own round-off, is ``state.du``.
+        """
+        return self.state.nodes - self.scene.mesh.nodes
+
+    @property
+    def stress(self) -> Components:
+        """Cauchy stress, ``stress["rz"]`` (e, q)."""
+        return Components(self.state.stress, self.scene.geometry)
+
+    @property
+    def plastic_strain(self) -> Components:
+        """Plastic strain, turned with the body, ``plastic_strain["zz"]`` (e, q)."""
+        return Components(self.state.plastic_strain, self.scene.geometry)
+
+    @property
+    def peeq(self) -> Floats:
+        """Equivalent plastic strain (e, q)."""
+        return self.state.peeq
+
+    @property
+    def mises(self) -> Floats:
+        """Equivalent stress of von Mises (e, q)."""
+        return self.state.mises
+
+    @property
+    def pressure(self) -> Floats:
+        """Mean pressure -σ_kk / 3 (e, q)."""
+        return self.state.pressure
+
+    @property
+    def units(self) -> Units:
+        """Units of length, force and stress in which the increment's programs are dimensionless."""
+        return self.solved.iterate.increment.units
+
+    def _require_tool(self, tool: int) -> None:
+        require_count(tool, "tool", 0)
+        count = len(self.scene.tools)
+        require(tool < count, "tool", tool, f"in [0, {count}), the scene's tools")
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that is marched."""
+        return self.solved.iterate.increment.system.body.scene

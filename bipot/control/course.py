@@ -1,0 +1,107 @@
+"""Where a march is between two increments: all that the rest of it depends on, so that it may go on another day."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from bipot.energy import Energies
+from bipot.errors import require, require_count, require_number, require_type
+from bipot.forms.memory import Paced
+from bipot.increment import Solved, advance
+from bipot.response import State
+from bipot.typing import Bools, as_array, read_only
+
+SHORTEST = 1e-20
+"""Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """Where a march is: its state, and what it carries from increment to increment beside it.
+
+    ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
+    among them. Of increment control: between two scheduled pseudo-times ``size`` is the length of the next increment,
+    and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where increment control
+    begins anew. ``proposed`` is the length that an accuracy allows the next one (:mod:`bipot.control.pacing`), NaN
+    without an accuracy. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last
+    scheduled one. Of the predictor: ``before`` is the last increment but one as it sees it, its numbers NaN where
+    unknown.
+
+    Values only: floats, whole numbers and arrays whose shapes the scene fixes; arrays are read-only.
+
+    Raises:
+        SceneError: a wrong type, a negative count, an energy that is not finite, a ``largest`` below a force of the
+            state, one of ``size`` and ``uncut`` without the other, or beyond the end of the path.
+    """
+
+    state: State
+    number: int
+    energies: Energies
+    largest: float
+    size: float
+    uncut: float
+    landed: Bools
+    before: Paced
+    proposed: float = math.nan
+
+    def __post_init__(self) -> None:
+        require_type(self.state, State, "course.state")
+        require_count(self.number, "course.number", 0)
+        require_type(self.energies, Energies, "course.energies")
+        for part in fields(self.energies):
+            _require_finite(getattr(self.energies, part.name), f"course.energies.{part.name}")
+        _require_finite(self.largest, "course.largest")
+        own = largest_force(self.state)
+        allowed = f"at least {own:g}, the largest contact force of course.state"
+        require(not self.largest < own, "course.largest", self.largest, allowed)
+        for name in ("size", "uncut", "proposed"):
+            self._require_length(name)
+        both = math.isnan(self.size) == math.isnan(self.uncut)
+        require(both, "course.uncut", self.uncut, f"NaN if course.size is, which is {self.size:g}, and only then")
+        marked = as_array(self.landed, "course.landed")
+        require(marked.dtype.kind == "b", "course.landed", f"of type {marked.dtype}", "booleans")
+        object.__setattr__(self, "landed", read_only(marked, np.bool_))
+        require_type(self.before, Paced, "course.before")
+
+    @staticmethod
+    def of(state: State) -> Course:
+        """A march that begins at ``state``: nothing is counted yet."""
+        none, nowhere = np.zeros(len(state.gap), dtype=np.bool_), Paced.unknown(state)
+        return Course(state, 0, Energies(), largest_force(state), math.nan, math.nan, none, nowhere)
+
+    def after(self, solved: Solved, proposed: float = math.nan) -> Course:
+        """At a scheduled pseudo-time, to which ``solved`` led from here; the next increment is as ``proposed``."""
+        start, state = self.state, advance(self.state, solved)
+        return Course(
+            state=state,
+            number=self.number + 1,
+            energies=self.energies.after(start, state, solved),
+            largest=max(self.largest, largest_force(state)),
+            size=math.nan,
+            uncut=math.nan,
+            landed=np.zeros_like(self.landed),
+            before=self.before.next(start),
+            proposed=proposed,
+        )
+
+    def scheduled(self) -> Course:
+        """The same at a scheduled pseudo-time."""
+        return replace(self, size=math.nan, uncut=math.nan, landed=np.zeros_like(self.landed))
+
+    def _require_length(self, name: str) -> None:
+        value, field = getattr(self, name), f"course.{name}"
+        require_number(value, field)
+        require(math.isnan(value) or SHORTEST <= value <= 1, field, value, f"NaN, or from {SHORTEST:g} to 1")
+
+
+def largest_force(state: State) -> float:
+    """The largest component of its contact forces."""
+    return float(np.abs(state.forces).max(initial=0.0))
+
+
+def _require_finite(value: object, field: str) -> None:
+    require_number(value, field)
+    require(math.isfinite(value), field, value, "finite")  # type: ignore[arg-type]

@@ -1,0 +1,52 @@
+"""An increment that cannot be accepted, however often it is halved: why, and what to change."""
+
+from __future__ import annotations
+
+from bipot.checks.diagnosis import diagnosis
+from bipot.control.carrying import Attempt
+from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
+from bipot.forms.memory import Pace
+from bipot.iterate import Increment
+from bipot.limit_analysis import collapse
+
+NEXT = 4.0
+"""Lengths of the increment that failed within which a maximum of the load explains it."""
+
+
+def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> IncrementFailed:
+    """What failed, and one sentence on what to change after so many ``cuts``."""
+    system, state, tau = increment.system, increment.start, increment.tau
+    failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
+    found = diagnosis(system, state, tau)
+    if found:
+        return IncrementFailed(failed + found, state)
+    given_way = collapse(increment)
+    if given_way is not None:
+        carried = f"The load passes the limit load: in its present shape the body carries {given_way.carried:.6g} of it"
+        space = system.body.space
+        advice = f"{failed}{carried}. Drive it by displacements, or load it less."
+        return LimitPassed(
+            advice,
+            state,
+            ray=space.spread(given_way.v),
+            translation=space.beside(given_way.v),
+            fraction=given_way.carried,
+            tau=tau,
+        )
+    if system.loading.loads or system.body.scene.drives:
+        top = pace.maximum(state)
+        most = "may be next to, or past, its maximum"
+        if top is not None and top - state.tau < NEXT * (tau - state.tau):
+            most = f"passes its maximum at about tau = {max(top, state.tau):.6g}"
+        more = f"Drive the body by displacements, or use more increments: the load {most}."
+    elif isinstance(attempt.last, Refused):
+        more = attempt.last.advice
+    elif isinstance(attempt.last, InvertedElement):
+        more = (
+            "Remesh there: shorter increments fold the element too."
+            if cuts
+            else "Use more increments, or remesh there."
+        )
+    else:
+        more = "Use more increments, or a mesh that is less distorted there."
+    return IncrementFailed(failed + more, state)

@@ -1,0 +1,130 @@
+r"""Landings located: an increment in which an open candidate closes is cut to the event.
+
+A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the
+increment's unit of length (:attr:`bipot.iterate.Increment.units`) and it carries force at the end. Its gap g(tau) at
+the end of an increment solved from the same start to tau is known only while it stays open, so the root is approached
+from the open side: by the velocity that led to the start, then by the secant of the last two open trials, cut back
+where they overshoot.
+The increment then ends at the event with the candidate still open by less than the tolerance, and the next one, which
+it spends closed, starts there. A candidate is located once in a scheduled increment, so cuts cannot pile up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.contact.closeness import carries
+from bipot.control.carrying import Attempt
+from bipot.errors import require, require_count, require_number
+from bipot.increment import Solved
+from bipot.iterate import Increment
+from bipot.typing import Bools, Floats, Ints
+
+FIRST_LOOK = 0.9
+"""Where to look for the event between an open start and a first trial that is closed."""
+
+
+@dataclass(frozen=True)
+class Locate:
+    """How landings are located.
+
+    ``tolerance`` is the gap left at the event over the unit of length of the uncut increment, ``solves`` the most
+    increments solved for one event. Events in the first or last ``margin`` of an increment leave it whole.
+
+    Raises:
+        SceneError: a value out of its range.
+    """
+
+    tolerance: float = 1e-3
+    solves: int = 12
+    margin: float = 0.02
+
+    def __post_init__(self) -> None:
+        require_number(self.tolerance, "locate.tolerance")
+        require_number(self.margin, "locate.margin")
+        require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
+        require_count(self.solves, "locate.solves")
+        require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")
+
+
+@dataclass(frozen=True)
+class Landing:
+    """The increment that ends where the first candidate lands: its end, how it was solved, candidate, node."""
+
+    tau: float
+    attempt: Attempt
+    solved: Solved
+    candidate: int
+    node: int
+
+
+def newly_closed(start_gap: Floats, r: Floats, none: float) -> Ints:
+    """Candidates with a gap (c,) above ``none`` at the start of an increment that carry force r (c, d) at its end.
+
+    >>> newly_closed(np.array([0.1, 0.1, 0.0]), np.array([[2.0, 0.0], [0.0, 0.0], [3.0, 0.0]]), 1e-3)
+    array([0])
+    """
+    return np.flatnonzero((start_gap > none) & carries(r))
+
+
+def locate(
+    increment: Increment,
+    solved: Solved,
+    solve: Callable[[Increment], Attempt],
+    how: Locate,
+    known: Bools,
+) -> tuple[Landing | None, int]:
+    """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
+
+    ``solve`` attempts it with another end; ``known`` (c,) marks candidates not to locate again. None leaves the
+    increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    """
+    system, state, tau = increment.system, increment.start, increment.tau
+    length = tau - state.tau
+    none = how.tolerance * increment.units.length
+    start_gap = state.gap
+
+    def landings(found: Solved) -> Ints:
+        closed = newly_closed(start_gap, found.r, none)
+        return closed[~known[closed]]
+
+    landed, passes, end = landings(solved), 0, tau - how.margin * length
+    low, high = state.tau + how.margin * length, tau
+    last, gap, rate = state.tau, start_gap, _expected_rate(increment)
+    for _ in range(how.solves if landed.size else 0):
+        middle = max(low, last + _first(gap[landed] - none / 2, rate[landed]))
+        if middle >= high:
+            # A secant that overshoots comes near; one that keeps overshooting is halved.
+            middle = low + (high - low) * (0.5 if last > state.tau else FIRST_LOOK)
+        attempt = solve(replace(increment, tau=middle))
+        passes += attempt.passes
+        if attempt.solved is None:
+            break
+        earlier = landings(attempt.solved)
+        if earlier.size:
+            landed, high = earlier, middle
+        else:
+            now = attempt.solved.iterate.motion[:, 0]
+            rate, last, gap, low = (now - gap) / (middle - last), middle, now, middle
+            first = int(landed[np.argmin(now[landed])])
+            if now[first] <= none and middle <= end:
+                return Landing(middle, attempt, attempt.solved, first, int(system.candidates.node[first])), passes
+        if low >= end or high - low <= how.tolerance * length / 4:
+            break
+    return None, passes
+
+
+def _expected_rate(increment: Increment) -> Floats:
+    """dg/dtau (c,) in the increment: by the velocity that led to its start and the tools' paths."""
+    rows, start = increment.rows, increment.start
+    body = rows.G_n @ increment.system.body.space.gather(start.rates)
+    return body + (rows.gap - start.gap) / (increment.tau - start.tau)
+
+
+def _first(gap: Floats, rate: Floats) -> float:
+    """When the first of the gaps is used up at these rates; inf if none closes."""
+    closing = rate < 0
+    return float(np.min(gap[closing] / -rate[closing], initial=np.inf))

@@ -1,0 +1,157 @@
+"""A state or course that a march is asked to start from must be one of its scene."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bipot.contact.candidates import ROUND_OFF
+from bipot.control.course import SHORTEST, Course
+from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
+from bipot.fem.assembly import element_force
+from bipot.fem.kinematics import gradients
+from bipot.iterate import Increment
+from bipot.laws.flow import Flow
+from bipot.response import State
+from bipot.system import System
+from bipot.tensors import equivalent_stress, norm
+from bipot.typing import Bools, Floats
+
+PLACED = 1e-9
+"""How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
+
+YIELDED = 1e-8
+"""How far a stress may be outside the yield surface, or its pressure off what elements hold, relative to it."""
+
+BALANCED = 1e-3
+"""How far a start's contact forces may be from its stress, relative to the largest nodal sum of |element forces|.
+
+Far above what is accepted, and far below what would move a scale."""
+
+
+def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:
+    """The course that a march starts from; of a state the one that begins there, of None that at rest.
+
+    Raises:
+        SceneError: another type; as :func:`require_start`; of a course that has other arrays than the scene's, a length
+            beyond the end of the path, or a last increment that did not begin before its end, naming the field.
+    """
+    if start is None:
+        return Course.of(system.rest())
+    if isinstance(start, State):
+        require_start(start, system, equilibrium)
+        return Course.of(start)
+    require(isinstance(start, Course), "start", start, "a State, a Course or None")
+    require_start(start.state, system, equilibrium)
+    at_rest, tau, before = Course.of(system.rest()), start.state.tau, start.before
+    allowed = f"at most {1 - tau:g}, what is left of the path"
+    require(not start.size > 1 - tau, "start.size", start.size, allowed)
+    _require_like(start.landed, at_rest.landed, "start.landed")
+    _require_like(before.velocity, at_rest.before.velocity, "start.before.velocity")
+    require(not before.tau >= tau, "start.before.tau", before.tau, f"below start.state.tau, {tau:g}")
+    allowed = f"below start.before.tau, {before.tau:g}"
+    require(not before.middle >= before.tau, "start.before.middle", before.middle, allowed)
+    return start
+
+
+def require_start(start: State, system: System, equilibrium: float) -> None:
+    """Refuse a start state of another scene: it has the arrays of this scene's state at rest, its held nodes and tools.
+
+    Its contact forces balance its stress within :data:`BALANCED`, or ``equilibrium`` where a march asks for less. Where
+    nothing may touch the body they have no scale to move: a stress out of balance relaxes in the first increment.
+
+    Raises:
+        SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
+            elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
+            surface, contact forces that its stress does not carry; the message names the field.
+    """
+    scene, at_rest = system.body.scene, system.rest()
+    require_number(start.tau, "start.tau")
+    require(0 <= start.tau <= 1, "start.tau", start.tau, "in [0, 1]")
+    require_number(start.length, "start.length")
+    allowed = f"0, or from {SHORTEST:g} to 1"
+    require(start.length == 0 or SHORTEST <= start.length <= 1, "start.length", start.length, allowed)
+    for name, value in vars(at_rest).items():
+        if isinstance(value, np.ndarray):
+            _require_like(getattr(start, name), value, f"start.{name}")
+    require_type(start.flow, Flow, "start.flow", optional=True)
+    if start.flow is not None:
+        _require_like(start.flow.strain, at_rest.plastic_strain, "start.flow.strain")
+        _require_like(start.flow.peeq, at_rest.peeq, "start.flow.peeq")
+    require(bool((start.peeq >= 0).all()), "start.peeq", float(start.peeq.min()), ">= 0")
+    _require_yielded(start, system)
+    _require_pressure(start, system)
+    placed = scene.mesh.nodes + scene.driven(start.tau)
+    holding = scene.holding
+    moved = float(np.abs(holding.axes.components(start.nodes - placed)[holding.held]).max(initial=0.0))
+    allowed = f"where the supports hold them, not {moved:.3g} away: is it another scene's?"
+    require(moved <= PLACED * scene.mesh.size, "start.nodes", "held ones", allowed)
+    contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
+    # The gaps of a start have round-off of motions, these that of places: much, where a circle is large.
+    off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(contacts.mean(at[0]), at[1])
+    apart = float(off.max(initial=0.0))
+    allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"
+    require(apart <= PLACED * scene.mesh.size, "start.gap", "distances", allowed)
+    if start.gap.size:
+        _require_balanced(start, system, max(BALANCED, equilibrium))
+
+
+def _require_yielded(start: State, system: System) -> None:
+    """Stress within the yield surface, unless it is a material's that leaves it."""
+    material = system.body.scene.material
+    if not material.drifts:
+        sigma_y = material.yield_stress(start.peeq)
+        largest = float(np.abs(start.stress).max(initial=0.0))
+        require(largest <= LARGEST_STRESS, "start.stress", largest, f"at most {LARGEST_STRESS:g}")
+        ratio = float((equivalent_stress(start.stress) / sigma_y).max())
+        allowed = f"within the scene's yield stress, not at {ratio:.9g} of it: is it another material's?"
+        require(ratio <= 1 + YIELDED, "start.stress", "one", allowed)
+
+
+def _require_pressure(start: State, system: System) -> None:
+    """A pressure that the volume change of the elements can hold against: forces rely on it (bipot.fem.projection)."""
+    projection, pressure = system.body.projection, start.pressure
+    if projection is not None:
+        off = float(np.abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure).max())
+        volume = system.body.scene.volume_change.name
+        allowed = f"of a pressure of {volume} in each element, not {off:.3g} off: is it another scene's?"
+        require(off <= YIELDED * float(np.abs(start.stress).max()), "start.stress", "one", allowed)
+
+
+def _require_balanced(start: State, system: System, tolerance: float) -> None:
+    """Contact forces that the stress carries: those to come are measured by the largest so far.
+
+    Equilibrium is asked where the scene's configuration asks for it.
+    """
+    body, contacts = system.body, system.candidates
+    blind = not start.forces[~contacts.tangent_free, 1:].any()
+    require(blind, "start.forces", "tangential ones", "zero where supports hold a node against them")
+    before, elements = start.nodes - start.du, body.scene.mesh.elements
+    nodes = body.scene.balanced(before, start.du)
+    try:
+        placed = gradients(nodes, elements, body.space.reference, body.scene.geometry)
+    except InvertedElement as folded:
+        raise SceneError(f"start.nodes: must be those of elements that are not folded: {folded}") from folded
+    forces = element_force(placed, start.stress)
+    loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
+    at = start.nodes, body.scene.placed(start.tau, start.translation)
+    residual = body.space.vector(forces) - loads - contacts.load(start.forces, *at)
+    # Of a tool that is driven, by the same scale: that it is near is all that is asked here.
+    off_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
+    off = max(float(norm(body.space.spread(residual)).max()), float(off_tools))
+    scale = body.space.force_scale(forces, body.space.spread(loads))
+    arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
+    moved = float(norm(start.du).max()) + arrived.reach
+    noise = system.round_off(start.stress, moved)
+    allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
+    # where nothing is asked of nothing at all, inf times 0 is no number
+    require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
+
+
+def _require_like(given: ArrayLike, own: Floats | Bools, field: str) -> None:
+    """The shape of the scene's own array, and finite."""
+    shape = np.shape(given)
+    require(shape == own.shape, field, f"of shape {shape}", f"of shape {own.shape}, as in the scene")
+    require(bool(np.isfinite(np.asarray(given)).all()), field, "NaN or infinite", "finite")

@@ -1,0 +1,1 @@
+"""Meshes: cells, their elements and facets, makers of sections and solids, files."""

@@ -1,0 +1,114 @@
+r"""Solids above plane meshes: hexahedra above quadrilaterals, tetrahedra above triangles, layer by layer.
+
+Above a triangle with corners a < b < c stand prisms, each of the three tetrahedra
+
+    a b c c',    a b b' c',    a a' b' c',
+
+primes marking its top. Every upright face is cut from the lower corner of less number to the upper one of greater, so
+that neighbours, which know the same numbers, cut it alike.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.meshes.cells import Parts
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import cells_between, edges_along
+from bipot.typing import Floats, Ints
+
+PRISM = np.array([(0, 1, 2, 5), (0, 1, 4, 5), (0, 3, 4, 5)])
+"""Its tetrahedra, of corners below (0, 1, 2) and above (3, 4, 5)."""
+
+CORE, BULGE = 0.6, 0.5
+"""Half the width of a disc's inner square, over the radius; how far its sides are on the way to arcs."""
+
+FLAT = {Element.H8.shape: Element.Q4, Element.T4.shape: Element.T3}
+"""Above which plane elements solids of a shape are made."""
+
+
+def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
+    """H8 or T4 between the ``heights`` (n,) above plane Q4 or T3; below and above are boundaries called ``ends``."""
+    count, solid = len(base.nodes), base.element is Element.Q4
+    places = np.repeat(np.asarray(heights), count)
+    nodes = np.column_stack([np.tile(base.nodes, (len(heights), 1)), places])
+    low = count * np.arange(len(heights) - 1)[:, None, None]
+    cells = base.elements if solid else np.sort(base.elements, axis=1)
+    prisms = np.concatenate([cells + low, cells + low + count], axis=2).reshape(-1, 2 * cells.shape[1])
+    elements = prisms if solid else _turned(nodes, prisms[:, PRISM].reshape(-1, 4))
+    boundaries = {name: _upright(edges, low, count, solid) for name, edges in base.boundaries.items()}
+    return Parts(nodes, elements, boundaries | {ends[0]: base.elements, ends[1]: base.elements + low.max() + count})
+
+
+def _turned(nodes: Floats, cells: Ints) -> Ints:
+    """The tetrahedra, mirror images numbered such that they are none."""
+    x = nodes[cells]
+    inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
+    return np.where(inverted[:, None], cells[:, Element.T4.mirrored], cells)
+
+
+def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:
+    """Faces above the edges (f, 2): quadrilaterals, or their halves."""
+    a, b = (edges if solid else np.sort(edges, axis=1)).T
+    if solid:
+        return (np.column_stack([a, b, b + count, a + count]) + low).reshape(-1, 4)
+    return (np.column_stack([a, b, b + count, a, a + count, b + count]) + low).reshape(-1, 3)
+
+
+def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Element) -> Parts:
+    """Q4 or T3 of a disc, or of its ``quarter`` x, y >= 0: a square of so many along a quarter's side, and rings.
+
+    ``rings`` (m + 1,) go from 0 at the square to 1 at the circle. Boundaries are ``side`` and, of a quarter, ``left``
+    and ``front``.
+    """
+    line = np.linspace(0.0 if quarter else -1.0, 1.0, square * (1 if quarter else 2) + 1)
+    inner = np.arange(len(line) ** 2).reshape(len(line), -1)
+    core = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    around = _around(inner, quarter)
+    own = around if quarter else around[:-1]
+    outer = inner.size + np.arange(len(own) * (len(rings) - 1)).reshape(-1, len(own))
+    layers = np.vstack([around, outer if quarter else np.column_stack([outer, outer[:, 0]])])
+    far = _circle(core[own])
+    near = _core(core[own])
+    nodes = np.vstack([_core(core), *((1 - t) * near + t * far for t in rings[1:])]) * radius
+    cells = np.vstack([cells_between(inner, element), cells_between(layers, element)])
+    if not quarter:
+        return Parts(nodes, cells, edges_along(("side",), (layers[-1],)))
+    front, left = np.append(inner[:-1, 0], layers[:, 0]), np.append(inner[0, :-1], layers[:, -1])
+    return Parts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left)))
+
+
+def annulus(radii: Floats, count: int, element: Element) -> Parts:
+    """Q4 or T3 of a quarter of a ring x, y >= 0 between ``radii`` (n + 1,), ``count`` of them around it.
+
+    Boundaries are ``bore``, ``side``, ``front`` and ``left``.
+    """
+    along = np.linspace(0.0, 2.0, count + 1)
+    circle = _circle(np.minimum(np.column_stack([2 - along, along]), 1.0))
+    number = np.arange(len(radii) * (count + 1)).reshape(len(radii), -1)
+    nodes = (radii[:, None, None] * circle).reshape(-1, 2)
+    names, lines = ("bore", "side", "front", "left"), (number[0], number[-1], number[:, 0], number[:, -1])
+    return Parts(nodes, cells_between(number, element), edges_along(names, lines))
+
+
+def _around(inner: Ints, quarter: bool) -> Ints:
+    """Numbers of the nodes around the square, anticlockwise: of a quarter its far sides, else all, the first again."""
+    far = np.concatenate([inner[-1], inner[-2::-1, -1]])
+    return far if quarter else np.concatenate([far, inner[0, -2::-1], inner[1:, 0]])
+
+
+def _circle(square: Floats) -> Floats:
+    """Where points (n, 2) of the square max(|x|, |y|) = 1 are on the unit circle, at angles that are even along it."""
+    x, y = square.T
+    upright = np.abs(x) >= np.abs(y)
+    angle = np.where(upright, y * np.sign(x), x * np.sign(y)) * np.pi / 4
+    along, across = np.cos(angle), np.sin(angle)
+    turned = np.stack([along, across], axis=1), np.stack([across, along], axis=1)
+    return np.where(upright[:, None], np.sign(x)[:, None] * turned[0], np.sign(y)[:, None] * turned[1])
+
+
+def _core(square: Floats) -> Floats:
+    """Where points (n, 2) of [-1, 1]^2 are in the inner square of a unit disc, whose sides bulge."""
+    size = np.abs(square).max(axis=1, keepdims=True)
+    on = np.divide(square, size, out=np.full(square.shape, 1.0), where=size > 0)
+    return CORE * ((1 - BULGE) * square + BULGE * size * _circle(on))

@@ -1,0 +1,123 @@
+"""What bounds elements, edges in a plane and faces in space: whose they are, and that no two elements overlap there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.errors import require
+from bipot.meshes.elements import Element
+from bipot.typing import Bools, Ints
+
+
+@dataclass(frozen=True)
+class Facets:
+    """The different facets of elements: ``nodes`` (f, n) as an ``element`` has them, edges as end, (middle,) end.
+
+    They run anticlockwise around the element ``owner`` (f,), the first that has them, or seen from outside of it;
+    ``shared`` (f,) are those of two elements. ``number`` (e, m) says which facet each of an element's is.
+
+    ``crowded`` are facets of more than two elements, or of two that lie on the same side.
+    """
+
+    element: Element
+    nodes: Ints
+    shared: Bools
+    crowded: Ints
+    owner: Ints
+    number: Ints
+
+    @staticmethod
+    def of(elements: Ints, element: Element) -> Facets:
+        """The facets of elements (e, k) of a kind: those of neighbours run opposite ways."""
+        own = element.facets
+        every = elements[:, own].reshape(-1, own.shape[1])
+        _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
+        number = place.reshape(-1, len(own))
+        count = np.bincount(number.ravel())
+        forward = np.bincount(number.ravel(), weights=np.where(_forward(every[:, element.ends]), 1, -1))
+        nodes = every[first]
+        crowded = (count > 2) | ((count == 2) & (forward != 0))
+        return Facets(element, nodes, count > 1, nodes[crowded], first // len(own), number)
+
+    @property
+    def ends(self) -> Ints:
+        """The end nodes (f, 2), or the corners of faces (f, 3 or 4)."""
+        return self.nodes[:, self.element.ends]
+
+    def find(self, facets: Ints) -> Ints:
+        """Which facet has all nodes of each of the ``facets``, or its :attr:`ends`, in whatever order; -1 if none."""
+        own = self.ends if facets.shape[1] == len(self.element.ends) else self.nodes
+        if facets.shape[1] != own.shape[1]:
+            return np.full(len(facets), -1)
+        # Only facets whose nodes are all asked for can be meant: far fewer to sort than there are.
+        near = np.flatnonzero(np.isin(own, facets).all(axis=1))
+        rows = np.sort(np.vstack([own[near], facets]), axis=1)
+        _, place = np.unique(rows, axis=0, return_inverse=True)
+        place = place.ravel()
+        which = np.full(len(place), -1)
+        which[place[: len(near)]] = near
+        return which[place[len(near) :]]
+
+    def run(self, which: Ints, as_given: Ints) -> Ints:
+        """Nodes (f, n) of ``which`` facets: edges run as their nodes ``as_given`` do, faces as in :attr:`nodes`."""
+        nodes = self.nodes[which]
+        if self.element.dimension == 3:
+            return nodes
+        middle = nodes[:, 1:-1]
+        ends = as_given
+        if as_given.shape[1] > 2:
+            ends = as_given[(as_given[:, :, None] != middle[:, None]).all(axis=2)].reshape(-1, 2)
+        return np.insert(ends, 1, middle.T, axis=1)
+
+
+def _forward(corners: Ints) -> Bools:
+    """Which way edges (f, 2) or faces (f, n) run: one of the two that their neighbours do not."""
+    if corners.shape[1] == 2:
+        return corners[:, 0] < corners[:, 1]
+    at, least = np.arange(len(corners)), np.argmin(corners, axis=1)
+    after, before = ((least + step) % corners.shape[1] for step in (1, -1))
+    return corners[at, after] < corners[at, before]
+
+
+def edges_of(elements: Ints, element: Element) -> tuple[Ints, Ints]:
+    """The different edges of elements (e, k) by their ends (s, 2), and which ``number`` (e, n) each of an element's is.
+
+    >>> edges_of(np.array([[0, 1, 2], [0, 2, 3]]), Element.T3)[0].tolist()
+    [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
+    """
+    own = element.edges[:, [0, -1]]
+    ends, number = np.unique(np.sort(elements[:, own].reshape(-1, 2), axis=1), axis=0, return_inverse=True)
+    return ends, number.reshape(-1, len(own))
+
+
+def require_facets(facets: Facets, elements: Ints) -> None:
+    """Every facet has at most two elements, one a side, every edge its own mid-side node if any."""
+    what, way = ("edge", "numbered") if facets.element.dimension == 2 else ("face", "of a base numbered")
+    crowded = facets.crowded[:1].tolist()
+    allowed = f"of one element a side (none overlap, all {way} anticlockwise)"
+    require(not crowded, "mesh.elements", f"{what} {crowded}", allowed)
+    if not facets.element.quadratic:
+        return
+    edges = elements[:, facets.element.edges].reshape(-1, 3)
+    edges[:, ::2].sort(axis=1)
+    middle, count = np.unique(np.unique(edges, axis=0)[:, 1], return_counts=True)
+    hanging = np.union1d(middle[count > 1], np.intersect1d(middle, facets.ends))
+    require(not hanging.size, "mesh.elements", f"mid-side node {hanging[:1].tolist()}", "on one edge, and no corner")
+
+
+def require_one_part(facets: Facets) -> None:
+    """Facets lead from the first element to every other: parts that touch in a corner, or not at all, move alone."""
+    # Only the making of a mesh asks for it: what merely imports the library need not load it.
+    from scipy.sparse.csgraph import connected_components
+
+    what = "edge" if facets.element.dimension == 2 else "face"
+    count, sides = facets.number.shape
+    owner, facet = np.repeat(np.arange(count), sides), facets.number.ravel()
+    links = sp.coo_array((np.ones(owner.size), (owner, facet)), shape=(count, len(facets.nodes)))
+    _, part = connected_components(links @ links.T, directed=False)
+    apart = np.flatnonzero(part != part[0])[:1]
+    lonely = f"one body: element {apart.max(initial=0)} shares no {what} with those that hang together with element 0"
+    require(not apart.size, "mesh.elements", "in parts", lonely)

@@ -1,0 +1,142 @@
+r"""How elements fill a rectangle: along its lines, or fanned out around the corner of its far sides.
+
+Far sides are x = x1 and y = y1, and their corner is C = (x1, y1): with the names of the makers, where ``top`` and
+``side`` or ``right`` meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from enum import Enum
+from typing import Any
+
+import numpy as np
+
+from bipot.errors import require, require_count, require_type
+from bipot.meshes.cells import Parts, converted, graded, require_room
+from bipot.meshes.elements import Element
+from bipot.typing import Floats, Ints
+
+Span = tuple[float, float]
+Names = tuple[str, str, str, str]
+Axes = tuple[Floats, Floats]
+
+
+class Layout(Enum):
+    r"""Of n_x quadrilaterals along the far side y = y1 and n_y along x = x1; triangles are halves of these.
+
+    ``TENSOR``: n_x n_y between lines of constant x and y. One quadrilateral has the corner C, at a right angle.
+
+    ``FANNED``: (n_x + 1) (n_y + 1) - 1 in three blocks that share an inner point X. The near sides have n_x + 1 and
+    n_y + 1 edges, their ends u_i and v_j graded as the far sides' x_i and y_j are:
+
+        n_x n_y between the lines x = u_i, y = v_j,           i = 0 .. n_x, j = 0 .. n_y,    X = (u_nx, v_ny),
+        n_x between (u_i, v_ny) and (x_i, y1),                i = 0 .. n_x,
+        n_y between (u_nx, v_j) and (x1, y_j),                j = 0 .. n_y.
+
+    The layers along the far sides share the edge from X to C, so that the corner has two quadrilaterals, of about 45
+    degrees each. It is for a body whose one far side rolls onto the tool that the other one touches: they then lie on
+    one line, and a single quadrilateral in the corner would be folded to an angle of 180 degrees, where a quadratic
+    one has no positive Jacobian; two have 90 degrees each. Triangles at the corner have the same two angles.
+    """
+
+    TENSOR = "tensor"
+    FANNED = "fanned"
+
+    def count(self, n_x: int, n_y: int) -> int:
+        """How many quadrilaterals.
+
+        >>> Layout.TENSOR.count(10, 4), Layout.FANNED.count(10, 4)
+        (40, 54)
+        """
+        return n_x * n_y + (n_x + n_y if self is Layout.FANNED else 0)
+
+
+def rectangle(
+    x: Span,
+    y: Span,
+    counts: tuple[int, int],
+    grading: Sequence[float],
+    names: Names,
+    element: Element,
+    layout: Layout,
+) -> Parts:
+    """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``; ``counts`` along the far sides.
+
+    ``grading`` is of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate like
+    the squares of a chessboard, block by block, such that a fanned corner is one of two triangles, too.
+
+    Raises:
+        SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
+            numbers, or leaves no element; another element or layout.
+    """
+    fields = ("elements along the first axis", "elements along the second axis")
+    for count, field_name in zip(counts, fields, strict=True):
+        require_count(count, field_name)
+    require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
+    require_type(element, Element, "element")
+    require_layout_room(counts, element, layout, fields)
+    x_far, y_far = (graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True))
+    if layout is Layout.TENSOR:
+        return converted(_tensor(x_far, y_far, names, element), element)
+    x_near, y_near = (graded(*side, n + 1, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True))
+    return converted(_fanned((x_near, y_near), (x_far, y_far), names, element), element)
+
+
+def require_layout_room(counts: tuple[int, int], element: Element, layout: Any, fields: tuple[str, str]) -> None:
+    """Refuse ``counts`` along two sides, called ``fields``, of more elements than memory has room for.
+
+    Raises:
+        SceneError: naming the larger of the two; or ``layout`` is none.
+    """
+    require_type(layout, Layout, "layout")
+    first, second = (int(count) for count in counts)
+    require_room(layout.count(first, second), element, fields[second > first], max(first, second))
+
+
+def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> Parts:
+    """Cells of straight edges between the lines ``x`` (n + 1,) and ``y`` (m + 1,)."""
+    number = np.arange(len(x) * len(y)).reshape(len(x), len(y))
+    sides = number[0], number[-1], number[:, 0], number[:, -1]
+    return Parts(_lines(x, y), cells_between(number, element), edges_along(names, sides))
+
+
+def _fanned(near: Axes, far: Axes, names: Names, element: Element) -> Parts:
+    """Cells of straight edges in three blocks: ends along the ``near`` sides (n + 2,), (m + 2,), and the ``far`` ones.
+
+    The far ones are (n + 1,) and (m + 1,).
+    """
+    (x, y), (u, v) = far, near
+    n, m = len(x) - 1, len(y) - 1
+    inner = np.arange((n + 1) * (m + 1)).reshape(n + 1, m + 1)
+    top = inner.size + np.arange(n + 1)
+    right = np.append(top[-1] + 1 + np.arange(m), top[-1])
+    nodes = np.vstack([_lines(u[:-1], v[:-1]), _lines(x, y[-1:]), _lines(x[-1:], y[:-1])])
+    blocks = (inner, 0), (np.column_stack([inner[:, -1], top]), n), (np.vstack([inner[-1], right]), m)
+    cells = np.vstack([cells_between(number, element, parity) for number, parity in blocks])
+    sides = np.append(inner[0], top[0]), right, np.append(inner[:, 0], right[0]), top
+    return Parts(nodes, cells, edges_along(names, sides))
+
+
+def _lines(x: Floats, y: Floats) -> Floats:
+    """Where the lines cross, one line x after the other."""
+    return np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def cells_between(number: Ints, element: Element, parity: int = 0) -> Ints:
+    """Quadrilaterals (e, 4) or triangles (2 e, 3) between nodes whose ``number`` (n + 1, m + 1) runs along x and y.
+
+    Triangles are cut from lower left to upper right where the sum of a cell's indices and ``parity`` is even.
+    """
+    around = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    cells = np.stack(around, axis=-1).reshape(-1, 4)
+    if element.corners == 4:
+        return cells
+    black = (np.indices((number.shape[0] - 1, number.shape[1] - 1)).sum(axis=0).ravel() + parity) % 2 == 0
+    cells = np.where(black[:, None], cells, np.roll(cells, 1, axis=1))
+    return cells[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+
+
+def edges_along(names: Sequence[str], sides: Sequence[Ints]) -> dict[str, Ints]:
+    """Edges (f, 2) by name, from the nodes of each side one after the other."""
+    return {name: np.column_stack([side[:-1], side[1:]]) for name, side in zip(names, sides, strict=True)}

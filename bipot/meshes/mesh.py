@@ -1,0 +1,233 @@
+"""Meshes of one kind of element with named boundaries; `bipot.meshes.sections` and `bipot.meshes.solids` make those of
+simple shapes.
+
+A mesh is a frozen value. Nodes are (a, d), elements (e, k) in the order *corners, mid-sides, centre* of
+:class:`~bipot.meshes.elements.Element`, and a boundary is an array of its facets (f, n): in a plane edges as end,
+middle, end, or end, end; in space faces with their nodes in the order of plane elements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from bipot.basics.frozen import FrozenMap
+from bipot.errors import (
+    LARGEST_LENGTH,
+    require,
+    require_magnitude,
+    require_type,
+)
+from bipot.meshes.cells import Parts, converted
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.facets import Facets, require_facets, require_one_part
+from bipot.meshes.files import of_meshio, of_skfem, to_meshio
+from bipot.typing import Floats, Ints, as_array, read_only
+
+PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
+
+FARTHEST = 1e6
+"""From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of facets (f, n).
+
+    All are read-only copies. How many nodes an element has tells its kind. Nodes of a facet may be given in another
+    order, that of mesh files (end, end, middle) too: which is which the elements say. Edges keep the way they run,
+    faces are as seen from outside of their element.
+
+    Raises:
+        SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
+            index that is no whole number or outside the node list; an element twice, or with a node twice; a node of
+            no element; a mid-side node on two different edges; a facet of more than two elements, or of two on the
+            same side; parts that share no facet; a boundary that is empty, holds a facet twice, or one that is no facet
+            of an element.
+    """
+
+    nodes: Floats
+    elements: Ints
+    boundaries: Mapping[str, Ints] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        nodes = as_array(self.nodes, "mesh.nodes")
+        numeric = nodes.ndim == 2 and nodes.shape[1] in (2, 3) and nodes.dtype.kind in "fiu"
+        require(numeric, "mesh.nodes", f"array {nodes.shape} of {nodes.dtype}", PLACES)
+        require(bool(np.isfinite(nodes).all()), "mesh.nodes", "NaN or infinite", "finite")
+        _require_near(nodes)
+        require_type(self.boundaries, Mapping, "mesh.boundaries")
+        kinds = {element.nodes: element.name for element in elements_of(nodes.shape[1])}
+        elements = _connectivity(self.elements, kinds, "mesh.elements", "element", len(nodes))
+        _require_elements(elements, len(nodes))
+        object.__setattr__(self, "nodes", read_only(nodes, np.float64))
+        object.__setattr__(self, "elements", read_only(elements, np.intp))
+        require_facets(self._facets, self.elements)
+        require_one_part(self._facets)
+        boundaries = {name: self._ordered(name, facets) for name, facets in self.boundaries.items()}
+        object.__setattr__(self, "boundaries", FrozenMap(boundaries))
+
+    @classmethod
+    def from_skfem(cls, mesh: Any) -> Mesh:
+        """A mesh of scikit-fem, of triangles, quadrilaterals, tetrahedra or hexahedra, with its named boundaries.
+
+        Kinds are those of :class:`~bipot.meshes.elements.Element`: MeshTri, MeshTri2, MeshQuad, MeshQuad2, MeshTet,
+        MeshTet2 and MeshHex.
+
+        Raises:
+            SceneError: another kind of mesh; a mid-side node that is not between its corners.
+
+        >>> import skfem
+        >>> sorted(Mesh.from_skfem(skfem.MeshQuad().refined(1).with_defaults()).boundaries)
+        ['bottom', 'left', 'right', 'top']
+        """
+        return cls(*of_skfem(mesh))
+
+    @classmethod
+    def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
+        """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
+
+        Cells are of one kind and stay what they are (:meth:`to` makes others): tetrahedra or hexahedra where there are
+        any, else triangles or quadrilaterals. Boundaries are of the lines or faces that bound them: named sets of
+        these cells; numbers of them in the cell data ``tag`` (by default physical groups of Gmsh), called as in
+        ``names``, the file, or by the number; and node sets that are nodes of outer ones, none left over. Other sets
+        are left out.
+
+        Raises:
+            SceneError: a file that is missing or not readable, meshio that is not installed; no such cells, or of
+                several kinds; z coordinates of a plane that differ; nodes in another order; a boundary that bounds no
+                cell; an unknown ``tag``, or a number that no line or face has.
+        """
+        return cls(*of_meshio(source, tag, names))
+
+    def to_meshio(self) -> Any:
+        """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
+
+        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (``names`` of VTK
+        files, which keep numbers alone), and sets of nodes.
+
+        Raises:
+            SceneError: meshio is not installed.
+        """
+        return to_meshio(self._parts)
+
+    def to(self, element: Element) -> Mesh:
+        """The mesh in other elements of the same shape: mid-sides and centres added where asked for, or dropped.
+
+        Without mid-sides edges are straight.
+
+        Raises:
+            SceneError: elements of another shape are asked for.
+
+        >>> from bipot.meshes.sections import block
+        >>> block(1.0, 1.0, 2, 2).to(Element.Q4).nodes.shape
+        (9, 2)
+        """
+        require_type(element, Element, "element")
+        return Mesh(*converted(self._parts, element))
+
+    @property
+    def element(self) -> Element:
+        """What its elements are."""
+        return self._parts.element
+
+    @property
+    def dimension(self) -> int:
+        """Number d of coordinates: 2 in a plane, 3 in space."""
+        return self.nodes.shape[1]
+
+    @property
+    def _parts(self) -> Parts:
+        return Parts(self.nodes, self.elements, self.boundaries)
+
+    @cached_property
+    def _facets(self) -> Facets:
+        return Facets.of(self.elements, self.element)
+
+    def _ordered(self, name: str, facets: Ints) -> Ints:
+        """The facets of a boundary with their nodes in order."""
+        require_type(name, str, "mesh.boundaries, a name")
+        label = f"mesh boundary {name!r}"
+        what, one = ("edge", "an edge") if self.dimension == 2 else ("face", "a face")
+        width = self._facets.nodes.shape[1]
+        facets = _connectivity(facets, {width: f"{one} of {self.element.name}"}, label, what, len(self.nodes))
+        found = self._facets.find(facets)
+        lost = np.flatnonzero(found < 0)
+        require(not lost.size, label, facets[lost[:1]].tolist(), f"the nodes of one {what} of an element")
+        require(len(np.unique(found)) == len(found), label, f"{one} twice", f"{what}s that differ")
+        return read_only(self._facets.run(found, facets), np.intp)
+
+    def inner_edges(self, *names: str) -> Ints:
+        """Facets (f, n) of the named boundaries that lie between two elements: nothing outside can touch them."""
+        edges = self.edges(*names)
+        return edges[self._facets.shared[self._facets.find(edges)]]
+
+    @cached_property
+    def outline(self) -> Ints:
+        """Facets (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
+        return self._facets.nodes[~self._facets.shared]
+
+    def surface(self, name: str) -> tuple[Ints, Ints]:
+        """Facets (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""
+        found = self._facets.find(self.boundary(name))
+        return self._facets.nodes[found], self._facets.owner[found]
+
+    def boundary(self, name: str) -> Ints:
+        """Facets (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
+        require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
+        return self.boundaries[name]
+
+    def edges(self, *names: str) -> Ints:
+        """Facets (f, n) of the named boundaries, one after the other."""
+        return np.concatenate([self.boundary(name) for name in names])
+
+    def owners(self, *names: str) -> Ints:
+        """The elements (f,) that have the :meth:`edges` of the named boundaries, the first one of two."""
+        return self._facets.owner[self._facets.find(self.edges(*names))]
+
+    def boundary_nodes(self, *names: str) -> Ints:
+        """Sorted node numbers on the union of the named boundaries."""
+        return np.unique(self.edges(*names))
+
+    @cached_property
+    def size(self) -> float:
+        """Largest extent of the mesh along an axis: the body size that scales lengths."""
+        return float(np.ptp(self.nodes, axis=0).max())
+
+
+def _require_near(nodes: Floats) -> None:
+    """Positions far from the origin lose shapes and displacements to their round-off."""
+    if not len(nodes):
+        return
+    far, size = float(np.abs(nodes).max()), float(np.ptp(nodes, axis=0).max())
+    require_magnitude(size, "mesh.size", LARGEST_LENGTH)
+    allowed = f"within {FARTHEST:g} times the body's size {size:.3g} of the origin"
+    require(far <= FARTHEST * size, "mesh.nodes", f"coordinates to {far:.3g}", allowed)
+
+
+def _connectivity(given: object, widths: Mapping[int, str], field: str, what: str, count: int) -> Ints:
+    """Node numbers (n, one of the ``widths``) as intp, checked to be whole and in [0, count)."""
+    array = as_array(given, field)
+    require(array.size > 0, field, "empty", f"at least one {what}")
+    require(array.dtype.kind in "iu", f"{field} node index", f"of type {array.dtype}", "a whole number")
+    allowed = "of shape " + ", ".join(f"(n, {width}): {name}" for width, name in widths.items())
+    require(array.ndim == 2 and array.shape[1] in widths, field, f"shape {array.shape}", allowed)
+    outside = array[(array < 0) | (array >= count)]
+    require(not outside.size, f"{field} node index", outside[:1].tolist(), f"in [0, {count})")
+    return array.astype(np.intp)
+
+
+def _require_elements(elements: Ints, count: int) -> None:
+    """Every element is there once and has different nodes; every node belongs to one."""
+    ordered = np.sort(elements, axis=1)
+    twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
+    require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", f"of {elements.shape[1]} different nodes")
+    _, first = np.unique(ordered, axis=0, return_index=True)
+    again = np.setdiff1d(np.arange(len(elements)), first)
+    require(not again.size, "mesh.elements", f"element {again[:1].tolist()}", "there once, not a copy of another")
+    orphans = np.setdiff1d(np.arange(count), elements)
+    require(not orphans.size, "mesh.nodes", f"node {orphans[:1].tolist()}", "a node of an element: leave others out")

@@ -1,0 +1,167 @@
+"""Meshes of bodies in space: blocks, cylinders and rings, whole or cut by planes of symmetry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bipot.errors import require, require_count, require_positive, require_type
+from bipot.meshes.cells import Parts, converted, graded, require_room
+from bipot.meshes.elements import Element, elements_of
+from bipot.meshes.extrusion import FLAT, annulus, disc, extruded
+from bipot.meshes.layout import Layout, rectangle
+from bipot.meshes.mesh import Mesh
+
+Gradings = tuple[float, ...]
+"""Size of the last element over that of the first, axis by axis; sizes grow by one factor from each to the next."""
+
+
+def brick(
+    width: float,
+    depth: float,
+    height: float,
+    n_x: int,
+    n_y: int,
+    n_z: int,
+    grading: Gradings = (1.0, 1.0, 1.0),
+    element: Element = Element.H8,
+) -> Mesh:
+    """Block [0, width] x [0, depth] x [0, height], its boundaries left, right; front, back; base, top, axis by axis.
+
+    ``grading`` is of x, y, z. Of tetrahedra six make a hexahedron.
+
+    Raises:
+        SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
+
+    >>> brick(7.0, 2.0, 1.0, 3, 2, 1).elements.shape
+    (6, 8)
+    >>> sorted(brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T10).boundaries)
+    ['back', 'base', 'front', 'left', 'right', 'top']
+    """
+    require_positive(width=width, depth=depth, height=height)
+    counts = {"n_x": n_x, "n_y": n_y, "n_z": n_z}
+    for name, count in counts.items():
+        require_count(count, name)
+    _require_solid(element, grading, 3)
+    largest = max(counts, key=lambda name: counts[name])
+    require_room(int(n_x) * int(n_y) * int(n_z), element, largest, counts[largest])
+    names = "left", "right", "front", "back"
+    sides = (0.0, width), (0.0, depth)
+    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], Layout.TENSOR)
+    return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2]), ("base", "top")), element))
+
+
+def cylinder_3d(
+    radius: float,
+    height: float,
+    n_square: int,
+    n_r: int,
+    n_z: int,
+    grading: Gradings = (1.0, 1.0),
+    element: Element = Element.H8,
+    *,
+    quarter: bool = True,
+    curved: bool = True,
+    inscribed: bool = True,
+) -> Mesh:
+    """Cylinder around the third axis, its quarter x, y >= 0 or the whole, with boundaries base, top and side.
+
+    A square around the axis has ``n_square`` elements along each side in a quarter, so that 2 ``n_square`` segments
+    make a quarter of the circle; ``n_r`` rings are around it, graded as the first of the ``grading`` says, the second
+    being that of z. A quarter has the boundaries left, x = 0, and front, y = 0, besides. Middle nodes of quadratic
+    elements are on the circle too where it is ``curved``; between nodes of others it is straight. Nodes of the side are
+    at the ``radius`` where it is ``inscribed``; else a little farther out, so that the volume is the cylinder's.
+
+    Raises:
+        SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
+
+    >>> cylinder_3d(5.0, 5.0, 2, 1, 3).elements.shape
+    (24, 8)
+    """
+    require_positive(radius=radius, height=height)
+    counts = {"n_square": n_square, "n_r": n_r, "n_z": n_z}
+    for name, count in counts.items():
+        require_count(count, name)
+    for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
+        require_type(value, bool, name)
+    _require_solid(element, grading, 2)
+    a_quarter = int(n_square) * (int(n_square) + 2 * int(n_r)) * int(n_z)
+    largest = max(counts, key=lambda name: counts[name])
+    require_room(a_quarter * (1 if quarter else 4), element, largest, counts[largest])
+    arcs = curved and element.quadratic
+    outer = radius * (1.0 if inscribed else _widened(2 * n_square, arcs))
+    flat = disc(outer, n_square, graded(0.0, 1.0, n_r, grading[0]), quarter, FLAT[element.shape])
+    parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
+    return Mesh(*(_rounded(parts, {"side": outer}) if arcs else parts))
+
+
+def ring_3d(
+    inner: float,
+    outer: float,
+    height: float,
+    n_around: int,
+    n_r: int,
+    n_z: int,
+    grading: Gradings = (1.0, 1.0),
+    element: Element = Element.H8,
+    *,
+    curved: bool = True,
+    inscribed: bool = True,
+) -> Mesh:
+    """The quarter x, y >= 0 of a ring around the third axis, with boundaries bore, side, left, front, base and top.
+
+    ``n_around`` elements make a quarter of the circle; ``grading`` is of the radius and of z. ``curved`` and
+    ``inscribed`` are those of :func:`cylinder_3d`, of both circles.
+
+    Raises:
+        SceneError: a size or a count that is none, an inner radius that is not the smaller one, more elements than
+            memory has room for, a plane element.
+
+    >>> mesh = ring_3d(3.0, 6.0, 2.0, 6, 3, 2)
+    >>> mesh.elements.shape, sorted(mesh.boundaries)
+    ((36, 8), ['base', 'bore', 'front', 'left', 'side', 'top'])
+    """
+    require_positive(inner=inner, outer=outer, height=height)
+    require(inner < outer, "inner", inner, f"< outer = {outer}")
+    counts = {"n_around": n_around, "n_r": n_r, "n_z": n_z}
+    for name, count in counts.items():
+        require_count(count, name)
+    for name, value in {"curved": curved, "inscribed": inscribed}.items():
+        require_type(value, bool, name)
+    _require_solid(element, grading, 2)
+    largest = max(counts, key=lambda name: counts[name])
+    require_room(int(n_around) * int(n_r) * int(n_z), element, largest, counts[largest])
+    arcs = curved and element.quadratic
+    wider = 1.0 if inscribed else _widened(n_around, arcs)
+    flat = annulus(graded(inner * wider, outer * wider, n_r, grading[0]), n_around, FLAT[element.shape])
+    parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
+    return Mesh(*(_rounded(parts, {"bore": inner * wider, "side": outer * wider}) if arcs else parts))
+
+
+def _widened(count: int, arcs: bool) -> float:
+    """By how much a circle is larger in whose quarter ``count`` chords, or parabolic arcs on them, have its own area.
+
+    >>> round(_widened(1, arcs=False) ** 2 * 2, 12)  # the square in a circle
+    3.14159265359
+    """
+    half = np.pi / 4 / count
+    area = np.cos(half) + (4 / 3 * (1 - np.cos(half)) if arcs else 0.0)
+    return float(np.sqrt(half / (np.sin(half) * area)))
+
+
+def _rounded(parts: Parts, radii: Mapping[str, float]) -> Parts:
+    """The parts with all nodes of these boundaries on circles of these radii."""
+    nodes = parts.nodes.copy()
+    for name, radius in radii.items():
+        on = np.unique(parts.boundaries[name])
+        nodes[on, :2] *= radius / np.linalg.norm(nodes[on, :2], axis=1, keepdims=True)
+    return parts._replace(nodes=nodes)
+
+
+def _require_solid(element: Element, grading: Gradings, axes: int) -> None:
+    require_type(element, Element, "element")
+    solids = elements_of(3)
+    require(element in solids, "element", element.name, f"one of space, of {[solid.name for solid in solids]}")
+    pairs = isinstance(grading, tuple | list) and len(grading) == axes
+    require(pairs, "grading", grading, f"{axes} numbers, one for each axis")

@@ -1,0 +1,128 @@
+"""The columns of a history that every study shares; a study adds its own and fixes units and order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.control.accepted import Accepted
+from bipot.certificate import Bounds
+from bipot.fem.orientation import scaled_jacobians
+from bipot.contact.overlap import overlap
+from bipot.control.pacing import error_estimate
+from bipot.system import System
+
+Value = float | int | str
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a history: its header, what it is in which unit, and how to get it."""
+
+    name: str
+    meaning: str
+    value: Callable[[System, Accepted], Value]
+
+
+INCREMENT = Column("increment", "number of the accepted increment, from 1", lambda _, a: a.number)
+SECONDS = Column("seconds", "wall time of the increment, s", lambda _, a: a.seconds)
+COURSE = (
+    Column("passes", "passes spent, failed attempts included", lambda _, a: a.passes),
+    Column("cuts", "times the increment was halved", lambda _, a: a.cuts),
+    Column("form", "the form that solved it", lambda _, a: a.form.value),
+    Column("reason", "why it fell back or was cut", lambda _, a: a.reason),
+    Column("route", "how friction was coupled in the accepted pass", lambda _, a: a.solved.coupled.route.value),
+    Column("contraction", "of the coupling, a pass; nan if too few", lambda _, a: a.solved.coupled.contraction),
+    Column("coupling_steps", "passes that left friction to the fixed point", lambda _, a: a.solved.coupled.steps),
+    Column("undetermined", "what the law leaves open", lambda _, a: "; ".join(a.solved.undetermined)),
+    Column(
+        "below_resolution",
+        "measures that decide nothing: round-off alone may exceed their default bound",
+        lambda _, a: "; ".join(a.solved.certificate.below_resolution(Bounds())),
+    ),
+)
+
+
+def flow_gap(system: System, accepted: Accepted) -> float:
+    """sum_q w |sigma_Y |de_p|_eq - sigma : de_p| over sum_q w sigma_Y |de_p|_eq, of the plastic strain as stored.
+
+    Zero with backward Euler. With BDF2 the flow carried on from the last increment is not normal to the yield surface
+    at the end of this one: an error of discretisation, which no certificate of the posed increment holds.
+    """
+    start, end, kin = accepted.start, accepted.state, accepted.solved.response.kinematics
+    flow = end.plastic_strain - kin.turned(start.plastic_strain)
+    length = kin.volume * system.body.scene.material.dissipation(flow, end.peeq)
+    gap = np.abs(length - kin.volume * np.vecdot(end.stress, flow)).sum()
+    return float(gap / length.sum()) if length.any() else 0.0
+
+
+FLOW_GAP = Column("flow_gap", "dissipation that the direction of the stored flow misses, fraction", flow_gap)
+
+ERROR_ESTIMATE = Column(
+    "error_estimate",
+    "error of the force that the increment's length leaves, estimated (bipot.control.pacing), fraction",
+    lambda _, a: error_estimate(a.start, a.solved),
+)
+OVERLAP = Column(
+    "overlap",
+    "largest penetration anywhere on the edges that may touch a tool over body size",
+    lambda system, a: overlap(
+        system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
+    ),
+)
+ENERGY_ERROR = Column(
+    "energy_error",
+    "work minus elastic, plastic and friction over the work, all so far, fraction",
+    lambda _, a: a.energies.energy_error,
+)
+MIN_JACOBIAN = Column(
+    "min_jacobian",
+    "least det J over its mean, the worst element's: a lower bound within 0.1 %",
+    lambda system, a: float(scaled_jacobians(a.state.nodes, system.body.scene.mesh.elements).min()),
+)
+
+
+def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
+    """Work, elastic, plastic, friction of the whole body so far, times ``factor`` to ``unit``, and the energy error.
+
+    >>> [column.name for column in energies("J", 1e-3)]
+    ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
+    """
+    meanings = {
+        "work": "work of tools, loads and supports",
+        "elastic": "elastic energy",
+        "plastic": "plastic dissipation and energy stored by hardening",
+        "friction": "frictional dissipation",
+    }
+
+    def column(name: str, meaning: str) -> Column:
+        return Column(f"{name}_{unit}", f"{meaning}, {unit}", lambda _, a: factor * getattr(a.energies, name))
+
+    return (*(column(name, meaning) for name, meaning in meanings.items()), ENERGY_ERROR)
+
+
+def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
+    """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
+
+    >>> [column.name for column in certificate("J", 1e-3)][-2:]
+    ['bipotential_gap_J', 'relative_gap']
+    """
+
+    def measure(name: str, meaning: str) -> Column:
+        return Column(name, meaning, lambda _, a: getattr(a.solved.certificate, name))
+
+    def gap(system: System, accepted: Accepted) -> float:
+        return factor * system.body.scene.images * accepted.solved.certificate.gap
+
+    return (
+        measure("equilibrium", "largest residual over largest nodal force"),
+        measure("tool_equilibrium", "largest residual of a driven tool over its force, or moment"),
+        measure("yield_violation", "largest equivalent stress above yield over yield stress"),
+        measure("penetration", "largest penetration over body size"),
+        measure("cone_violation", "largest force outside the cone over largest force"),
+        measure("law", "largest residual of Coulomb's law in units of force over largest force"),
+        Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
+        measure("relative_gap", "that gap over the work of the increment"),
+    )

@@ -1,0 +1,178 @@
+r"""Tools that are in the body where no candidate feels them: between two nodes, beside them, or beyond them.
+
+The law is posed at nodes. A convex part of a tool, an arc of radius rho around c (rho = 0 where it is a corner), that
+is smaller than an edge goes through it while both its ends are open. It is as deep as
+
+    rho - d        where c is at the distance d off the surface, rho + d where c is in the body.
+
+Nodes outside let a circle in by less than 0.4 rho between them where they are 1.6 rho or less apart. No part
+may come more than :data:`DEPTH` L behind an edge of length L, or DEPTH times the tool's thickness behind any: not at
+rest, nor at the end of an increment, nor on the way, straight from its start. The surface is that of the whole body,
+candidates or not, with its mirror images in planes of symmetry and beyond the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.meshes.mesh import Mesh
+from bipot.scene.symmetry import Plane
+from bipot.tensors import norm
+from bipot.tools.surfaces import Surface, Tips
+from bipot.tools.tool import Tool
+from bipot.typing import Bools, Floats, Ints
+
+DEPTH = 0.25
+"""Of an edge, or of the tool's thickness: deeper in the body no part of a tool may be."""
+
+ON = 1e-6
+"""Of an edge: who is no farther outside the tool is on its surface, and who no farther past an edge is at its end."""
+
+SAMPLES = 9
+"""On an edge, of how deep it is in the tool."""
+
+STEPS, HALVINGS = 8, 40
+"""Of an increment, between which a part goes in once at most, and of one of them: when it got too deep."""
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it."""
+
+    lines: Ints
+    planes: Sequence[Plane]
+
+    @staticmethod
+    def of(mesh: Mesh, planes: Sequence[Plane]) -> Surroundings:
+        """Of the modelled part what is not in a plane."""
+        edges = mesh.outline
+        cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
+        edges = edges[~np.any(cut, axis=0)] if cut else edges
+        return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes)
+
+    def ends(self, nodes: Floats) -> Floats:
+        """Ends (f', 2, d) of the whole body's segments where the modelled part's nodes are at ``nodes`` (a, d)."""
+        out = nodes[self.lines]
+        for plane in self.planes:
+            out = np.concatenate([out, plane.images(out[:, ::-1])])
+        return out
+
+    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
+        """Two neighbours on the surface of which a part of the tool is too deep behind, or None.
+
+        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
+        """
+        tips = tool.face.tips()
+        if not len(tips.radius):
+            return None
+        ends = tool.own(self.ends(nodes), pose)
+        return self.nodes(_behind(ends, tips, tool.face) | _sunk(ends, tips, tool.face))
+
+    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
+        """Two neighbours on the surface between which a part of the tool comes in, or None.
+
+        Nodes go from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
+        """
+        tips = tool.face.tips()
+        if not len(tips.radius):
+            return None
+        before, after = tool.own(self.ends(start), poses[0]), tool.own(self.ends(end), poses[1])
+        sunk = _behind(after, tips, tool.face) | _sunk(after, tips, tool.face)
+        return self.nodes(sunk | _passed(before, after, tips, tool.face))
+
+    def nodes(self, found: Bools) -> tuple[int, int] | None:
+        """The ends of the first segment (f',) that was found."""
+        if not found.any():
+            return None
+        first = self.lines[np.argmax(found) % len(self.lines)]
+        return int(first[0]), int(first[1])
+
+
+class _Place(NamedTuple):
+    """Of segments (f,) and tips (m,): the ``foot`` (f, m) of c on the segment, 0 to 1 between its ends, its ``height``
+    (f, m) off it to the outside, and how deep (f, m) a part may be ``allowed``.
+    """
+
+    foot: Floats
+    height: Floats
+    allowed: Floats
+
+    @staticmethod
+    def of(ends: Floats, tips: Tips) -> _Place:
+        """Of segments (f, 2, d)."""
+        along, out = ends[:, 1] - ends[:, 0], tips.centre - ends[:, :1]
+        length = norm(along)[:, None]
+        outward = np.stack([along[:, 1], -along[:, 0]], axis=-1)[:, None]
+        allowed = DEPTH * np.minimum(length, tips.thickness)
+        return _Place(np.vecdot(out, along[:, None]) / length**2, np.vecdot(out, outward) / length, allowed)
+
+
+def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
+    """Which segments (f, 2, d) have a tip too deep behind them."""
+    place, along = _Place.of(ends, tips), ends[:, 1] - ends[:, 0]
+    nearest = ends[:, :1] + np.clip(place.foot, 0.0, 1.0)[..., None] * along[:, None]
+    way = nearest - tips.centre
+    far = norm(way)
+    one, other = ends[:, :1] - tips.centre, ends[:, 1:] - tips.centre
+    turned = np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], np.vecdot(one, other)).sum(axis=0)
+    # A centre in the body is so whichever segment is asked; that far down is behind the nearest of them.
+    near, inner = far == far.min(axis=0), (turned > np.pi) & (surface.distance(tips.centre).gap <= 0)
+    out = inner & near & (tips.radius + far > place.allowed)
+    for f, m in np.argwhere(~inner & (tips.radius - far > place.allowed)).tolist():
+        deepest = tips.centre[m] + tips.radius[m] * way[f, m] / max(far[f, m], np.finfo(float).tiny)
+        # The circle of an arc may be there without the tool.
+        out[f, m] = float(surface.distance(deepest).gap) <= ON * float(norm(along[f]))
+    return out.any(axis=1)
+
+
+def _sunk(ends: Floats, tips: Tips, surface: Surface) -> Bools:
+    """Which segments (f, 2, d) are too deep in the tool somewhere."""
+    s = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+    gap = surface.distance((1 - s) * ends[:, None, 0] + s * ends[:, None, 1]).gap.min(axis=1)
+    return -gap > DEPTH * np.minimum(norm(ends[:, 1] - ends[:, 0]), tips.thickness)
+
+
+def _passed(start: Floats, end: Floats, tips: Tips, surface: Surface) -> Bools:
+    """Which segments (f,) that go from ``start`` to ``end`` (f, 2, d) are passed by a tip."""
+    out = np.zeros(len(start), dtype=bool)
+    times = np.linspace(0.0, 1.0, STEPS + 1)
+    above = np.array([_above((1 - s) * start + s * end, tips) for s in times])
+    step, f, m = np.nonzero((above[:-1] >= 0) & (above[1:] < 0))
+    early, late = times[step], times[step + 1]
+    one, other = start[f], end[f]
+    # a tip of its own for each: they broadcast as tips of all segments do
+    tip = Tips(tips.centre[m, None], tips.radius[m, None], tips.thickness)
+    for _ in range(HALVINGS if len(f) else 0):
+        when = (early + late) / 2
+        still = _above(_between(one, other, when), tip)[:, 0] >= 0
+        early, late = np.where(still, when, early), np.where(still, late, when)
+    ends = _between(one, other, late)
+    foot = _Place.of(ends, tip).foot[:, 0]
+    on = (foot >= -ON) & (foot <= 1 + ON)
+    passed = f[on][_holds(surface, ends[on], tips.centre[m[on]], tips.radius[m[on]])]
+    out[passed] = True
+    return out
+
+
+def _between(start: Floats, end: Floats, when: Floats) -> Floats:
+    """Segments (n, 2, d) on their way from ``start`` to ``end`` at the times (n,)."""
+    s = when[:, None, None]
+    return (1 - s) * start + s * end
+
+
+def _above(ends: Floats, tips: Tips) -> Floats:
+    """How much (f, m) is left of what the tips may be behind the lines through segments (f, 2, d)."""
+    place = _Place.of(ends, tips)
+    return place.height - tips.radius + place.allowed
+
+
+def _holds(surface: Surface, ends: Floats, centre: Floats, radius: Floats) -> Bools:
+    """Whether the deepest point of each circle (n, d), (n,) behind its segment (n, 2, d) is one of the tool."""
+    along = ends[:, 1] - ends[:, 0]
+    length = norm(along)
+    outward = np.stack([along[:, 1], -along[:, 0]], axis=-1) / length[:, None]
+    return surface.distance(centre - radius[:, None] * outward).gap <= ON * length

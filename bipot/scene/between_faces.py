@@ -1,0 +1,182 @@
+r"""Tools in space that are in the body where no candidate feels them: between the nodes of a face.
+
+What :mod:`bipot.scene.between` asks of edges in a plane is asked of faces here. A face is the triangles between its
+outline and its middle, and L its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
+thickness, behind any: not at rest, nor at the end of an increment, nor on the way, straight from its start, which is
+looked at in steps of no more than that depth. Two ways it is found:
+
+* the gap at points of the triangles, dense enough for what is :data:`THIN` L thick: of thinner tools the scene is
+  refused;
+* the centres of the spheres on a tool's axis, such as the tips of cones, which are too deep where they are in the body,
+  by the solid angle that its surface has around them, and farther behind its nearest triangle than that.
+
+A ring around the axis that is sharper than the points are dense is found as deep as it hits one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.scene.symmetry import Plane as Mirror
+from bipot.tensors import norm
+from bipot.tools.surfaces import Plane, Surface, Tips
+from bipot.tools.tool import Tool
+from bipot.typing import Bools, Floats, Ints
+
+DEPTH = 0.25
+"""Of a face's longest edge, or of the tool's thickness: deeper in the body no part of a tool may be."""
+
+THIN = 0.25
+"""Of a candidate's longest edge: thinner tools might come in unseen between the points of its faces."""
+
+PARTS = 6
+"""Into how many parts the sides of a triangle are cut by its points."""
+
+STEPS = 64
+"""Of an increment at most: what goes farther from one to the next is looked at less densely."""
+
+
+@dataclass(frozen=True)
+class Skin:
+    """The whole body's surface: outlines of faces ``rings`` (f, m), anticlockwise, and ``planes`` that mirror it."""
+
+    rings: Ints
+    planes: Sequence[Mirror]
+
+    @staticmethod
+    def of(mesh: Mesh, planes: Sequence[Mirror]) -> Skin:
+        """Of the modelled part what is not in a plane."""
+        faces = mesh.outline
+        cut = [plane.holds(mesh.nodes[faces]).all(axis=1) for plane in planes]
+        faces = faces[~np.any(cut, axis=0)] if cut else faces
+        return Skin(faces[:, _around(faces.shape[1])], planes)
+
+    def triangles(self, nodes: Floats) -> Floats:
+        """Of the whole body's faces (f', m, 3, 3) where the modelled part's nodes are at ``nodes`` (a, 3)."""
+        out = _triangles(nodes, self.rings)
+        for plane in self.planes:
+            out = np.concatenate([out, plane.images(out[:, :, [1, 0, 2]])])
+        return out
+
+    def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
+        """Two nodes of a face behind which the tool in the ``pose`` (6,) is too deep, or None."""
+        if isinstance(tool.face, Plane):
+            return None
+        return self._found(_deep(tool.own(self.triangles(nodes), pose), tool.face))
+
+    def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
+        """Two nodes of a face behind which the tool gets too deep as nodes go from ``start`` to ``end``, or None.
+
+        The tool goes from the first to the second of the ``poses`` (2, 6).
+        """
+        if isinstance(tool.face, Plane):
+            return None
+        before, after = (tool.own(self.triangles(x), pose) for x, pose in zip((start, end), poses, strict=True))
+        moved = norm(after - before).max(axis=(1, 2))
+        deep = np.zeros(len(before), dtype=bool)
+        near = _near(before, tool.face, moved)
+        if not near.any():
+            return None
+        allowed = _allowed(after, tool.face.tips())[near]
+        steps = int(np.clip(np.ceil((moved[near] / allowed).max()), 1, STEPS))
+        for s in np.linspace(0.0, 1.0, steps + 1)[1:]:
+            deep |= _deep((1 - s) * before + s * after, tool.face)
+        return self._found(deep)
+
+    def _found(self, deep: Bools) -> tuple[int, int] | None:
+        if not deep.any():
+            return None
+        ring = self.rings[np.argmax(deep) % len(self.rings)]
+        return int(ring[0]), int(ring[len(ring) // 2])
+
+
+def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
+    """Refuse a tool that is so thin that it might come into the body unseen.
+
+    Raises:
+        SceneError: naming the field by the ``label``.
+    """
+    faces = mesh.edges(*tool.candidates)
+    longest = float(_longest(mesh.nodes[faces[:, _around(faces.shape[1])]]).max())
+    thickness = tool.face.tips().thickness
+    allowed = f"{THIN * longest:.3g} thick or more, not {thickness:.3g}: {THIN:g} of its candidates' longest edge"
+    require(thickness >= THIN * longest, f"{label}.surface", tool.face, allowed)
+
+
+def points_between(nodes: Floats, faces: Ints) -> Floats:
+    """Points (f, m, p, 3) of the triangles that faces (f, n) are where nodes are at ``nodes`` (a, 3)."""
+    return _points(_triangles(nodes, faces[:, _around(faces.shape[1])]))
+
+
+def _triangles(nodes: Floats, rings: Ints) -> Floats:
+    """Triangles (f, m, 3, 3) between outlines (f, m) and their middles."""
+    ring = nodes[rings]
+    middle = np.broadcast_to(ring.mean(axis=1, keepdims=True), ring.shape)
+    return np.stack([ring, np.roll(ring, -1, axis=1), middle], axis=2)
+
+
+def _points(triangles: Floats) -> Floats:
+    return np.einsum("pk,fmkd->fmpd", PLACES, triangles)
+
+
+def _around(nodes: int) -> Ints:
+    """Columns of a face of so many nodes, around it."""
+    return Element.of(nodes).edges[:, :-1].ravel()
+
+
+def _longest(rings: Floats) -> Floats:
+    """Longest sides (f,) of outlines (f, m, 3)."""
+    return norm(np.roll(rings, -1, axis=1) - rings).max(axis=1)
+
+
+def _allowed(triangles: Floats, tips: Tips) -> Floats:
+    """How deep (f,) a tool may be behind faces (f, m, 3, 3)."""
+    return DEPTH * np.minimum(_longest(triangles[:, :, 0]), tips.thickness)
+
+
+def _near(triangles: Floats, surface: Surface, moved: Floats) -> Bools:
+    """Which faces (f, m, 3, 3) the tool may come to as they go as far as ``moved`` (f,)."""
+    middle = triangles[:, 0, 2]
+    wide = norm(triangles[:, :, 0] - middle[:, None]).max(axis=1)
+    return surface.distance(middle).gap <= wide + moved
+
+
+def _deep(triangles: Floats, surface: Surface) -> Bools:
+    """Behind which faces (f, m, 3, 3) the tool at rest is too deep."""
+    tips = surface.tips()
+    allowed = _allowed(triangles, tips)
+    out = np.zeros(len(triangles), dtype=bool)
+    near = _near(triangles, surface, np.zeros(len(triangles)))
+    out[near] = -surface.distance(_points(triangles[near])).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
+    for centre, radius in zip(tips.centre, tips.radius, strict=True):
+        if float(surface.distance(centre).gap) <= 0 and _around_it(triangles, centre) > 2 * np.pi:
+            # The nearest face is where it came in.
+            far = norm(_points(triangles) - centre).min(axis=(1, 2))
+            face = int(np.argmin(far))
+            out[face] |= bool(radius + far[face] > allowed[face])
+    return out
+
+
+def _around_it(triangles: Floats, centre: Floats) -> float:
+    """The solid angle of all triangles (f, m, 3, 3) around a point: 4 pi inside, 0 outside."""
+    a, b, c = np.moveaxis(triangles - centre, 2, 0)
+    one, two, three = norm(a), norm(b), norm(c)
+    volume = np.vecdot(a, np.cross(b, c))
+    beside = one * two * three + np.vecdot(a, b) * three + np.vecdot(b, c) * one + np.vecdot(c, a) * two
+    return float(2 * np.arctan2(volume, beside).sum())
+
+
+def _places() -> Floats:
+    """Barycentric coordinates (p, 3) of the points of a triangle."""
+    i, j = np.meshgrid(np.arange(PARTS + 1), np.arange(PARTS + 1))
+    own = i + j <= PARTS
+    return np.stack([i[own], j[own], PARTS - i[own] - j[own]], axis=1) / PARTS
+
+
+PLACES = _places()

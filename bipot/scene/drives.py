@@ -1,0 +1,88 @@
+r"""Coordinates of tools that no path prescribes: how far a force takes a tool along itself, how far a moment turns it.
+
+Each is an unknown of the increment, and a length: a tool goes by x along the direction of its force, and turns by x / L
+about its centre under its moment, L its lever. Dual to them are the force, and the moment M as the force M / L. The
+lever is the distance of the centre from the tool's surface at rest, or the body's size where that is larger: an
+arc of about what the surface goes by, which is never zero.
+
+A point of a tool at a from its centre goes by w = e along a force and by w = z x a / L about the centre, as its
+coordinate grows by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.meshes.mesh import Mesh
+from bipot.scene.symmetry import Plane, share
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn, across, pose_size
+from bipot.tools.surfaces import Surface
+from bipot.tools.tool import Tool
+from bipot.typing import Floats, Ints
+
+
+@dataclass(frozen=True)
+class Drives:
+    """What drives m coordinates, ``by`` forces or moments, of the tools numbered ``tool`` (m,).
+
+    ``ways`` (m, p) is what the tool's pose changes by as a coordinate grows by one, ``dual`` (m,) the force dual to
+    that, of what acts on the modelled part, over the force or the moment on the whole tool.
+    """
+
+    by: tuple[Force | Moment, ...]
+    tool: Ints
+    ways: Floats
+    dual: Floats
+
+    @staticmethod
+    def of(tools: Sequence[Tool], planes: Sequence[Plane], mesh: Mesh) -> Drives:
+        """Those of the tools, tool by tool, of the body of that ``mesh`` which ``planes`` of symmetry cut."""
+        d = mesh.dimension
+        angles = np.zeros(pose_size(d) - d)
+        by, owner, ways, dual = list[Force | Moment](), list[int](), list[Floats](), list[float]()
+        for k, tool in enumerate(tools):
+            if tool.driven_by is not None:
+                by.append(tool.driven_by)
+                owner.append(k)
+                ways.append(np.append(tool.driven_by.direction, angles))
+                dual.append(share(planes, tool))
+            if tool.turn is not None and tool.turn.driven_by is not None:
+                spin = 1.0 / lever(tool.face, tool.turn, mesh.size)
+                by.append(tool.turn.driven_by)
+                owner.append(k)
+                ways.append(np.array([0.0, 0.0, spin]))
+                dual.append(spin)
+        return Drives(tuple(by), np.array(owner, np.intp), np.array(ways).reshape(-1, pose_size(d)), np.array(dual))
+
+    def __len__(self) -> int:
+        return len(self.by)
+
+    def at(self, tau: float) -> Floats:
+        """Forces (m,) dual to the coordinates at pseudo-time ``tau``."""
+        return self.dual * np.array([drive.at(tau) for drive in self.by])
+
+    def poses(self, coordinates: Floats, count: int) -> Floats:
+        """What the poses (k, p) of ``count`` tools change by where these are the ``coordinates`` (m,)."""
+        out = np.zeros((count, self.ways.shape[1]))
+        np.add.at(out, self.tool, coordinates[:, None] * self.ways)
+        return out
+
+    def motion(self, number: Ints, arm: Floats) -> Floats:
+        """w (…, d) of points seen from their tool's centre at ``arm`` (…, d), of the coordinates ``number`` (…)."""
+        along, spins = self.ways[number, : arm.shape[-1]], self.spins[number, None]
+        # Only in a plane is there a moment, and what is across.
+        return along + spins * across(arm) if spins.any() else along
+
+    @property
+    def spins(self) -> Floats:
+        """1/L (m,) of those that are turns, 0 of others."""
+        return self.ways[:, -1]
+
+
+def lever(surface: Surface, turn: Turn, size: float) -> float:
+    """The length L that makes the angle of a turn a coordinate (module docstring), in a body of that ``size``."""
+    return max(abs(float(surface.distance(np.array(turn.centre)).gap)), size)

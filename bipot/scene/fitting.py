@@ -1,0 +1,146 @@
+"""Tools that fit a body: that they touch its surface, that a node can give way, that none is in it at rest."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.fem.reduction import Geometry
+from bipot.laws.material import Material
+from bipot.meshes.mesh import Mesh
+from bipot.paths import require_components
+from bipot.scene.between import Surroundings
+from bipot.scene.between_faces import Skin, require_thick
+from bipot.scene.holding import Holding
+from bipot.scene.symmetry import PLANAR
+from bipot.tensors import norm
+from bipot.tools.poses import pose_size
+from bipot.tools.surfaces import Distance, Plane, Surface
+from bipot.tools.tool import Sampling, Tool
+from bipot.typing import Floats
+
+INSIDE = 1e-9
+"""Of the body's size: how deep a tool that is driven may be in the body at rest, by round-off."""
+
+
+class Fitted(NamedTuple):
+    """What tools have to fit: a body at rest, what supports hold of it, and its whole surface."""
+
+    mesh: Mesh
+    geometry: Geometry
+    material: Material
+    holding: Holding
+    surroundings: Surroundings | Skin
+
+    @property
+    def ring(self) -> bool:
+        """Whether the body goes around an axis."""
+        return self.geometry is Geometry.AXISYMMETRIC
+
+
+def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
+    """Refuse a tool that does not fit the body, naming its field by the ``label``.
+
+    Raises:
+        SceneError: candidates that are no edges of the surface, or of which none can move along the normal; a tool that
+            is in the body at rest, that goes around an axis on neither side of it, or turns where it may not;
+            coefficients at other nodes, a cap of a material that does not flow.
+    """
+    nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
+    x = body.mesh.nodes[nodes]
+    _require_surface(body.mesh, tool, label)
+    d = body.mesh.dimension
+    require_components(tool.travel, d, f"{label}.travel")
+    own = "a plane, or what is Revolved" if d == 3 else "of a plane"
+    same = tool.face.tips().centre.shape[-1] == d
+    require(same, f"{label}.surface", tool.face, f"{own}, as the nodes of the mesh have {d} coordinates")
+    if tool.turn is not None:
+        require_components(tool.turn.centre, d, f"{label}.turn")
+    if d == 3:
+        _require_known_in_space(body.mesh, tool, label)
+    normal = _require_distance(tool.face, x, f"{label}.surface").normal
+    # Of a curved tool the normal turns as it comes along.
+    holding = body.holding
+    movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
+    require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
+    deep = body.surroundings.inside(tool, body.mesh.nodes, np.zeros(pose_size(d)))
+    allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
+    require(deep is None, f"{label}.surface", tool.face, allowed)
+    if body.ring and not tool.flat:
+        _require_revolved(body, tool, label)
+    if tool.turn is not None:
+        require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
+    _require_driven(body, tool, x, label)
+    _require_coefficients(body, tool, label)
+
+
+def _require_known_in_space(mesh: Mesh, tool: Tool, label: str) -> None:
+    """Contact at nodes, friction without a cap: others are of a plane alone so far."""
+    require(tool.sampling is Sampling.NODES, f"{label}.sampling", tool.sampling, "Sampling.NODES on a body in space")
+    require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
+    require_thick(mesh, tool, label)
+
+
+def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
+    """Edges of one element each, none twice."""
+    names, edges = tool.candidates, mesh.edges(*tool.candidates)
+    what = "edge" if mesh.dimension == 2 else "face"
+    inner = mesh.inner_edges(*names)[:1].tolist()
+    require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
+    twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
+    require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
+
+
+def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
+    """What goes around the axis stays on it, or beside it."""
+    roundoff = PLANAR * body.mesh.size
+    on_axis = tool.face.mirrored((1.0, 0.0), 0.0, roundoff)
+    require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
+    tips = tool.face.tips()
+    for tau, _ in tool.path:
+        r = tips.centre[:, 0] + tool.moved(0.0, tau)[0]
+        over = (r < -roundoff) & (r + tips.radius > 0)
+        require(on_axis or not over.any(), f"{label}.surface", tool.face, "of parts around centres at r >= 0")
+
+
+def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
+    """A force drives along the axis of a ring, a force or a moment from off the candidates at x (a, d)."""
+    force = tool.driven_by
+    if force is not None:
+        along = not body.ring or force.vector[0] == 0
+        require(along, f"{label}.driven_by", force.vector, "along the axis of an axisymmetric body")
+    if force is not None or (tool.turn is not None and tool.turn.driven_by is not None):
+        at_rest = np.zeros(pose_size(x.shape[1]))
+        gap = tool.distance(x, at_rest)
+        depth = -float(gap[~tool.face.beyond(tool.own(x, at_rest))].min(initial=0.0))
+        off = f"off the body, not inside it by {depth:.3g}: a {'force' if force is not None else 'moment'} drives it"
+        field = "point" if isinstance(tool.face, Plane) else "surface"
+        require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", tool.face, off)
+
+
+def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
+    """Coefficients at candidates, caps of materials that flow."""
+    edges = body.mesh.edges(*tool.candidates)
+    points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, [0, -1]])
+    for name in ("mu_at", "shear_at"):
+        for node in getattr(tool, name):
+            one = "one of the tool's candidates (ends of edges if weighted)"
+            require(node in points, f"{name} node", node, one)
+    caps = not tool.capped or bool(np.isfinite(body.material.yield_stress(0.0)))
+    allowed = "inf where the material does not flow: it is a part of the yield stress"
+    require(caps, f"{label}.shear", tool.shear, allowed)
+
+
+def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
+    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
+    found = surface.distance(x)
+    require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
+    shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)
+    for name, value, shape in zip(Distance._fields, found, shapes, strict=True):
+        good = np.shape(value) == shape and bool(np.isfinite(value).all())
+        require(good, f"{field}.distance", name, f"finite, of shape {shape}, at the candidates")
+    units = float(np.abs(norm(found.normal) - 1).max(initial=0.0))
+    require(units < 1e-9, f"{field}.distance", "normal", f"of length one, not off by {units:.2g}")
+    return found

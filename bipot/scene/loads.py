@@ -1,0 +1,194 @@
+r"""Loads (1)-(3): what acts on the body from outside but the tools, each a magnitude times an amplitude of pseudo-time.
+
+Body forces and tractions are given for the volume and area at rest and keep their direction: their nodal forces are
+found once. A pressure acts on the surface where equilibrium is asked, along its normal there, so it follows the body.
+On a meridian nodal forces are those of the full ring; a body force or traction along the radius is one all around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from bipot.errors import LARGEST_STRESS, require, require_count, require_magnitude, require_number, require_type
+from bipot.fem.assembly import Space
+from bipot.fem.kinematics import gradients
+from bipot.fem.surface import facet_mass, outward_area, outward_area_by_nodes
+from bipot.meshes.mesh import Mesh
+from bipot.paths import RAMP, Amplitude, require_components, vector
+from bipot.typing import Floats, Ints
+
+
+@runtime_checkable
+class Load(Protocol):
+    """Something that acts on the body."""
+
+    @property
+    def amplitude(self) -> Amplitude:
+        """Times what it is at its full magnitude."""
+        ...
+
+    def check(self, mesh: Mesh) -> None:
+        """Raise SceneError where the mesh has no such place."""
+        ...
+
+
+@runtime_checkable
+class Dead(Load, Protocol):
+    """A load whose nodal forces the motion of the body leaves alone."""
+
+    def forces(self, space: Space) -> Floats:
+        """Nodal forces (a, d) at multiple one."""
+        ...
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A force ``vector`` (d,) a unit of volume at rest, on the whole body: weight is density times gravity."""
+
+    vector: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        _take_vector(self, "body force")
+
+    def check(self, mesh: Mesh) -> None:
+        """It acts everywhere, along as many axes as there are."""
+        require_components(self.vector, mesh.dimension, "body force.vector")
+
+    def forces(self, space: Space) -> Floats:
+        """int N_a b dV."""
+        mesh = space.mesh
+        volume = gradients(mesh.nodes, mesh.elements, space.reference, space.geometry).volume
+        share = np.bincount(mesh.elements.ravel(), (volume @ space.reference.values).ravel())
+        return np.outer(share, self.vector)
+
+
+@dataclass(frozen=True)
+class Traction:
+    """A force ``vector`` (d,) a unit of area at rest, on the mesh boundary ``boundary``; it keeps its direction."""
+
+    boundary: str
+    vector: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_type(self.boundary, str, "traction.boundary")
+        _take_vector(self, "traction")
+
+    def check(self, mesh: Mesh) -> None:
+        """The boundary is one of the mesh's surface."""
+        require_components(self.vector, mesh.dimension, "traction.vector")
+        _surface(self.boundary, mesh, "traction.boundary")
+
+    def forces(self, space: Space) -> Floats:
+        """int N_a t dA."""
+        facets, out = space.mesh.boundary(self.boundary), np.zeros(space.mesh.nodes.shape)
+        share = facet_mass(space.mesh.nodes, facets, space.geometry).sum(axis=2)
+        np.add.at(out, facets, share[..., None] * np.array(self.vector))
+        return out
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force ``vector`` (d,) on a ``node``; on a meridian that of the full ring."""
+
+    node: int
+    vector: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_count(self.node, "point force.node", 0)
+        object.__setattr__(self, "node", int(self.node))
+        _take_vector(self, "point force")
+
+    def check(self, mesh: Mesh) -> None:
+        """The node exists."""
+        require_components(self.vector, mesh.dimension, "point force.vector")
+        require(self.node < len(mesh.nodes), "point force.node", self.node, f"in [0, {len(mesh.nodes)})")
+
+    def forces(self, space: Space) -> Floats:
+        """The vector at the node."""
+        out = np.zeros(space.mesh.nodes.shape)
+        out[self.node] = self.vector
+        return out
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """A pressure on the mesh boundary ``boundary``, into the body along its normal where equilibrium is asked."""
+
+    boundary: str
+    pressure: float
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_type(self.boundary, str, "pressure.boundary")
+        require_number(self.pressure, "pressure.pressure")
+        object.__setattr__(self, "pressure", float(self.pressure))
+        _require_bounded(self.pressure, self.amplitude, "pressure.pressure")
+
+    def check(self, mesh: Mesh) -> None:
+        """The boundary is one of the mesh's surface."""
+        _surface(self.boundary, mesh, "pressure.boundary")
+
+
+@dataclass(frozen=True)
+class Loading:
+    """The loads of a body, ready to be asked for nodal forces."""
+
+    space: Space
+    loads: Sequence[Load] = field(default=())
+
+    def forces(self, nodes: Floats, tau: float) -> Floats:
+        """Nodal forces (a, d) on the configuration ``nodes`` (a, d) at ``tau``."""
+        out = np.zeros(nodes.shape)
+        for load, dead in self._dead:
+            out += load.amplitude.at(tau) * dead
+        for load, facets, _ in self._followers:
+            area = outward_area(nodes, facets, self.space.geometry)
+            np.add.at(out, facets, -load.amplitude.at(tau) * load.pressure * area)
+        return out
+
+    def add_stiffness(self, K: Floats, nodes: Floats, tau: float) -> None:
+        """Add minus the derivative of the forces with respect to ``nodes`` to element matrices K (e, dk, dk)."""
+        d = nodes.shape[1]
+        for load, facets, owner in self._followers:
+            slopes = outward_area_by_nodes(nodes, facets, self.space.geometry)
+            number = np.argmax(self.space.mesh.elements[owner][:, None, :] == facets[:, :, None], axis=2)
+            dofs = (d * number[:, :, None] + np.arange(d)).reshape(len(facets), -1)
+            at = owner[:, None, None], dofs[:, :, None], dofs[:, None, :]
+            np.add.at(K, at, load.amplitude.at(tau) * load.pressure * slopes)
+
+    @cached_property
+    def _dead(self) -> list[tuple[Dead, Floats]]:
+        return [(load, load.forces(self.space)) for load in self.loads if isinstance(load, Dead)]
+
+    @cached_property
+    def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
+        """Pressures with their facets (f, n), run anticlockwise, and whose elements they are (f,)."""
+        return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
+
+
+def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
+    """The load's vector as plain numbers."""
+    components = vector(load.vector, f"{what}.vector")
+    object.__setattr__(load, "vector", components)
+    _require_bounded(max(map(abs, components)), load.amplitude, f"{what}.vector")
+
+
+def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
+    """A magnitude that stays one of numbers at its largest multiple."""
+    require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
+    require_magnitude(size, field, LARGEST_STRESS)
+    require_magnitude(size * amplitude.largest, f"{field} times its amplitude", LARGEST_STRESS)
+
+
+def _surface(boundary: str, mesh: Mesh, label: str) -> None:
+    inner = mesh.inner_edges(boundary)[:1].tolist()
+    what = "edges" if mesh.dimension == 2 else "faces"
+    require(not inner, label, boundary, f"{what} of one element each; {inner} lies between two")

@@ -1,0 +1,269 @@
+"""What is asked: body, material, supports, tools with friction, loading over pseudo-time, discretisation.
+
+Everything here is a frozen dataclass that refuses bad input when it is made. The library is free of units: use any
+consistent set (N, mm, MPa or N, m, Pa).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bipot.errors import (
+    InvertedElement,
+    SceneError,
+    require,
+    require_count,
+    require_number,
+    require_positive,
+    require_tuple,
+    require_type,
+)
+from bipot.fem.elements import RULES, Quadrature
+from bipot.fem.orientation import AXIS, refuse_folded
+from bipot.fem.projection import VOLUMES, VolumeChange
+from bipot.fem.reduction import Geometry
+from bipot.fem.strain import Configuration
+from bipot.laws.hardening import Hardening, Perfect
+from bipot.laws.material import Material
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout, require_layout_room
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import cylinder
+from bipot.paths import corners
+from bipot.scene.between import Surroundings
+from bipot.scene.between_faces import Skin
+from bipot.scene.drives import Drives
+from bipot.scene.fitting import Fitted, require_fitting
+from bipot.scene.holding import Holding
+from bipot.scene.loads import Dead, Load, Pressure
+from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.scene.symmetry import PLANAR, Plane, planes_of, require_mirrored
+from bipot.tools.poses import pose_size
+from bipot.tools.tool import AnyTool, FlatTool, Sampling, Tool
+from bipot.typing import Bools, Floats
+
+IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK does"
+"""How elements of space are numbered, in words."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """One body, its supports and tools, if any. Supports that are a ``Symmetry`` say of which whole body it is a part.
+
+    Without a ``quadrature`` or a representation of the ``volume`` change they are the element's own (:attr:`rule`,
+    :attr:`volume_change`).
+
+    Raises:
+        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
+            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate, what is no part of a
+            body with its mirror images (:mod:`bipot.scene.symmetry`).
+    """
+
+    mesh: Mesh
+    geometry: Geometry
+    material: Material
+    supports: tuple[Support, ...]
+    tools: tuple[AnyTool, ...] = ()
+    quadrature: Quadrature | None = None
+    configuration: Configuration = Configuration.MIDPOINT
+    loads: tuple[Load, ...] = ()
+    volume: VolumeChange | None = None
+
+    def __post_init__(self) -> None:
+        self._check_types()
+        try:
+            refuse_folded({"at rest": self.mesh.nodes}, self.mesh.elements, self.geometry)
+        except InvertedElement as inverted:
+            ordered = "anticlockwise, keep r > 0" if self.mesh.dimension == 2 else IN_SPACE
+            raise SceneError(f"mesh: {inverted}: number nodes {ordered}") from inverted
+        free = bool((~self.holding.held).any())
+        require(free, "scene.supports", self.supports, "such that they leave a node free")
+        self._check_axis()
+        for k, load in enumerate(self.loads):
+            require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
+            load.check(self.mesh)
+        fitted = Fitted(self.mesh, self.geometry, self.material, self.holding, self.surroundings)
+        for k, tool in enumerate(self.tools):
+            require_fitting(fitted, tool, f"tools[{k}]")
+        require_mirrored(self.planes, self.mesh, self.tools, self.loads)
+
+    def _check_types(self) -> None:
+        one = {"mesh": Mesh, "geometry": Geometry, "material": Material}
+        for name, kind in (one | {"configuration": Configuration}).items():
+            require_type(getattr(self, name), kind, f"scene.{name}")
+        require_type(self.quadrature, Quadrature, "scene.quadrature", optional=True)
+        rules = RULES[self.mesh.element]
+        allowed = f"a rule of {self.mesh.element.name}, one of {[rule.name for rule in rules]}"
+        require(self.rule in rules, "scene.quadrature", self.rule, allowed)
+        require_type(self.volume, VolumeChange, "scene.volume", optional=True)
+        volumes = VOLUMES[self.mesh.element]
+        allowed = f"one of {self.mesh.element.name}, of {[volume.name for volume in volumes]}"
+        require(self.volume_change in volumes, "scene.volume", self.volume, allowed)
+        same = self.geometry.reduction.dimension == self.mesh.dimension
+        kind = "of a plane" if self.mesh.dimension == 2 else "SOLID"
+        require(same, "scene.geometry", self.geometry, f"{kind}, as the nodes of the mesh have it")
+        for name, kind in (("supports", Support), ("tools", Tool), ("loads", Load)):
+            object.__setattr__(self, name, require_tuple(getattr(self, name), kind, f"scene.{name}"))
+
+    @property
+    def rule(self) -> Quadrature:
+        """The quadrature asked for, or the element's own."""
+        return self.quadrature or RULES[self.mesh.element][0]
+
+    @property
+    def volume_change(self) -> VolumeChange:
+        """The representation of the volume change asked for, or the element's own."""
+        return self.volume or VOLUMES[self.mesh.element][0]
+
+    @property
+    def ring(self) -> bool:
+        """Whether the body goes around an axis, of which it is a meridian."""
+        return self.geometry is Geometry.AXISYMMETRIC
+
+    @cached_property
+    def holding(self) -> Holding:
+        """What the supports together hold of the nodes, and where they drive them."""
+        return Holding.of(self.supports, self.mesh)
+
+    @cached_property
+    def planes(self) -> tuple[Plane, ...]:
+        """The planes of symmetry that cut the whole body."""
+        return planes_of(self.mesh, self.geometry, self.supports)
+
+    @cached_property
+    def mirrors(self) -> tuple[Plane, ...]:
+        """The planes beyond which the body goes on as its mirror image: of symmetry, and that of a meridian's axis."""
+        axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
+        return (*self.planes, axis) if self.ring else self.planes
+
+    @cached_property
+    def surroundings(self) -> Surroundings | Skin:
+        """The whole body's surface: beyond its mirrors by mirror image."""
+        return (Skin if self.mesh.dimension == 3 else Surroundings).of(self.mesh, self.mirrors)
+
+    @property
+    def images(self) -> int:
+        """How many times the modelled part makes the whole body, 2 for each plane of symmetry."""
+        return 2 ** len(self.planes)
+
+    @cached_property
+    def kinks(self) -> tuple[float, ...]:
+        """Pseudo-times in (0, 1) at which a tool, a support or a load changes its rate."""
+        moving = [support for support in self.supports if isinstance(support, Prescribed)]
+        turns = [tool.turn for tool in self.tools if tool.turn is not None]
+        changing = [part.amplitude.points for part in (*moving, *self.loads, *self.drives.by, *turns)]
+        paths = [*changing, *(tool.path for tool in self.tools)]
+        return tuple(sorted({tau for path in paths for tau in corners(path)}))
+
+    def origin(self, nodes: Floats) -> Floats:
+        """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""
+        return self.configuration.measure.origin(self.mesh.nodes, nodes)
+
+    def balanced(self, nodes: Floats, du: Floats) -> Floats:
+        """The configuration (a, d) in which an increment ``du`` from ``nodes`` is in equilibrium."""
+        return self.configuration.measure.balanced(self.origin(nodes), du)
+
+    @cached_property
+    def turning(self) -> Bools:
+        """Which tools (k,) turn."""
+        return np.array([tool.turn is not None for tool in self.tools], dtype=bool)
+
+    @cached_property
+    def drives(self) -> Drives:
+        """Forces and moments that drive tools, and the coordinates (m,) that these are unknown of."""
+        return Drives.of(self.tools, self.planes, self.mesh)
+
+    def travel(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (k, d) of each tool along its path from pseudo-time ``tau`` to ``tau_end``."""
+        return np.array([tool.moved(tau, tau_end) for tool in self.tools]).reshape(-1, self.mesh.dimension)
+
+    @property
+    def at_rest(self) -> Floats:
+        """Pose (k, p) of each tool at rest: zeros."""
+        return np.zeros((len(self.tools), pose_size(self.mesh.dimension)))
+
+    def placed(self, tau: float, translation: Floats) -> Floats:
+        """Pose (k, p) (:mod:`bipot.tools.poses`) of each tool at ``tau``, by coordinates (m,) of its :attr:`drives`."""
+        poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(self.at_rest.shape)
+        return poses + self.drives.poses(translation, len(poses))
+
+    def driven(self, tau: float) -> Floats:
+        """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
+        return self.holding.at(tau)
+
+    @property
+    def on_axis(self) -> Bools:
+        """Which nodes (a,) of a meridian are on the axis."""
+        r = self.mesh.nodes[:, 0]
+        return r <= AXIS * r.max()
+
+    def _check_axis(self) -> None:
+        """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
+        if self.ring:
+            nodes = np.flatnonzero(self.on_axis)
+            loose = nodes[self.holding.free_along(nodes, np.tile((1.0, 0.0), (len(nodes), 1)))][:1]
+            what = f"such that they hold node {loose.max(initial=0)} on the axis along 0"
+            require(not loose.size, "scene.supports", self.supports, what)
+            moving = [driven for driven in self.holding.driven if driven.support.displacement]
+            driven = [d.support.boundary for d in moving if d.ways[self.on_axis[d.nodes], 0].any()]
+            require(not driven, "scene.supports", driven, "none that moves the axis along 0")
+
+
+def upsetting(
+    *,
+    mu: float,
+    reduction: float = 0.45,
+    height: float = 10.0,
+    diameter: float = 10.0,
+    young: float = 210_000.0,
+    poisson: float = 0.3,
+    hardening: Hardening | None = None,
+    elements: int = 10,
+    element: Element = Element.Q8,
+    quadrature: Quadrature | None = None,
+    volume: VolumeChange | None = VolumeChange.AS_IS,
+    configuration: Configuration = Configuration.MIDPOINT,
+    layout: Layout = Layout.TENSOR,
+    sampling: Sampling = Sampling.NODES,
+) -> Scene:
+    """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
+
+    The paper's data are the defaults (N, mm, MPa): 10 x 10 mm, E = 210000, nu = 0.3, sigma_Y = 300, perfect
+    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) of the first. Quadratic
+    elements with a projected ``volume`` come so far in the fanned ``layout`` only
+    (:class:`~bipot.meshes.layout.Layout`).
+
+    Raises:
+        SceneError: naming the field, the value and the allowed range.
+
+    >>> upsetting(mu=0.1).tools[0].travel
+    (0.0, -2.25)
+    """
+    require_number(reduction, "reduction")
+    require(0 < reduction < 1, "reduction", reduction, "in (0, 1)")
+    require_positive(height=height, diameter=diameter)
+    require_count(elements, "elements")
+    require_type(element, Element, "element")
+    require_layout_room((elements, elements), element, layout, ("elements", "elements"))
+    punch = FlatTool(
+        point=(0.0, height / 2),
+        normal=(0.0, -1.0),
+        travel=(0.0, -reduction * height / 2),
+        candidates=("top", "side"),
+        mu=mu,
+        sampling=sampling,
+    )
+    return Scene(
+        mesh=cylinder(diameter / 2, height / 2, elements, elements, element=element, layout=layout),
+        geometry=Geometry.AXISYMMETRIC,
+        material=VonMises(Elasticity(young, poisson), Perfect(300.0) if hardening is None else hardening),
+        supports=(Support("axis", 0), Symmetry("base", 1)),
+        tools=(punch,),
+        quadrature=quadrature,
+        volume=volume,
+        configuration=configuration,
+    )

@@ -1,0 +1,100 @@
+"""What holds a body: supports that rest, supports that are driven, and planes of symmetry that cut the body.
+
+Each holds the displacement along one direction, an axis or between the axes. What several make of one node is in
+:mod:`bipot.scene.holding`, what planes of symmetry ask of the rest of a scene in :mod:`bipot.scene.symmetry`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
+from bipot.paths import RAMP, Amplitude
+from bipot.tools import surfaces
+from bipot.typing import Vector
+
+
+@dataclass(frozen=True)
+class Support:
+    """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; across it nodes are free.
+
+    A direction is the number of an axis, 0, 1 or, in space, 2; in a plane also a unit vector, (cos a, sin a).
+    """
+
+    boundary: str
+    direction: int | Vector
+
+    def __post_init__(self) -> None:
+        require_type(self.boundary, str, "support.boundary")
+        if isinstance(self.direction, tuple | list | np.ndarray):
+            object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
+            plane = len(self.direction) == 2  # type: ignore[arg-type]
+            known = "two finite numbers: in space it is the number of an axis"
+            require(plane, "support.direction", self.direction, known)
+        else:
+            require_count(self.direction, "support.direction", 0)
+            known = "0, 1 or, in space, 2, or a unit vector"
+            require(self.direction in (0, 1, 2), "support.direction", self.direction, known)
+            object.__setattr__(self, "direction", int(self.direction))
+
+    def along(self, dimension: int) -> Vector:
+        """The direction as a unit vector of so many dimensions, on an axis where it is off it by round-off.
+
+        Raises:
+            SceneError: there is no such axis, or a vector of a plane in space.
+
+        >>> Support("top", 1).along(2), Support("top", (-0.6, 0.8)).along(2), Support("top", (6e-17, -1.0)).along(2)
+        ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
+        """
+        if isinstance(self.direction, tuple):
+            axis = "the number of an axis in space"
+            require(dimension == len(self.direction), "support.direction", self.direction, axis)
+            parts = np.where(np.abs(self.direction) <= surfaces.ACROSS, 0.0, self.direction)
+            return tuple((np.sign(parts) if np.count_nonzero(parts) == 1 else parts).tolist())
+        axes = list(range(dimension))
+        require(self.direction < dimension, "support.direction", self.direction, f"one of {axes}, as the mesh has")
+        return tuple(float(self.direction == k) for k in axes)
+
+
+@dataclass(frozen=True)
+class Prescribed(Support):
+    """A support that moves: the displacement along ``direction`` is ``displacement`` times the ``amplitude``."""
+
+    displacement: float = 0.0
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        require_number(self.displacement, "prescribed.displacement")
+        object.__setattr__(self, "displacement", float(self.displacement))
+        require(bool(np.isfinite(self.displacement)), "prescribed.displacement", self.displacement, "finite")
+        require_type(self.amplitude, Amplitude, "prescribed.amplitude")
+        for size in (self.displacement, self.displacement * self.amplitude.largest):
+            require_magnitude(size, "prescribed.displacement, its amplitude with it", LARGEST_LENGTH)
+        require(self.amplitude.at(0.0) == 0, "prescribed.amplitude", self.amplitude.points, "zero at tau = 0")
+
+    def at(self, tau: float) -> float:
+        """The displacement at pseudo-time ``tau``."""
+        return self.displacement * self.amplitude.at(tau)
+
+
+@dataclass(frozen=True)
+class Symmetry(Support):
+    """The mesh boundary ``boundary`` lies in a plane across ``direction`` beyond which the mirror image was cut away.
+
+    The displacement along ``direction`` is zero there, as at a support. Supports, tools and loads of a scene are those
+    on the modelled part, and their mirror images act on its mirror image.
+    """
+
+
+def named(vector: Vector) -> str:
+    """A direction in words: the number of the axis that it is, else the vector.
+
+    >>> named((0.0, 1.0)), named((0.6, -0.8)), named((0.0, 0.6, -0.8))
+    ('1', '(0.6, -0.8)', '(0, 0.6, -0.8)')
+    """
+    if 1.0 in vector:
+        return str(vector.index(1.0))
+    return f"({', '.join(f'{part:g}' for part in vector)})"

@@ -1,0 +1,201 @@
+r"""Planes of symmetry: what they ask of a scene, and what they make of the forces on the whole body.
+
+A plane m . x = const cuts the body, and one side of it is modelled. Supports, tools and loads of a scene are those on
+the modelled part; their mirror images act on its mirror image. A flat tool whose normal has no component along m is its
+own mirror image, and so is a circle around a point of the plane: the plane *cuts* it. From f, its force on the modelled
+part, such a plane makes that on the whole body,
+
+    F = 2 (f - (f . m) m),
+
+one plane after the other: two are at a right angle. The mirror image of any other tool is another tool, with a force of
+its own, which meets the mirror images of the candidates alone: where it meets the modelled part too
+(:func:`image_depth`), the scene is refused, or the increment. In a point of the plane a force and its mirror image act
+both: of a point force there the whole body bears twice what the scene is given. Parts of the body that meet their
+mirror image do not feel it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.fem.reduction import Geometry
+from bipot.meshes.mesh import Mesh
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.supports import Support, Symmetry, named
+from bipot.tools.poses import pose_size
+from bipot.tools.reflection import across, imaged
+from bipot.tools.surfaces import ACROSS, frames
+from bipot.tools.tool import Tool
+from bipot.typing import Bools, Floats, Vector
+
+PLANAR = 1e-9
+"""Over the body's size: what round-off may take nodes off their plane, however far from the origin a mesh may be."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane m . x = ``position`` of unit ``normal`` m that cut the body; nodes within ``roundoff`` are on it."""
+
+    normal: Vector
+    position: float
+    roundoff: float
+
+    def side(self, points: Floats) -> Floats:
+        """How far (...) points (..., d) are off the plane, on the side of its normal."""
+        return points @ np.array(self.normal) - self.position
+
+    def holds(self, points: Floats) -> Bools:
+        """Which of the points (..., d) are on the plane."""
+        return np.abs(self.side(points)) <= self.roundoff
+
+    def images(self, points: Floats) -> Floats:
+        """The mirror images of points (..., d)."""
+        return imaged(points, self.normal, self.position)
+
+    def contains(self, vector: Vector) -> bool:
+        """Whether a vector has no component along the normal, but for round-off of its direction."""
+        return abs(float(np.dot(vector, self.normal))) <= ACROSS * math.hypot(*vector)
+
+    def cuts(self, tool: Tool) -> bool:
+        """Whether the tool is its own mirror image."""
+        return tool.face.mirrored(self.normal, self.position, self.roundoff)
+
+    @property
+    def words(self) -> str:
+        """Its equation."""
+        name = named(self.normal)
+        return f"{f'x_{name}' if name.isdigit() else f'{name} . x'} = {self.position:g}"
+
+
+def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Plane, ...]:
+    """The planes of symmetry, one for each direction that has some.
+
+    Raises:
+        SceneError: a boundary that is not in one plane, a plane that has the body on both sides, two planes across one
+            direction or at an angle that is not right, one across another direction of a meridian than its axis.
+    """
+    planes = list[Plane]()
+    for support in supports:
+        if isinstance(support, Symmetry):
+            plane = _plane(mesh, geometry, support)
+            alike = [other for other in planes if not other.contains(plane.normal)]
+            for other in alike:
+                _require_one(plane, other, support)
+            planes += [] if alike else [plane]
+    return tuple(planes)
+
+
+def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
+    """Two planes that are not at a right angle are one."""
+    field = f"symmetry.boundary along {named(plane.normal)}"
+    right = f"in the plane of the other, {other.words}, or across it at a right angle: images of images would overlap"
+    parallel = float(np.abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)).max()) <= ACROSS
+    require(parallel, field, support.boundary, right)
+    once = f"in the plane of the other, {other.words}: two make a periodic array"
+    way = float(np.sign(np.dot(plane.normal, other.normal)))
+    require(abs(way * plane.position - other.position) <= plane.roundoff, field, support.boundary, once)
+
+
+def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
+    """The plane of one boundary."""
+    normal, field, roundoff = support.along(mesh.dimension), "symmetry.boundary", PLANAR * mesh.size
+    whole = "1 in an axisymmetric scene: a ring is whole around its axis, which takes a Support"
+    along = geometry is not Geometry.AXISYMMETRIC or normal[0] == 0
+    require(along, "symmetry.direction", support.direction, whole)
+    x = mesh.nodes[mesh.boundary_nodes(support.boundary)] @ np.array(normal)
+    flat = f"one whose nodes have one coordinate {named(normal)}: they spread from {x.min():g} to {x.max():g}"
+    require(float(np.ptp(x)) <= roundoff, field, support.boundary, flat)
+    plane = Plane(normal, float(x.mean()), roundoff)
+    side = plane.side(mesh.nodes)
+    beside = f"one with the body on one side of its plane {plane.words}"
+    require(bool((side >= -roundoff).all() or (side <= roundoff).all()), field, support.boundary, beside)
+    return plane
+
+
+def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
+    """Refuse what is no body, tool or load together with its mirror images.
+
+    Raises:
+        SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
+            that travels off it or turns, or whose mirror image is in the modelled part; a body force along the normal
+            of a plane, or a point force in it along that.
+    """
+    for plane in planes:
+        d = named(plane.normal)
+        for k, tool in enumerate(tools):
+            _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
+            halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
+            cut, force = plane.cuts(tool), tool.driven_by
+            require(not cut or plane.contains(tool.travel), f"tools[{k}].travel", tool.travel, halves)
+            whole = force is None or plane.contains(force.vector) or not cut
+            require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
+            rests = not cut or tool.turn is None
+            require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
+            depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
+            apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
+            require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
+        for k, load in enumerate(loads):
+            _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
+
+
+def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
+
+    Of a tool that the plane cuts it is the tool itself, and the depth zero.
+    """
+    if plane.cuts(tool):
+        return 0.0
+    own = mesh.boundary_nodes(*tool.candidates)
+    # Who is in the plane is its own mirror image.
+    x = plane.images(nodes[own[~plane.holds(mesh.nodes[own])]])
+    gap = tool.distance(x, pose)
+    return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
+
+
+def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:
+    d = named(plane.normal)
+    if isinstance(load, Traction | Pressure):
+        _require_outer(plane, mesh, (load.boundary,), f"{label}.boundary")
+    elif isinstance(load, BodyForce):
+        turned = f"without a component along {d}: beyond the plane of symmetry it would turn round"
+        require(plane.contains(load.vector), f"{label}.vector", load.vector, turned)
+    elif isinstance(load, PointForce) and plane.holds(mesh.nodes[load.node]):
+        cancelled = f"without a component along {d} at a node of a plane of symmetry: its mirror image cancels it"
+        require(plane.contains(load.vector), f"{label}.vector", load.vector, cancelled)
+
+
+def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
+    """No edge of the boundaries lies in the plane."""
+    edges = mesh.edges(*names)
+    inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
+    surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, inside it"
+    require(not inside, label, names, surface)
+
+
+def share(planes: Sequence[Plane], tool: Tool) -> float:
+    """What a force on the whole tool is on its modelled part, over that: a half for each plane that cuts it."""
+    return 0.5 ** sum(plane.cuts(tool) for plane in planes)
+
+
+def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
+    """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
+
+    Around an axis the radial components are a force all around, which is none as a vector.
+
+    >>> from bipot.tools.tool import FlatTool
+    >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
+    >>> whole_force((Plane((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
+    array([  0., -14.])
+    """
+    out = np.array(force, dtype=np.float64)
+    for plane in planes:
+        if plane.cuts(tool):
+            out = 2 * across(out, plane.normal)
+    if geometry is Geometry.AXISYMMETRIC:
+        out[0] = 0.0
+    return out

@@ -1,0 +1,126 @@
+"""Circles as tools: cylinders in plane strain, spheres and tori on a meridian."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require_magnitude, require_positive, require_type
+from bipot.tensors import norm
+from bipot.tools.reflection import reflected
+from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.typing import Bools, Floats, Vector
+
+AROUND = np.pi / 3
+"""Who goes around a circle by more in one increment, and on a straight way through it, came out on another side."""
+
+OPEN = 1e-6
+"""Of a tool's radius or thickness: who is no farther from it touches it."""
+
+GRAZED = 0.02
+"""Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
+
+ROUND = 120
+"""Straights by which a whole circle is drawn."""
+
+
+@dataclass(frozen=True)
+class Circle:
+    """The circle around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+
+    It is a cylinder in plane strain; on a meridian a sphere where the centre is on the axis, a torus elsewhere. At the
+    centre itself, where no direction is the nearest, the normal is the first axis.
+
+    Raises:
+        SceneError: a centre that is not two finite numbers, a radius that is not above zero.
+
+    >>> Circle((0.0, 3.0), 2.0).distance(np.array([0.0, 0.5]))
+    Distance(gap=np.float64(0.5), normal=array([ 0., -1.]), curvature=np.float64(0.4))
+    """
+
+    centre: tuple[float, float]
+    radius: float
+    concave: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", place(self.centre, "circle.centre"))
+        require_positive(**{"circle.radius": self.radius})
+        object.__setattr__(self, "radius", float(self.radius))
+        require_magnitude(self.radius, "circle.radius", LARGEST_LENGTH)
+        require_type(self.concave, bool, "circle.concave")
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        out, sign = x - np.array(self.centre), self._sign
+        far = norm(out)
+        safe = np.where(far > 0, far, 1.0)
+        normal = np.where((far > 0)[..., None], out / safe[..., None], (1.0, 0.0))
+        return Distance(sign * (far - self.radius), sign * normal, sign / safe)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return self._sign * (norm(x - np.add(self.centre, moved)) - self.radius)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(norm(x), norm(np.add(self.centre, moved)) + self.radius)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        start = x - np.array(self.centre)
+        end = start + by
+        far = norm(start) + norm(end)
+        # The difference of two distances, without the round-off of either; the angle between them likewise.
+        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
+        across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
+        turned = np.arctan2(across, np.vecdot(start, end))
+        return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far.
+
+        Who touches it neither before nor after does not slide.
+        """
+        start, length = x - np.array(self.centre), norm(by)
+        end = start + by
+        along = -np.vecdot(start, by) / np.where(length > 0, length, 1.0) ** 2
+        nearest = norm(start + np.clip(along, 0.0, 1.0)[..., None] * by)
+        turns = np.vecdot(start, end) < np.cos(AROUND) * norm(start) * norm(end)
+        slid = turns & (nearest < np.cos(AROUND / 2) * self.radius)
+        open_at_both = np.minimum(norm(start), norm(end)) > (1 + OPEN) * self.radius
+        return (slid | (open_at_both & (nearest < (1 - GRAZED) * self.radius))) & (not self.concave)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: itself, where it is convex."""
+        own = int(not self.concave)
+        return Tips(np.array([self.centre] * own).reshape(-1, 2), np.array([self.radius] * own), 2 * self.radius)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(float(np.dot(self.centre, normal)) - position) <= roundoff
+
+    def image(self, normal: Vector, position: float) -> Circle:
+        """As :meth:`Surface.image`."""
+        x, y = reflected(self.centre, normal, position)
+        return Circle((x, y), self.radius, self.concave)
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        if not isinstance(other, Circle) or self.concave != other.concave:
+            return False
+        apart = np.subtract((*self.centre, self.radius), (*other.centre, other.radius))
+        return bool(np.abs(apart).max() <= roundoff)
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: the whole circle."""
+        angle = -self._sign * np.linspace(0.0, 2 * np.pi, ROUND + 1)
+        return [self.centre + self.radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)]
+
+    @property
+    def _sign(self) -> float:
+        return -1.0 if self.concave else 1.0

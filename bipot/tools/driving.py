@@ -1,0 +1,74 @@
+"""What drives tools where no path does: forces, and moments."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_type
+from bipot.paths import RAMP, Amplitude, vector
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Force:
+    """What drives a tool: the force ``vector`` (d,) times the ``amplitude``, on the whole tool.
+
+    A force without a direction, or one that would let go of the body (an amplitude that comes back to zero) leaves
+    the tool's place open: it is refused.
+    """
+
+    vector: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", vector(self.vector, "force.vector"))
+        require_type(self.amplitude, Amplitude, "force.amplitude")
+        require(any(self.vector), "force.vector", self.vector, "not zero: without a force use the tool's path")
+        for size in (self.size, self.size * self.amplitude.largest):
+            require_magnitude(size, "force.vector, its amplitude with it", LARGEST_STRESS)
+        allowed = "above zero after tau = 0, where it is not below: to let go, drive the tool by a path alone"
+        later = all(multiple > 0 for tau, multiple in self.amplitude.points if tau > 0)
+        require(later and self.amplitude.at(0.0) >= 0, "force.amplitude", self.amplitude.points, allowed)
+
+    @property
+    def size(self) -> float:
+        """|vector|."""
+        return math.hypot(*self.vector)
+
+    @property
+    def direction(self) -> Floats:
+        """The unit vector (d,) of the force."""
+        return np.array(self.vector) / self.size
+
+    def at(self, tau: float) -> float:
+        """The force along its direction at pseudo-time ``tau``."""
+        return self.size * self.amplitude.at(tau)
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What turns a tool: the moment ``value``, anticlockwise on the tool, times the ``amplitude``; zero rolls freely.
+
+    About the centre of the tool's turn, a unit of thickness's, in units of force: what the tool then exerts on the
+    body, :meth:`bipot.control.accepted.Accepted.tool_moment`.
+
+    Raises:
+        SceneError: a value that is no finite number, or of a magnitude that asks for other units.
+    """
+
+    value: float
+    amplitude: Amplitude = RAMP
+
+    def __post_init__(self) -> None:
+        require_number(self.value, "moment.value")
+        object.__setattr__(self, "value", float(self.value))
+        require_type(self.amplitude, Amplitude, "moment.amplitude")
+        for size in (self.value, self.value * self.amplitude.largest):
+            require_magnitude(size, "moment.value, its amplitude with it", LARGEST_STRESS)
+
+    def at(self, tau: float) -> float:
+        """The moment at pseudo-time ``tau``."""
+        return self.value * self.amplitude.at(tau)

@@ -1,0 +1,228 @@
+r"""Where candidates meet their tools at the end of an increment, and how that changes as they move.
+
+A candidate that its tool sees at y goes to y + dy in the increment. Its gap at the end is that at the start and what
+it grew by; its slip is the arc of the surface between the nearest points of start and end, so slips add up over
+increments (:mod:`bipot.tools.surfaces`), and in space the way of :mod:`bipot.tools.slips`. Of who starts apart from the
+tool it begins where the body at rest would come to touch it: what goes on in the air is no slip (:meth:`Faces.in_air`).
+Forces r = (r_n, r_t) dual to them are, with frame n, t_i and C = grad n at the end, c t t' in a plane,
+
+    r_n n + sum_i r_i (1 - g C) t_i,
+
+along the frame where the gap g is zero, and change with the place by
+
+    r_n C - sum_i r_i (B_i n' + n B_i'),    B_i = C (1 - g C) t_i,
+
+and in space by the turn of t_1 and t_2 about n. That is exact where the gap is zero or C is constant along the surface,
+as on planes, cylinders and spheres. By the pose of the tool that is driven they change as :mod:`bipot.contact.coupling`
+says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.tools.poses import rotation
+from bipot.tools.slips import Slip, measured, spin, transported
+from bipot.tools.surfaces import frames
+from bipot.tools.tool import Tool
+from bipot.typing import Bools, Floats
+
+HALVINGS = 40
+"""Of an increment: when a candidate that comes through the air touches."""
+
+
+class Going(NamedTuple):
+    """Points x (c, d) that go ``by`` (c, d) while tools in the poses ``placed`` (k, p) go on by ``advance`` (k, p)."""
+
+    x: Floats
+    by: Floats
+    placed: Floats
+    advance: Floats
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
+    the ``curvature`` C (c, d, d) of the lines or surfaces of equal gaps they are on, ``arm`` (c, d) where they are seen
+    from the centre about which their tool turns, zero if it does not; as their tools see them they were at ``place``
+    (c, d) and went ``by`` (c, d).
+
+    In space the frames turn about their normals by ``turning`` (c, 3) times what the place goes by, and slips change by
+    ``measured`` (c, 3, 3) times what the frames say; in a plane None.
+    """
+
+    motion: Floats
+    frames: Floats
+    curvature: Floats
+    arm: Floats
+    place: Floats
+    by: Floats
+    turning: Floats | None = None
+    measured: Floats | None = None
+
+    def bending(self, r: Floats) -> Floats:
+        """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""
+        normal, along = self.frames[:, 0], self.frames[:, 1:]
+        crossed = normal[:, :, None] * np.einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
+        out = r[:, :1, None] * self.curvature - crossed - crossed.transpose(0, 2, 1)
+        if self.turning is None:
+            return out
+        turned = r[:, 1, None] * along[:, 1] - r[:, 2, None] * along[:, 0]
+        return out + turned[:, :, None] * self.turning[:, None]
+
+
+@dataclass(frozen=True)
+class Faces:
+    """The surfaces of tools as c candidates meet them; ``owned`` (k, c) says whose they are.
+
+    Frames in space are those of the ``reference`` (c, 3, 3), any at all, carried from their normals to the place's.
+    """
+
+    tools: Sequence[Tool]
+    owned: Bools
+    reference: Floats
+
+    def distance(self, x: Floats, placed: Floats) -> Floats:
+        """Gap (c,) of points x (c, d) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
+        gap = np.empty(len(x))
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            gap[mine] = tool.distance(x[mine], pose)
+        return gap
+
+    def places(self, x: Floats, placed: Floats) -> Floats:
+        """Magnitude (c,) of the numbers whose difference :meth:`distance` is."""
+        out = np.empty(len(x))
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            out[mine] = tool.places(x[mine], pose)
+        return out
+
+    def slopes(self, x: Floats, placed: Floats) -> Floats:
+        """Derivatives (c, d, d) of gap and arc of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
+        seen = _Seen.none(x)
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            seen.take(mine, tool, tool.own(x[mine], pose), pose)
+        return _slopes(self._framed(seen.normal), seen.gap, seen.curvature)
+
+    def _framed(self, normal: Floats) -> Floats:
+        """Frames (c, d, d) of the normals (c, d)."""
+        return frames(normal) if normal.shape[1] == 2 else transported(self.reference, normal)
+
+    def arms(self, x: Floats, placed: Floats) -> Floats:
+        """The ``arm`` (c, d) of :class:`Meeting` of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
+        out = np.empty_like(x)
+        for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
+            out[mine] = tool.arm(x[mine], pose)
+        return out
+
+    def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
+        """Of candidates that start with a ``gap`` (c,) and are ``going``.
+
+        How far they go ``before`` (c, d) they touch, as their tools see it, is no slip.
+        """
+        motion, arm = np.empty_like(going.x), np.empty_like(going.x)
+        place, by, slid = (np.empty_like(going.x) for _ in range(3))
+        begun, seen = _Seen.none(going.x), _Seen.none(going.x)
+        for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
+            place[mine] = start = tool.own(going.x[mine], pose)
+            by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
+            slips = start + before[mine], went - before[mine]
+            motion[mine, 0] = tool.face.passed(start, went)[:, 0]
+            if motion.shape[1] == 2:
+                motion[mine, 1] = tool.face.passed(*slips)[:, 1]
+            else:
+                begun.take(mine, tool, slips[0], pose + advance)
+            seen.take(mine, tool, start + went, pose + advance)
+            slid[mine] = tool.turned(slips[1], pose + advance)
+            arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
+        motion[:, 0] += gap
+        framed = self._framed(seen.normal)
+        rows = _slopes(framed, motion[:, 0], seen.curvature)
+        if motion.shape[1] == 2:
+            return Meeting(motion, rows, seen.curvature, arm, place, by)
+        turning = (seen.curvature @ spin(self.reference, seen.normal)[..., None])[..., 0]
+        slip = Slip(begun.gap, begun.normal, slid, seen.gap, framed, seen.curvature, turning)
+        motion[:, 1:] = slip.components
+        return Meeting(motion, rows, seen.curvature, arm, place, by, turning, measured(rows, slip.derivative()))
+
+    def in_air(self, apart: Bools, going: Going) -> Floats:
+        """How far (c, d) who starts ``apart`` (c,) from a curved tool comes, as that sees it, before they touch.
+
+        Of those that are ``going`` as in a body at rest, and on the whole way of who does not touch then.
+        """
+        out = np.zeros_like(going.x)
+        for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
+            own = np.flatnonzero(mine & apart & (not tool.flat))
+            start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
+            early, late = np.zeros(len(own)), np.ones(len(own))
+            off = tool.face.distance(start + by).gap >= 0
+            for _ in range(HALVINGS):
+                middle = (early + late) / 2
+                touches = tool.face.distance(start + middle[:, None] * by).gap < 0
+                early, late = np.where(touches, early, middle), np.where(touches, middle, late)
+            out[own] = np.where(off, 1.0, early)[:, None] * by
+        return out
+
+    def crossed(self, meeting: Meeting) -> Bools:
+        """Who (c,) went through a tool and came out on another side of it."""
+        out = np.zeros(len(meeting.place), dtype=bool)
+        for mine, tool in zip(self.owned, self.tools, strict=True):
+            out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
+        return out
+
+    def beyond(self, meeting: Meeting) -> Bools:
+        """Who (c,) came past an open end of a tool."""
+        out = np.zeros(len(meeting.place), dtype=bool)
+        for mine, tool in zip(self.owned, self.tools, strict=True):
+            out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
+        return out
+
+    def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
+        """How far (c, d) turns take the tools' points at x (c, d), half an ``advance`` (k, 3) on."""
+        out = np.zeros_like(x)
+        for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
+            if tool.turn is not None:
+                out[mine] = tool.turn.carried(x[mine], pose, by)
+        return out
+
+    def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
+        """Moments (k,) of vectors (c, d) at x (c, d) about the centres, or axes, of tools that turn; 0 of others."""
+        out = np.zeros(len(self.tools))
+        for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
+            if tool.turn is not None:
+                out[k] = np.vdot(tool.turn.swirl(tool.arm(x[mine], pose)), vectors[mine])
+        return out
+
+
+class _Seen(NamedTuple):
+    """Of c candidates ``gap`` (c,), ``normal`` (c, d) and ``curvature`` C (c, d, d), filled in tool by tool."""
+
+    gap: Floats
+    normal: Floats
+    curvature: Floats
+
+    @staticmethod
+    def none(x: Floats) -> _Seen:
+        """Of points x (c, d), nothing filled in."""
+        return _Seen(np.empty(len(x)), np.empty_like(x), np.empty((*x.shape, x.shape[1])))
+
+    def take(self, mine: Bools, tool: Tool, own: Floats, pose: Floats) -> None:
+        """Fill in what is ``mine`` (c,) of the ``tool`` in the ``pose`` (p,), which sees it at ``own`` (m, d)."""
+        self.gap[mine], normal, C = tool.face.distance(own)
+        self.normal[mine] = tool.turned(normal, pose)
+        if own.shape[1] == 2:
+            tangent = frames(self.normal[mine])[:, 1]
+            self.curvature[mine] = C[:, None, None] * tangent[:, :, None] * tangent[:, None]
+        else:
+            Q = np.eye(3) if tool.turn is None else rotation(pose[3:])
+            self.curvature[mine] = Q @ C @ Q.T
+
+
+def _slopes(framed: Floats, gap: Floats, curvature: Floats) -> Floats:
+    """Derivatives (c, d, d) of gap and slip from frames (c, d, d): (1 - g C) t_i along the tangents."""
+    out = framed.copy()
+    out[:, 1:] -= gap[:, None, None] * framed[:, 1:] @ curvature
+    return out

@@ -1,0 +1,154 @@
+r"""Where a tool is: a pose is how far it has gone since rest, and by what angles (radians, anticlockwise) turned.
+
+A point X of the tool at rest, which turns about the point C of it, is at
+
+    x = C + a + Q(theta) (X - C),     Q = ((cos, -sin), (sin, cos)),
+
+in the pose (a_1, a_2, theta). In space a tool turns about an axis through C, the unit vector e: its pose is
+(a, theta e), of six numbers, and Q = 1 + sin(theta) E + (1 - cos(theta)) E^2 with E v = e x v. Points of the body are
+seen from the tool where they would be if it rested.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
+from bipot.paths import RAMP, Amplitude, require_components, vector
+from bipot.tensors import norm
+from bipot.tools.driving import Moment
+from bipot.typing import Floats
+
+LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
+"""In radians: what is smaller takes no point along, however far it is from the centre."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A tool turns by ``angle`` (radians, anticlockwise) times the ``amplitude`` about ``centre``, which goes with it.
+
+    In space the centre is three numbers, and the ``axis`` through it a unit vector, against which who looks sees it
+    turn anticlockwise. ``driven_by`` a moment, of which the angle is an unknown, it turns as that asks for: the
+    ``angle`` here is zero. That is so far in a plane alone.
+
+    Raises:
+        SceneError: a centre that is not two finite numbers, or three in space, an axis in a plane, none in space or no
+            unit vector, an angle that is none, an amplitude that begins elsewhere, an angle beside a moment, a moment
+            in space.
+    """
+
+    angle: float
+    centre: tuple[float, ...]
+    amplitude: Amplitude = RAMP
+    driven_by: Moment | None = None
+    axis: tuple[float, ...] | None = None
+
+    def __post_init__(self) -> None:
+        require_number(self.angle, "turn.angle")
+        object.__setattr__(self, "angle", float(self.angle))
+        require_type(self.amplitude, Amplitude, "turn.amplitude")
+        for size in (self.angle, self.angle * self.amplitude.largest):
+            known = f"of at most {LARGEST_ANGLE:g} radians, and 0 or at least {SMALLEST_ANGLE:g}"
+            fits = size == 0 or SMALLEST_ANGLE <= abs(size) <= LARGEST_ANGLE
+            require(fits, "turn.angle, its amplitude with it", size, known)
+        object.__setattr__(self, "centre", vector(self.centre, "turn.centre"))
+        require_magnitude(max(map(abs, self.centre)), "turn.centre", LARGEST_LENGTH)
+        self._check_axis()
+        require(self.amplitude.at(0.0) == 0, "turn.amplitude", self.amplitude.points, "zero at tau = 0")
+        require_type(self.driven_by, Moment, "turn.driven_by", optional=True)
+        free = self.driven_by is None or self.angle == 0
+        require(free, "turn.angle", self.angle, f"zero where a moment turns the tool, {self.driven_by}")
+
+    def _check_axis(self) -> None:
+        if len(self.centre) == 2:
+            require(self.axis is None, "turn.axis", self.axis, "None in a plane, which is turned in itself")
+            return
+        axis = vector(self.axis, "turn.axis")
+        require_components(axis, 3, "turn.axis")
+        require(abs(float(norm(np.array(axis))) - 1) < 1e-12, "turn.axis", axis, "a unit vector")
+        object.__setattr__(self, "axis", axis)
+        require(self.driven_by is None, "turn.driven_by", self.driven_by, "None in space, where an angle turns a tool")
+
+    @property
+    def about(self) -> Floats:
+        """The angles of a pose, one or three, of a turn by one radian."""
+        return np.array(self.axis or (1.0,))
+
+    def at(self, tau: float) -> float:
+        """The angle at pseudo-time ``tau``."""
+        return self.angle * self.amplitude.at(tau)
+
+    def arm(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) seen from the centre."""
+        return x - self.centre - pose[: len(self.centre)]
+
+    def own(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) as the tool sees them: what the turn takes them along is added, for the centre may be far."""
+        return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(_angles(pose))
+
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (p,).
+
+        To round-off of the motions, not of the places.
+        """
+        moved = (by - advance[: len(self.centre)]) @ rotation(_angles(pose + advance))
+        return moved + self.arm(x, pose) @ rotation(_angles(pose)) @ turned_by(_angles(advance))
+
+    def carried(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
+        """How far (…, d) the turn alone takes the tool's points at x (…, d), half the way from ``pose`` on."""
+        half = 2 * np.sin(float(_angles(advance) @ self.about) / 2)
+        return half * self.swirl(self.arm(x, pose) - advance[: len(self.centre)] / 2)
+
+    def swirl(self, arm: Floats) -> Floats:
+        """How points seen at ``arm`` (…, d) go (…, d) as the tool begins to turn, by the angle."""
+        return across(arm) if self.axis is None else np.cross(self.about, arm)
+
+
+def across(vectors: Floats) -> Floats:
+    """Vectors (…, d) turned by a right angle anticlockwise.
+
+    >>> across(np.array([2.0, 1.0])).tolist()
+    [-1.0, 2.0]
+    """
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def pose_size(dimension: int) -> int:
+    """How many numbers a pose has: a displacement and the angles about the axes there are.
+
+    >>> pose_size(2), pose_size(3)
+    (3, 6)
+    """
+    return dimension * (dimension + 1) // 2
+
+
+def rotation(angles: Floats) -> Floats:
+    """Q (d, d) of the angles of a pose, one or three: vectors v as rows are v @ Q' turned, and v @ Q turned back.
+
+    >>> (np.array([1.0, 0.0]) @ rotation(np.array([np.pi / 2])).T).round(12).tolist()
+    [0.0, 1.0]
+    >>> (np.array([1.0, 0.0, 0.0]) @ rotation(np.array([0.0, 0.0, np.pi / 2])).T).round(12).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    if len(angles) == 1:
+        (angle,) = angles
+        return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    return np.eye(3) + turned_by(angles)
+
+
+def turned_by(angles: Floats) -> Floats:
+    """Q - 1 (d, d) of :func:`rotation`, to its own round-off."""
+    angle = float(norm(angles)) if len(angles) == 3 else float(angles[0])
+    half = np.sin(angle / 2)
+    if len(angles) == 1:
+        return np.array([[-2 * half**2, -np.sin(angle)], [np.sin(angle), -2 * half**2]])
+    e = angles / angle if angle else angles
+    E = np.array([[0.0, -e[2], e[1]], [e[2], 0.0, -e[0]], [-e[1], e[0], 0.0]])
+    return np.sin(angle) * E + 2 * half**2 * E @ E
+
+
+def _angles(pose: Floats) -> Floats:
+    """Those of a pose (3,) in a plane, or (6,) in space."""
+    return pose[2:] if len(pose) == 3 else pose[3:]

@@ -1,0 +1,7 @@
+"""Surfaces of rigid tools from straights and rounds, and of several surfaces."""
+
+from bipot.tools.profiles.profile import Profile
+from bipot.tools.profiles.shapes import flat_punch, wedge
+from bipot.tools.profiles.union import Union
+
+__all__ = ["Profile", "Union", "flat_punch", "wedge"]

@@ -1,0 +1,214 @@
+"""Surfaces of rigid tools made of straights and rounds: punches with rounded edges, wedges, cones, dies.
+
+What is beyond an open end is no contact. The line is taken to go on straight there, and the law holds against it; where
+that took a force the increment is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end in silence,
+and gaps are distances to one line that ends nowhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
+from bipot.tensors import norm
+from bipot.tools.circle import AROUND, GRAZED, OPEN
+from bipot.tools.profiles.outline import pieces_of
+from bipot.tools.profiles.pieces import Pieces
+from bipot.tools.reflection import reflected
+from bipot.tools.surfaces import Distance, Surface, Tips, place
+from bipot.typing import Bools, Floats, Vector
+
+PAST = 2 * np.pi / 3
+"""Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
+
+DEEP = 1 - float(np.cos(AROUND / 2))
+"""Over a circle's radius: the depth of a straight way between places of it that are :data:`AROUND` apart."""
+
+SHALLOW = 1e-6
+"""Of its length: a way through the tool that is no deeper is one along it."""
+
+PLACES, HALVINGS = 7, 30
+"""On each piece, from which the tool's thickest place is looked for, and of the bracket around it."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The line through ``points``, its corners rounded by ``fillets``, with the tool on the right of who follows it.
+
+    ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. ``closed``, the line
+    leads back to the first point, and all of them are inner: clockwise the tool is inside, anticlockwise outside. An
+    open one goes on straight beyond its ends, where it may not be touched. On a meridian it is a tool of revolution:
+    give both sides of the axis, or begin on the axis at a right angle to it.
+
+    A sharp corner pushes in the direction from it to the point, and its arc stands still. A node that comes to rest on
+    one has no one normal: give such a corner a small fillet.
+
+    Raises:
+        SceneError: what is no line: fewer than two points, points that are no numbers or the same, fillets that do not
+            fit, a line that meets itself, or would where it goes on beyond its ends.
+
+    >>> punch = Profile(((1.0, 4.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, 4.0)), fillets=0.5)
+    >>> punch.distance(np.array([[0.0, 1.5], [1.25, 2.5]])).gap.tolist()
+    [0.5, 0.25]
+    """
+
+    points: tuple[tuple[float, float], ...]
+    fillets: float | tuple[float, ...] = 0.0
+    closed: bool = False
+    pieces: Pieces = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        require_type(self.closed, bool, "profile.closed")
+        given = isinstance(self.points, tuple | list | np.ndarray)
+        require(given, "profile.points", self.points, "pairs of numbers")
+        points = tuple(place(point, f"profile.points[{k}]") for k, point in enumerate(self.points))
+        least = 3 if self.closed else 2
+        require(len(points) >= least, "profile.points", points, f"at least {least}")
+        object.__setattr__(self, "points", points)
+        object.__setattr__(self, "fillets", self._checked_fillets())
+        object.__setattr__(self, "pieces", pieces_of(self.points, self._radii, self.closed))
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`bipot.tools.surfaces.Surface.distance`."""
+        foot = self.pieces.foot(x)
+        return Distance(foot.gap, foot.normal, foot.curvature)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.gap`."""
+        return self.pieces.foot(x - moved).gap
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.size`."""
+        return np.maximum(norm(x), norm(moved) + self.pieces.extent)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.passed`; around a closed line the shorter way.
+
+        Where another piece is nearest at the end it is the difference of two distances and of two arcs.
+        """
+        pieces, start, end = self.pieces, self.pieces.foot(x), self.pieces.foot(x + by)
+        slip = end.arc - start.arc
+        if self.closed:
+            slip = slip - pieces.length * np.round(slip / pieces.length)
+        between = np.stack([end.gap - start.gap, slip], axis=-1)
+        same = start.piece == end.piece
+        return np.where(same[..., None], pieces.grown(start.piece, x, by), between)
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.crossed`.
+
+        The straight way goes in and comes out where the tool faces another way by more than :data:`PAST`; or by more
+        than :data:`AROUND`, and deeper than between places of a circle as thick as the tool that are so far apart; or
+        who goes touches it neither before nor after.
+        """
+        met = self.pieces.met(x, by)
+        # A way from place to place of the line is inside without meeting it.
+        out = np.array((met < 1).any(axis=-1) | (self.pieces.foot(x + by / 2).gap < 0))
+        out[out] = self._through(x[out], by[out], met[out])
+        return out
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
+        return self.pieces.beyond(x)
+
+    def tips(self) -> Tips:
+        """As :meth:`bipot.tools.surfaces.Surface.tips`: rounds to the right, with sharp corners among them."""
+        rounds = self.pieces.rounds
+        convex = rounds.turn > 0
+        return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.thickness)
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
+        return self.same(self.image(normal, position), roundoff)
+
+    def image(self, normal: Vector, position: float) -> Profile:
+        """As :meth:`bipot.tools.surfaces.Surface.image`: the other way, so that the tool stays on the right."""
+        points = tuple((x, y) for x, y in (reflected(point, normal, position) for point in self.points[::-1]))
+        radii = self._radii[::-1]
+        # The round before a side of a closed line becomes the one behind it.
+        return Profile(points, radii if isinstance(self.fillets, tuple) else self.fillets, self.closed)
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.same`: of a closed line from any of its sides on."""
+        if not isinstance(other, Profile) or self.closed != other.closed:
+            return False
+        own, its = (surface._sides(self.pieces.span) for surface in (self, other))
+        radii, others = self.pieces.rounds.radius, other.pieces.rounds.radius
+        turns, theirs = self.pieces.rounds.turn, other.pieces.rounds.turn
+        if own.shape != its.shape or radii.shape != others.shape:
+            return False
+        for k in range(len(own) if self.closed else 1):
+            near = bool(norm(np.roll(its, k, axis=0) - own).max() <= roundoff)
+            round_ = np.abs(np.roll(others, k) - radii).max(initial=0.0) <= roundoff
+            if near and bool(round_) and np.array_equal(np.roll(theirs, k), turns):
+                return True
+        return False
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.tools.surfaces.Surface.lines`: from its first point to the last, or back to the first."""
+        line = self.pieces.drawn()
+        return [np.concatenate([line, line[:1]]) if self.closed else line]
+
+    def _sides(self, span: float) -> Floats:
+        """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
+        s = self.pieces.straights
+        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
+        if not self.closed:
+            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * s.along[0], ends[-1, 0] + span * s.along[-1]
+        return ends
+
+    @cached_property
+    def thickness(self) -> float:
+        """Radius of the largest circle in the tool that touches the line, at most the span of its corners."""
+        s, rounds = self.pieces.straights, self.pieces.rounds
+        part = (np.arange(PLACES) + 0.5)[:, None, None] / PLACES
+        along = s.start + part * s.length[:, None] * s.along
+        middle = rounds.centre + rounds.radius[:, None] * self.pieces.middle
+        place = np.concatenate([along.reshape(-1, 2), middle[(rounds.turn > 0) & (rounds.radius > 0)]])
+        normal = self.pieces.foot(place).normal
+        low, high = np.zeros(len(place)), np.full(len(place), self.pieces.span)
+        for _ in range(HALVINGS):
+            radius = (low + high) / 2
+            # A circle that touches is in the tool as long as its centre is no nearer to another place.
+            touching = self.pieces.foot(place - radius[:, None] * normal).gap <= -radius * (1 - 1e-9)
+            low, high = np.where(touching, radius, low), np.where(touching, high, radius)
+        return float(low.max())
+
+    def _through(self, x: Floats, by: Floats, met: Floats) -> Bools:
+        """Whether ways (k,) that meet the line at the fractions ``met`` (k, p) come out on another side."""
+        met = np.pad(met, ((0, 0), (1, 1)), constant_values=(0.0, 1.0))
+        ends = x[:, None] + met[..., None] * by[:, None]
+        middle, way = (ends[:, 1:] + ends[:, :-1]) / 2, norm(np.diff(ends, axis=1))
+        depth, normal = -self.pieces.foot(middle).gap, self.pieces.foot(ends).normal
+        turned = np.vecdot(normal[:, 1:], normal[:, :-1])
+        gap = self.pieces.foot(ends[:, [0, -1]]).gap
+        open_at_both = (gap > OPEN * self.thickness).all(axis=1, keepdims=True)
+        other = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.thickness))
+        other |= open_at_both & (depth > GRAZED * self.thickness)
+        return np.any((depth > SHALLOW * way) & other, axis=1)
+
+    def _checked_fillets(self) -> float | tuple[float, ...]:
+        """One radius, or as many as there are inner points."""
+        if not isinstance(self.fillets, tuple | list | np.ndarray):
+            return _radius(self.fillets, "profile.fillets")
+        count = len(self.points) - 2 * (not self.closed)
+        require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
+        return tuple(_radius(radius, f"profile.fillets[{k}]") for k, radius in enumerate(self.fillets))
+
+    @property
+    def _radii(self) -> tuple[float, ...]:
+        """Of the inner points."""
+        count = len(self.points) - 2 * (not self.closed)
+        return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
+
+
+def _radius(value: object, field: str) -> float:
+    """``value`` as a radius; raises SceneError where it is none."""
+    require_number(value, field)
+    radius = float(value)  # type: ignore[arg-type]
+    require(0 <= radius < np.inf, field, value, "finite and >= 0")
+    require_magnitude(radius, field, LARGEST_LENGTH)
+    return radius

@@ -1,0 +1,107 @@
+"""Several surfaces as one tool: the nearest of them is the one that counts, so nothing is touched twice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bipot.errors import require, require_tuple
+from bipot.tools.surfaces import Distance, Surface, Tips
+from bipot.typing import Bools, Floats, Ints, Scalar, Vector
+
+
+@dataclass(frozen=True)
+class Union:
+    """The tool that is where any of the ``surfaces`` is: its gap is the least of theirs.
+
+    Outside it that is the distance; inside two at once it is the depth in the one that is deeper. Slip is the arc of
+    the surface that is nearest at the end of the increment.
+
+    Raises:
+        SceneError: no surfaces.
+
+    >>> from bipot.tools.circle import Circle
+    >>> two = Union((Circle((0.0, 3.0), 1.0), Circle((3.0, 3.0), 1.0)))
+    >>> two.distance(np.array([[0.0, 1.5], [3.0, 1.0]])).gap.tolist()
+    [0.5, 1.0]
+    """
+
+    surfaces: tuple[Surface, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "surfaces", require_tuple(self.surfaces, Surface, "union.surfaces"))
+        require(len(self.surfaces) > 0, "union.surfaces", self.surfaces, "at least one")
+        dimensions = {surface.tips().centre.shape[-1] for surface in self.surfaces}
+        require(len(dimensions) == 1, "union.surfaces", self.surfaces, "all of a plane, or all of space")
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`bipot.tools.surfaces.Surface.distance`."""
+        nearest, found = self._nearest(x), [surface.distance(x) for surface in self.surfaces]
+        return Distance(*(_chosen(nearest, parts) for parts in zip(*found, strict=True)))
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.gap`."""
+        return np.min([surface.gap(x, moved) for surface in self.surfaces], axis=0)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.size`."""
+        return np.max([surface.size(x, moved) for surface in self.surfaces], axis=0)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.passed`; where another is nearest at the end, by two distances."""
+        start, end = self._nearest(x), self._nearest(x + by)
+        out = _chosen(end, [surface.passed(x, by) for surface in self.surfaces])
+        rest = np.zeros(x.shape[-1])
+        out[..., 0] = np.where(start == end, out[..., 0], self.gap(x + by, rest) - self.gap(x, rest))
+        return out
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.crossed`."""
+        return np.any([surface.crossed(x, by) for surface in self.surfaces], axis=0)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
+        return _chosen(self._nearest(x), [surface.beyond(x) for surface in self.surfaces])
+
+    def tips(self) -> Tips:
+        """As :meth:`bipot.tools.surfaces.Surface.tips`: those of all of them."""
+        found = [surface.tips() for surface in self.surfaces]
+        return Tips(
+            np.concatenate([tips.centre for tips in found]),
+            np.concatenate([tips.radius for tips in found]),
+            min(tips.thickness for tips in found),
+        )
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.mirrored`: one of them may be another's image."""
+        return self.same(self.image(normal, position), roundoff)
+
+    def image(self, normal: Vector, position: float) -> Union:
+        """As :meth:`bipot.tools.surfaces.Surface.image`."""
+        return Union(tuple(surface.image(normal, position) for surface in self.surfaces))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.same`, in whatever order."""
+        if not isinstance(other, Union):
+            return False
+        pairs = (self.surfaces, other.surfaces), (other.surfaces, self.surfaces)
+        return all(any(one.same(its, roundoff) for its in theirs) for own, theirs in pairs for one in own)
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.tools.surfaces.Surface.lines`: those of all of them, one inside the other too."""
+        return [line for surface in self.surfaces for line in surface.lines(middle, reach)]
+
+    def _nearest(self, x: Floats) -> Ints:
+        """Number (…) of the surface that is nearest to points x (…, d)."""
+        rest = np.zeros(x.shape[-1])
+        return np.argmin([surface.gap(x, rest) for surface in self.surfaces], axis=0)
+
+
+def _chosen(nearest: Ints, parts: Sequence[NDArray[Scalar]]) -> NDArray[Scalar]:
+    """Of arrays (…) or (…, d) those of the ``nearest`` (…)."""
+    out = np.array(parts)
+    index = nearest.reshape(1, *nearest.shape, *(1,) * (out.ndim - 1 - nearest.ndim))
+    return np.take_along_axis(out, index, axis=0)[0]

@@ -1,0 +1,223 @@
+"""Surfaces of revolution as tools in space: spheres, cylinders, cones, and any profile turned about an axis.
+
+Where r is the distance from the axis and z the height along it, a point is as far from the surface as (r, z) is from
+the meridian. Of the meridian's normal (n_r, n_z) and curvature c the surface of equal gaps has the principal curvatures
+
+    c along the meridian,    n_r / r around the axis,
+
+which are one on the axis, where the normal is along that.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_positive, require_type
+from bipot.paths import require_components, vector
+from bipot.tensors import norm
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import wedge
+from bipot.tools.reflection import reflected
+from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames
+from bipot.tools.ways import comes_through
+from bipot.typing import Bools, Floats, Vector
+
+ON_AXIS = 1e-12
+"""Of its distances: what is no farther from the axis is on it."""
+
+NEXT_TO_AXIS = 1e-9
+"""Of its distances: so near to the axis n_r / r is round-off, and both curvatures are one."""
+
+HALF, FAR = (1.0, 0.0), 1e6
+"""The normal of the axis in the half plane, and how far lines without an end are looked at, over the rest."""
+
+MERIDIANS, CIRCLES, AROUND = 12, 9, 48
+"""By how many meridians and circles a surface is drawn, and by how many straights a circle."""
+
+
+@dataclass(frozen=True)
+class Revolved:
+    """The surface that the ``meridian`` makes as it turns about the axis through ``point`` along the unit ``axis``.
+
+    The meridian is a :class:`~bipot.tools.circle.Circle`, a :class:`~bipot.tools.profiles.Profile` or any other surface
+    of a plane, whose first coordinate is the distance from the axis and whose second is the height along it, from the
+    point on. It is its own mirror image in the axis, or on one side of that alone: no point may be nearer to what is
+    beyond.
+
+    Raises:
+        SceneError: vectors that are not three finite numbers, an axis that is no unit vector, a meridian that is no
+            surface of a plane, or on both sides of the axis without being its own mirror image.
+
+    >>> ball = Revolved(Circle((0.0, 0.0), 2.0), (0.0, 0.0, 5.0), (0.0, 0.0, 1.0))
+    >>> ball.distance(np.array([0.0, 0.0, 2.5])).gap
+    np.float64(0.5)
+    """
+
+    meridian: Surface
+    point: tuple[float, ...]
+    axis: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", vector(self.point, "revolved.point"))
+        object.__setattr__(self, "axis", direction(self.axis, "revolved.axis"))
+        for name in ("point", "axis"):
+            require_components(getattr(self, name), 3, f"revolved.{name}")
+        require_magnitude(max(map(abs, self.point)), "revolved.point", LARGEST_LENGTH)
+        require_type(self.meridian, Surface, "revolved.meridian")
+        plane = self.meridian.tips().centre.shape[-1] == 2
+        require(plane, "revolved.meridian", self.meridian, "a surface of a plane: (distance from the axis, height)")
+        size = float(self.meridian.size(np.zeros(2), np.zeros(2)))
+        lines = self.meridian.lines(np.zeros(2), FAR * (1 + size))
+        beside = min(float(line[:, 0].min()) for line in lines) >= -ON_AXIS * size
+        sound = beside or self.meridian.mirrored(HALF, 0.0, ON_AXIS * size)
+        allowed = "its own mirror image in the axis, r = 0, or at r >= 0"
+        require(sound, "revolved.meridian", self.meridian, allowed)
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`bipot.tools.surfaces.Surface.distance`."""
+        place, outward = self._place(x)
+        gap, normal, c = self.meridian.distance(place)
+        (n_r, n_z), axis = np.moveaxis(normal, -1, 0)[..., None], np.array(self.axis)
+        r = place[..., :1]
+        off = r > NEXT_TO_AXIS * self.meridian.size(place, np.zeros(2))[..., None]
+        along, around = n_z * outward - n_r * axis, np.cross(axis, outward)
+        hoop = np.where(off, n_r / np.where(off, r, 1.0), c[..., None])
+        curvature = (c[..., None] * along)[..., None] * along[..., None, :]
+        curvature = curvature + (hoop * around)[..., None] * around[..., None, :]
+        return Distance(gap, n_r * outward + n_z * axis, curvature)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.gap`."""
+        return self.meridian.gap(self._place(x - moved)[0], np.zeros(2))
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.size`."""
+        own = self.meridian.size(self._place(x - moved)[0], np.zeros(2))
+        return np.maximum(norm(x), norm(moved) + norm(np.array(self.point)) + own)
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`bipot.tools.surfaces.Surface.passed`."""
+        axis, (place, outward) = np.array(self.axis), self._place(x)
+        up = by @ axis
+        beside, start = by - up[..., None] * axis, place[..., :1] * outward
+        far = place[..., 0] + norm(start + beside)
+        # The difference of two distances from the axis, without the round-off of either.
+        farther = np.vecdot(2 * start + beside, beside) / np.where(far > 0, far, 1.0)
+        return self.meridian.passed(place, np.stack([farther, up], axis=-1))[..., :1]
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.crossed`."""
+        return comes_through(self.distance, self.tips().thickness, x, by)
+
+    def tips(self) -> Tips:
+        """As :meth:`bipot.tools.surfaces.Surface.tips`: those on the axis; around it as thick as the meridian."""
+        tips = self.meridian.tips()
+        solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
+        thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
+        on = np.abs(tips.centre[:, 0]) <= ON_AXIS * (1 + tips.radius)
+        centres = np.array(self.point) + tips.centre[on, 1:] * np.array(self.axis)
+        return Tips(centres.reshape(-1, 3), tips.radius[on], thickness)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`bipot.tools.surfaces.Surface.beyond`."""
+        return self.meridian.beyond(self._place(x)[0])
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.mirrored`."""
+        return self.same(self.image(normal, position), roundoff)
+
+    def image(self, normal: Vector, position: float) -> Revolved:
+        """As :meth:`bipot.tools.surfaces.Surface.image`."""
+        return Revolved(self.meridian, reflected(self.point, normal, position), reflected(self.axis, normal, 0.0))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`bipot.tools.surfaces.Surface.same`: of spheres whatever their axis is."""
+        if not isinstance(other, Revolved):
+            return False
+        one, two = self._sphere, other._sphere
+        if one is not None and two is not None:
+            alike = one[2] == two[2] and abs(one[1] - two[1]) <= roundoff
+            return alike and float(norm(np.subtract(one[0], two[0]))) <= roundoff
+        apart, axis = np.subtract(other.point, self.point), np.array(self.axis)
+        way, up = float(axis @ np.array(other.axis)), float(apart @ axis)
+        on_axis = float(norm(apart - up * axis)) <= roundoff and 1 - abs(way) <= ACROSS
+        # Turned upside down about half the height between the points; where both go up that is done twice.
+        meridian = other.meridian if way < 0 else other.meridian.image((0.0, 1.0), 0.0)
+        return on_axis and self.meridian.same(meridian.image((0.0, 1.0), up / 2), roundoff)
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`bipot.tools.surfaces.Surface.lines`: meridians, and circles around the axis."""
+        first, second = frames(np.array(self.axis))[1:]
+        out, angle = list[Floats](), np.linspace(0.0, 2 * np.pi, AROUND + 1)
+        for line in self.meridian.lines(self._place(middle)[0], reach):
+            half = line[line[:, 0] >= -ON_AXIS * reach]
+            ways = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
+            r, z = half[:, :1], half[:, 1:]
+            out += [self.point + r * way + z * self.axis for way in ways[: -1 : AROUND // MERIDIANS]]
+            chosen = half[np.linspace(0, len(half) - 1, min(CIRCLES, len(half))).astype(int)]
+            out += [self.point + r * ways + z * np.array(self.axis) for r, z in chosen[chosen[:, 0] > ON_AXIS * reach]]
+        return out
+
+    @property
+    def _sphere(self) -> tuple[Vector, float, bool] | None:
+        """Centre, radius, and whether it is hollow, where it is a sphere."""
+        circle = self.meridian
+        if not isinstance(circle, Circle) or abs(circle.centre[0]) > ON_AXIS * circle.radius:
+            return None
+        centre = np.array(self.point) + circle.centre[1] * np.array(self.axis)
+        return tuple(centre.tolist()), circle.radius, circle.concave
+
+    def _place(self, x: Floats) -> tuple[Floats, Floats]:
+        """Distance from the axis and height (…, 2) of points x (…, d), and the unit vector (…, d) from the axis."""
+        axis, out = np.array(self.axis), x - np.array(self.point)
+        z = out @ axis
+        out = out - z[..., None] * axis
+        # Next to the axis what is left is round-off along it too.
+        out = out - (out @ axis)[..., None] * axis
+        r = norm(out)
+        outward = np.where((r > 0)[..., None], out / np.where(r > 0, r, 1.0)[..., None], frames(axis)[1])
+        return np.stack([r, z], axis=-1), outward
+
+
+def sphere(centre: Vector, radius: float, concave: bool = False) -> Revolved:
+    """The sphere around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+
+    Raises:
+        SceneError: as :class:`Revolved` and :class:`~bipot.tools.circle.Circle`.
+
+    >>> float(sphere((0.0, 0.0, 3.0), 2.0).distance(np.zeros(3)).gap)
+    1.0
+    """
+    return Revolved(Circle((0.0, 0.0), radius, concave), centre, (0.0, 0.0, 1.0))
+
+
+def roll(point: Vector, axis: Vector, radius: float, concave: bool = False) -> Revolved:
+    """The cylinder without ends around the ``axis`` through ``point``; where it is ``concave`` the tool is outside it.
+
+    Raises:
+        SceneError: a radius that is not above zero; as :class:`Revolved`.
+
+    >>> float(roll((0.0, 0.0, 3.0), (1.0, 0.0, 0.0), 2.0).distance(np.array([7.0, 0.0, 0.0])).gap)
+    1.0
+    """
+    require_positive(**{"roll.radius": radius})
+    require_type(concave, bool, "roll.concave")
+    return Revolved(Plane((radius, 0.0), (-1.0 if concave else 1.0, 0.0)), point, axis)
+
+
+def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: float = 0.0) -> Revolved:
+    """The cone that opens from its ``tip`` along the ``axis``, by ``semi_angle`` degrees to it, with flanks ``length``.
+
+    A ``radius`` above zero rounds its tip, as of a :func:`~bipot.tools.profiles.wedge`; past its flanks' ends it may
+    not be touched.
+
+    Raises:
+        SceneError: an angle outside (0, 90), a length not above zero, a radius that does not fit; as :class:`Revolved`.
+
+    >>> round(float(cone((0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 45.0, 2.0).distance(np.array([0.0, 1.0, 1.0])).gap), 12)
+    0.707106781187
+    """
+    require_number(semi_angle, "cone.semi_angle")
+    return Revolved(wedge((0.0, 0.0), semi_angle, length, radius), tip, axis)

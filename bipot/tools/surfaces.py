@@ -1,0 +1,226 @@
+r"""Surfaces of rigid tools as signed distances: the gap g of a point, the normal n there, how both change as it moves.
+
+The gap is positive outside the tool, n = grad g points from the tool into the body, and t = (n_y, -n_x). A surface of
+curvature k where a point is nearest to it, positive where the tool is convex, has at the point
+
+    grad n = c t t',    c = k / (1 + k g),
+
+so c is the curvature of the line of equal gaps through the point. How far a point has come along the surface is the
+arc s of its nearest point, whose derivatives are
+
+    grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
+
+on pieces of constant k. Slips measured by s add up over increments to what they are over all of them, however long
+those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0. In space a surface has two
+principal curvatures, grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.tools.slips`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+
+from bipot.errors import LARGEST_LENGTH, require, require_magnitude
+from bipot.paths import pair, require_components, vector
+from bipot.tensors import norm
+from bipot.tools.reflection import reflected
+from bipot.typing import Bools, Floats, Pair, Vector
+
+ACROSS = 1e-12
+"""A component below this fraction of a vector is round-off of its direction."""
+
+
+class Distance(NamedTuple):
+    """Of points (…, d): ``gap`` (…), unit ``normal`` (…, d) and ``curvature`` c (…) of the line of equal gaps.
+
+    In space ``curvature`` is that of the surface of equal gaps, as grad n (…, 3, 3).
+    """
+
+    gap: Floats
+    normal: Floats
+    curvature: Floats
+
+
+class Tips(NamedTuple):
+    """Convex parts that may come between nodes: circles around ``centre`` (m, d) of ``radius`` (m,), 0 of corners.
+
+    ``thickness`` is the diameter of the largest circle in the tool.
+    """
+
+    centre: Floats
+    radius: Floats
+    thickness: float
+
+
+@runtime_checkable
+class Surface(Protocol):
+    """What a tool asks of its surface, which rests; ``moved`` (d,) is how far the tool has gone since."""
+
+    def distance(self, x: Floats) -> Distance:
+        """Signed distance of points x (…, d), exact to round-off."""
+        ...
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """Signed distance (…) of points x (…, d) to the moved surface."""
+        ...
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """Magnitude (…) of the numbers whose difference :meth:`gap` is."""
+        ...
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``.
+
+        In space the gap alone, as (…, 1).
+        """
+        ...
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
+        ...
+
+    def tips(self) -> Tips:
+        """Its convex parts: circles of which an arc is the surface; in space spheres, of which a part is."""
+        ...
+
+    def beyond(self, x: Floats) -> Bools:
+        """Whether points x (…, d) are past an open end, where the surface may not be touched (…)."""
+        ...
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """Whether it is its own mirror image in the plane normal . x = position, to ``roundoff`` of places."""
+        ...
+
+    def image(self, normal: Vector, position: float) -> Surface:
+        """Its mirror image in the plane normal . x = position, of a unit normal."""
+        ...
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """Whether the ``other`` is the same, to ``roundoff`` of places."""
+        ...
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """Lines (p, d) on it, to draw it, with the tool on the right of who follows one.
+
+        Of what has no end they hold what is about within ``reach`` of the point ``middle`` (d,).
+        """
+        ...
+
+
+STRAIGHT = np.array([[-1.0], [1.0]])
+SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
+"""How planes are drawn, along their tangents, in a plane and in space."""
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane through ``point`` with the unit ``normal``; the tool is the half-space behind it.
+
+    Raises:
+        SceneError: a vector that is not two finite numbers, or three in space, a normal that is none.
+
+    >>> Plane((0.0, 1.0), (0.0, -1.0)).distance(np.array([3.0, 0.25])).gap
+    np.float64(0.75)
+    """
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", vector(self.point, "plane.point"))
+        require_magnitude(max(map(abs, self.point)), "plane.point", LARGEST_LENGTH)
+        object.__setattr__(self, "normal", direction(self.normal, "plane.normal"))
+        require_components(self.point, len(self.normal), "plane.point")
+
+    def offset(self, moved: Floats) -> float:
+        """n . x of its points."""
+        return float(np.dot(self.normal, np.add(self.point, moved)))
+
+    def distance(self, x: Floats) -> Distance:
+        """As :meth:`Surface.distance`."""
+        gap = self.gap(x, np.zeros(len(self.point)))
+        straight = np.zeros(gap.shape + (3, 3) * (len(self.normal) == 3))
+        return Distance(gap, np.broadcast_to(self.normal, x.shape), straight)
+
+    def gap(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.gap`."""
+        return x @ np.array(self.normal) - self.offset(moved)
+
+    def size(self, x: Floats, moved: Floats) -> Floats:
+        """As :meth:`Surface.size`."""
+        return np.maximum(np.abs(x @ np.array(self.normal)), abs(self.offset(moved)))
+
+    def passed(self, x: Floats, by: Floats) -> Floats:
+        """As :meth:`Surface.passed`."""
+        return by @ frames(np.array(self.normal))[:2].T if len(self.normal) == 2 else by @ np.array([self.normal]).T
+
+    def crossed(self, x: Floats, by: Floats) -> Bools:
+        """As :meth:`Surface.crossed`: out of a half-space there is one way."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def tips(self) -> Tips:
+        """As :meth:`Surface.tips`: none."""
+        return Tips(np.empty((0, len(self.point))), np.empty(0), np.inf)
+
+    def beyond(self, x: Floats) -> Bools:
+        """As :meth:`Surface.beyond`: it has no end."""
+        return np.zeros(x.shape[:-1], dtype=bool)
+
+    def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
+        """As :meth:`Surface.mirrored`."""
+        return abs(float(np.dot(self.normal, normal))) <= ACROSS
+
+    def image(self, normal: Vector, position: float) -> Plane:
+        """As :meth:`Surface.image`."""
+        return Plane(reflected(self.point, normal, position), reflected(self.normal, normal, 0.0))
+
+    def same(self, other: Surface, roundoff: float) -> bool:
+        """As :meth:`Surface.same`."""
+        return (
+            isinstance(other, Plane)
+            and bool(np.abs(np.subtract(self.normal, other.normal)).max() <= ACROSS)
+            and abs(float(self.gap(np.array(other.point), np.zeros(len(self.point))))) <= roundoff
+        )
+
+    def lines(self, middle: Floats, reach: float) -> list[Floats]:
+        """As :meth:`Surface.lines`: one straight around the foot of the ``middle``, in space a square."""
+        normal, *tangents = frames(np.array(self.normal))
+        foot = middle - self.gap(middle, np.zeros(len(middle))) * normal
+        ends = STRAIGHT if len(tangents) == 1 else SQUARE
+        return [foot + reach * ends @ np.array(tangents)]
+
+
+def frames(normal: Floats) -> Floats:
+    """Frames (…, d, d) of normals (…, d): rows are the normal and, in a plane, the tangent (n_y, -n_x).
+
+    In space the first tangent is the axis least along the normal, across it, the second their product: a plane of
+    symmetry that cuts a flat tool has its own normal among them.
+
+    >>> frames(np.array([0.6, 0.8])).tolist()
+    [[0.6, 0.8], [0.8, -0.6]]
+    >>> frames(np.array([0.6, 0.0, 0.8])).tolist()
+    [[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]
+    """
+    if normal.shape[-1] == 3:
+        first = np.eye(3)[np.argmin(np.abs(normal), axis=-1)]
+        first = first - np.vecdot(first, normal)[..., None] * normal
+        first /= norm(first)[..., None]
+        return np.stack([normal, first, np.asarray(np.cross(normal, first), dtype=np.float64)], axis=-2)
+    return np.stack([normal, normal[..., ::-1] * (1.0, -1.0)], axis=-2)
+
+
+def place(value: object, field: str) -> Pair:
+    """``value`` as a point; raises SceneError where it is none."""
+    point = pair(value, field, "two finite numbers")
+    require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
+    return point
+
+
+def direction(value: object, field: str) -> Vector:
+    """``value`` as a unit vector; raises SceneError where it is none."""
+    normal = vector(value, field)
+    require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
+    return normal

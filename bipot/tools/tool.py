@@ -1,0 +1,295 @@
+"""Rigid tools: a surface that moves, what may touch it, and its friction."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+
+from bipot.basics.frozen import FrozenMap
+from bipot.errors import (
+    LARGEST_LENGTH,
+    require,
+    require_count,
+    require_magnitude,
+    require_number,
+    require_tuple,
+    require_type,
+)
+from bipot.paths import POINTS, Path, checked, multiples, require_components, vector
+from bipot.tensors import norm
+from bipot.tools.driving import Force
+from bipot.tools.poses import Turn, pose_size, rotation
+from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
+from bipot.typing import Floats
+
+LARGEST_MU = 1e12
+
+LARGEST_SHEAR = 1.0
+"""More than its own shear yield stress a body does not carry along a surface."""
+
+STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
+
+
+class Sampling(StrEnum):
+    """Where on a surface the law of contact is posed (:mod:`bipot.contact.sampling`).
+
+    On linear edges the two are one; on quadratic ones ``WEIGHTED`` has pressures that the law itself keeps above zero.
+    """
+
+    NODES = "nodes"
+    WEIGHTED = "weighted"
+
+
+class Tool:
+    """What scenes take: a rigid tool with a ``surface`` that translates by ``travel`` times the ``path``.
+
+    The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default goes once, (0, 0), (0.5, 1),
+    (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0), (0.5, (0, 1)),
+    (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the mesh boundaries
+    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
+    welds: what touches at the start of an increment stays tied.
+
+    ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
+    |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.contact.shear`); ``shear_at`` is that of a
+    node, inf where there is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body
+    slides.
+
+    ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path. Where a
+    ``turn`` is driven by a moment, its angle is.
+
+    ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
+    """
+
+    travel: tuple[float, ...]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path
+    mu_at: Mapping[int, float]
+    driven_by: Force | None
+    sampling: Sampling
+    shear: float
+    shear_at: Mapping[int, float]
+    turn: Turn | None = None
+
+    @cached_property
+    def face(self) -> Surface:
+        """The surface at rest."""
+        raise NotImplementedError
+
+    @property
+    def flat(self) -> bool:
+        """Whether the normal is the same everywhere, and stays so."""
+        return isinstance(self.face, Plane) and self.turn is None
+
+    def _check(self) -> None:
+        """Refuse what no tool has, and keep the rest as plain numbers."""
+        object.__setattr__(self, "travel", vector(self.travel, "tool.travel"))
+        self._check_friction()
+        require_type(self.sampling, Sampling, "tool.sampling")
+        self._check_path()
+        require_type(self.driven_by, Force, "tool.driven_by", optional=True)
+        object.__setattr__(self, "candidates", require_tuple(self.candidates, str, "tool.candidates"))
+        require(len(self.candidates) > 0, "tool.candidates", self.candidates, "at least one mesh boundary")
+        different = len(set(self.candidates)) == len(self.candidates)
+        require(different, "tool.candidates", self.candidates, "different boundaries")
+
+    def _check_friction(self) -> None:
+        for name, largest in (("mu", LARGEST_MU), ("shear", LARGEST_SHEAR)):
+            value = getattr(self, name)
+            require_number(value, name)
+            said = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
+            require(0 <= value <= largest or value == math.inf, name, value, said)
+            object.__setattr__(self, name, float(value))
+        object.__setattr__(self, "mu_at", self._by_node("mu_at", LARGEST_MU, "finite and ", ()))
+        object.__setattr__(self, "shear_at", self._by_node("shear_at", LARGEST_SHEAR, "", (math.inf,)))
+        for name in ("mu_at", "shear_at"):
+            by_node = getattr(self, name)
+            require(not (self.welded and by_node), name, dict(by_node), "empty where mu = inf and shear = inf: welded")
+        for node, shear in self.shear_at.items():
+            bounded = math.isfinite(shear) or math.isfinite(self.mu_at.get(node, self.mu))
+            require(bounded, f"shear_at[{node}]", shear, "finite where mu = inf: a tool welds as a whole")
+
+    def _by_node(self, name: str, largest: float, said: str, beyond: tuple[float, ...]) -> FrozenMap[int, float]:
+        """The field's numbers by node, from 0 to the ``largest`` or one of those ``beyond``."""
+        by_node = getattr(self, name)
+        require_type(by_node, Mapping, name)
+        for node, value in by_node.items():
+            require_count(node, f"{name} node", 0)
+            require_number(value, f"{name}[{node}]")
+            allowed = 0 <= value <= largest or value in beyond
+            require(allowed, f"{name}[{node}]", value, f"{said}>= 0, to {largest:g}" + " or inf" * bool(beyond))
+        return FrozenMap({int(node): float(value) for node, value in by_node.items()})
+
+    def _check_path(self) -> None:
+        allowed = f"{POINTS}, the first multiple 0; a multiple is a number, or a pair"
+        object.__setattr__(self, "path", checked(self.path, "tool.path", allowed))
+        require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
+        fits = all(np.size(multiple) in (1, len(self.travel)) for _, multiple in self.path)
+        require(fits, "tool.path", self.path, f"of multiples with as many numbers as the travel {self.travel}")
+        for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
+            require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
+
+    def _check_force(self) -> None:
+        """A force is of as many numbers as the travel, and the path does not go along it."""
+        if self.driven_by is not None:
+            require_components(self.driven_by.vector, len(self.travel), "tool.driven_by")
+            path = self._multiples[1] * self.travel
+            along = bool((np.abs(path @ self.driven_by.direction) <= ACROSS * np.abs(path).max()).all())
+            allowed = f"across the force {self.driven_by.vector}, which moves it along"
+            require(along, "tool.travel", self.travel, allowed)
+
+    @property
+    def welded(self) -> bool:
+        """Whether contact points are tied instead of sliding."""
+        return math.isinf(self.mu) and math.isinf(self.shear)
+
+    @property
+    def capped(self) -> bool:
+        """Whether the shear yield stress caps friction at any node."""
+        return any(map(math.isfinite, (self.shear, *self.shear_at.values())))
+
+    def distance(self, x: Floats, pose: Floats) -> Floats:
+        """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
+        if self.turn is None:
+            return self.face.gap(x, pose[: x.shape[-1]])
+        return self.face.gap(self.own(x, pose), np.zeros(x.shape[-1]))
+
+    def places(self, x: Floats, pose: Floats) -> Floats:
+        """Magnitude (…) of the numbers whose difference :meth:`distance` is."""
+        if self.turn is None:
+            return self.face.size(x, pose[: x.shape[-1]])
+        gone, angles = np.split(pose, [x.shape[-1]])
+        taken = 2 * abs(np.sin(norm(angles) / 2)) * norm(self.turn.arm(x, pose))
+        return np.maximum(self.face.size(self.own(x, pose), gone), taken)
+
+    def own(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""
+        return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
+
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, which goes on by ``advance`` (3,)."""
+        return by - advance[: x.shape[-1]] if self.turn is None else self.turn.going(x, by, pose, advance)
+
+    def arm(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (…, d) seen from the point about which the tool in the ``pose`` (3,) turns; zero if it does not."""
+        return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
+
+    def turned(self, vectors: Floats, pose: Floats) -> Floats:
+        """Vectors (…, d) of the tool at rest as they are in its ``pose`` (3,)."""
+        return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T
+
+    def pose(self, tau: float) -> Floats:
+        """How far (p,) the tool has gone along its path since rest, and by what angles turned."""
+        out = np.zeros(pose_size(len(self.travel)))
+        out[: len(self.travel)] = self.moved(0.0, tau)
+        if self.turn is not None:
+            out[len(self.travel) :] = self.turn.at(tau) * self.turn.about
+        return out
+
+    def moved(self, tau: float, tau_end: float) -> Floats:
+        """Displacement (d,) along the path from pseudo-time ``tau`` to ``tau_end``.
+
+        >>> FlatTool((0, 1), (0, -1), (0, -2), ("top",), 0.1, ((0, 0), (0.5, 1), (1, 0.9))).moved(0.0, 1.0)
+        array([ 0. , -1.8])
+        """
+        taus, multiples = self._multiples
+        start, end = np.transpose([np.interp([tau, tau_end], taus, own) for own in multiples.T])
+        return (end - start) * np.array(self.travel, dtype=np.float64)
+
+    @cached_property
+    def _multiples(self) -> tuple[Floats, Floats]:
+        """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
+        return multiples(self.path, len(self.travel))
+
+
+@dataclass(frozen=True)
+class FlatTool(Tool):
+    """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
+
+    Vectors are of two numbers in a plane, of three in space. All else is as in :class:`Tool`.
+
+    Raises:
+        SceneError: a vector that is not two or three finite numbers, a normal that is none, a path that is not pairs
+            from (0, 0) to tau = 1, a coefficient below zero, ``mu_at`` where all is welded; a force that pulls the tool
+            off the body, a path that goes along the force.
+    """
+
+    point: tuple[float, ...]
+    normal: tuple[float, ...]
+    travel: tuple[float, ...]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path = STRAIGHT_ON
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+    driven_by: Force | None = None
+    sampling: Sampling = Sampling.NODES
+    shear: float = math.inf
+    shear_at: Mapping[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", vector(self.point, "tool.point"))
+        object.__setattr__(self, "normal", direction(self.normal, "tool.normal"))
+        require_magnitude(max(map(abs, self.point)), "tool.point", LARGEST_LENGTH)
+        self._check()
+        for name in ("point", "travel"):
+            require_components(getattr(self, name), len(self.normal), f"tool.{name}")
+        self._check_force()
+        if self.driven_by is not None:
+            presses = float(self.driven_by.direction @ self.normal)
+            allowed = "not against the normal: it pulls off"
+            require(presses >= -ACROSS, "tool.driven_by", self.driven_by.vector, allowed)
+
+    @cached_property
+    def face(self) -> Plane:
+        """The plane at rest."""
+        return Plane(self.point, self.normal)
+
+    def offset(self, moved: Floats) -> float:
+        """n . x of the plane's points where the tool has ``moved`` (d,) since rest."""
+        return self.face.offset(moved)
+
+
+@dataclass(frozen=True)
+class ShapedTool(Tool):
+    """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
+
+    It goes its path, and may ``turn`` meanwhile: what slips on it slips against the point of the tool that it touches.
+    So far the law is posed at the nodes.
+
+    Raises:
+        SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none, weighted sampling.
+    """
+
+    surface: Surface
+    travel: tuple[float, ...]
+    candidates: tuple[str, ...]
+    mu: float
+    path: Path = STRAIGHT_ON
+    mu_at: Mapping[int, float] = field(default_factory=dict)
+    driven_by: Force | None = None
+    sampling: Sampling = Sampling.NODES
+    shear: float = math.inf
+    shear_at: Mapping[int, float] = field(default_factory=dict)
+    turn: Turn | None = None
+
+    def __post_init__(self) -> None:
+        require_type(self.surface, Surface, "tool.surface")
+        require_type(self.turn, Turn, "tool.turn", optional=True)
+        self._check()
+        self._check_force()
+        nodal = self.sampling is Sampling.NODES
+        require(nodal, "tool.sampling", self.sampling, "Sampling.NODES: only a FlatTool is met in the mean")
+
+    @cached_property
+    def face(self) -> Surface:
+        """The surface at rest."""
+        return self.surface
+
+
+AnyTool = FlatTool | ShapedTool
+"""The tools that there are."""

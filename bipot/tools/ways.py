@@ -1,0 +1,57 @@
+"""Straight ways of points through tools in space, by the distance alone: who came out on another side.
+
+Along a way the gap changes by no more than its length, so that a way is looked at where it may be in the tool: in
+steps of a small part of the tool's thickness, or of its own length where that is short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bipot.tensors import norm
+from bipot.tools.circle import AROUND, GRAZED, OPEN
+from bipot.tools.surfaces import Distance
+from bipot.typing import Bools, Floats
+
+LEAST, MOST = 17, 4096
+"""Places on a way that are looked at: as many as show what is GRAZED of the tool deep, up to so many."""
+
+PAST = 2 * np.pi / 3
+"""Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
+
+DEEP = (1 - float(np.cos(AROUND / 2))) / 2
+"""Over a tool's thickness: the depth of a straight way between places of a sphere that are AROUND apart."""
+
+SHALLOW = 1e-6
+"""Of its length: a way through the tool that is no deeper is one along it."""
+
+
+def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
+    """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
+
+    Of a tool of that ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
+    goes in and out differ by more than :data:`PAST`; or by more than AROUND, and the way is deeper than between places
+    of a sphere as thick that are so far apart; or who goes touches it neither before nor after, and does more than
+    graze it.
+    """
+    out = np.zeros(x.shape[:-1], dtype=bool)
+    length = norm(by)
+    near = (distance(x).gap < length) & (length > 0)
+    if not near.any() or not np.isfinite(thickness):
+        return out
+    x, by, length = x[near], by[near], length[near]
+    count = int(np.clip(np.ceil(2 * length.max() / (GRAZED * thickness)), LEAST, MOST))
+    way = x[:, None] + np.linspace(0.0, 1.0, count)[:, None] * by[:, None]
+    found = distance(way)
+    inside = found.gap < 0
+    first, last = np.argmax(inside, axis=1), count - 1 - np.argmax(inside[:, ::-1], axis=1)
+    rows = np.arange(len(x))
+    turned = np.vecdot(found.normal[rows, first], found.normal[rows, last])
+    depth = -found.gap.min(axis=1)
+    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * thickness))
+    open_at_both = (found.gap[:, [0, -1]] > OPEN * thickness).all(axis=1)
+    grazes = open_at_both & (depth > GRAZED * thickness / 2)
+    out[near] = inside.any(axis=1) & (depth > SHALLOW * length) & (far | grazes)
+    return out
