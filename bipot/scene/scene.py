@@ -234,7 +234,8 @@ def upsetting(
 
     The paper's data are the defaults (N, mm, MPa): 10 x 10 mm, E = 210000, nu = 0.3, sigma_Y = 300, perfect
     plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) of the first. Quadratic
-    elements with a projected ``volume`` come so far in the fanned ``layout`` only (:class:`~bipot.meshes.layout.Layout`).
+    elements with a projected ``volume`` come so far in the fanned ``layout`` only
+    (:class:`~bipot.meshes.layout.Layout`).
 
     Raises:
         SceneError: naming the field, the value and the allowed range.

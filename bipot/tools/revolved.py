@@ -210,8 +210,8 @@ def roll(point: Vector, axis: Vector, radius: float, concave: bool = False) -> R
 def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: float = 0.0) -> Revolved:
     """The cone that opens from its ``tip`` along the ``axis``, by ``semi_angle`` degrees to it, with flanks ``length``.
 
-    A ``radius`` above zero rounds its tip, as of a :func:`~bipot.tools.profiles.wedge`; past its flanks' ends it may not be
-    touched.
+    A ``radius`` above zero rounds its tip, as of a :func:`~bipot.tools.profiles.wedge`; past its flanks' ends it may
+    not be touched.
 
     Raises:
         SceneError: an angle outside (0, 90), a length not above zero, a radius that does not fit; as :class:`Revolved`.

@@ -14,7 +14,7 @@ WITHIN = ("", "bipot.", "bipot.typing.", "typing.", "collections.abc.", "builtin
 """Where a name without its module is looked for."""
 
 UNIMPORTED = {
-    *("T", "Axes", "LineCollection", "Line2D", "Quiver", "TriMesh", "SuperLU", "TypeAliasForwardRef"),
+    *("T", "Axes", "LineCollection", "Line2D", "PolyCollection", "Quiver", "TriMesh", "SuperLU", "TypeAliasForwardRef"),
     *("cp.Problem", "cp.Expression", "cp.Constraint"),
 }
 """Type variables, and types that are imported for type checkers alone or by another name."""

@@ -18,7 +18,8 @@ BEHIND = {
     "increments": (
         "Increments and their certificate",
         "bipot",
-        "increment iterate response certificate determinacy energy carrying pacing landing shear",
+        "increment iterate response certificate energy checks.determinacy "
+        "control.carrying control.pacing control.landing",
     ),
     "programs": (
         "Programs of an increment",
@@ -38,12 +39,18 @@ BEHIND = {
     "tools": (
         "Surfaces and motions of tools",
         "bipot",
-        "tools surfaces profiles poses paths driving meeting between loads supports holding",
+        "tools.tool tools.surfaces tools.profiles tools.poses tools.driving tools.meeting paths",
+    ),
+    "scene": (
+        "Scenes and contact",
+        "bipot",
+        "scene.supports scene.holding scene.loads scene.between "
+        "contact.sampling contact.candidates contact.shear traction",
     ),
     "results": (
         "Results, columns and plots",
         "bipot",
-        "results results.history results.recorder columns plot components",
+        "results results.history results.recorder results.columns plot fem.components",
     ),
 }
 """Of a page: its title, the package, its modules."""
