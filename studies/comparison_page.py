@@ -19,7 +19,6 @@ from bipot.errors import ResultsError
 from studies import (
     coulomb_tables,
     element_tables,
-    fuzz_table,
     penalty_round_off,
     penalty_vs_conic,
     robustness_tables,
@@ -31,6 +30,7 @@ from studies.accuracy import paced, total_tables
 from studies.accuracy import tables as mesh_tables
 from studies.command import command, say
 from studies.files import replacing
+from studies.fuzz import table as fuzz_table
 from studies.speed_jobs import Knob
 from studies.speed_tables import MEASURES
 from studies.tables import Value, read_csv

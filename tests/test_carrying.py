@@ -6,7 +6,8 @@ from functools import cache, partial
 import numpy as np
 import pytest
 
-from bipot import Control, FlatTool, Newton, Schedule, carrying, march, upsetting
+from bipot import Control, FlatTool, Newton, Schedule, march, upsetting
+from bipot.control import carrying
 from bipot.control.carrying import Attempt, Dissipated, carry_on
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import IncrementFailed

@@ -10,13 +10,16 @@ import pytest
 from bipot.energy import Energies
 from bipot.errors import NotConverged, SceneError
 from bipot.scene.supports import Symmetry
-from studies import fuzz, fuzz_coulomb, fuzz_judge, fuzz_whole
 from studies.flat import axis_of, flat
-from studies.fuzz_row import HEADER, Outcome, Row
-from studies.fuzz_scenes import draw
-from studies.fuzz_unfolded import unfolded
-from studies.fuzz_variants import mirrored, renumbered, variants
-from studies.fuzz_whole import difference
+from studies.fuzz import __main__ as fuzz
+from studies.fuzz import coulomb as fuzz_coulomb
+from studies.fuzz import judge as fuzz_judge
+from studies.fuzz import whole as fuzz_whole
+from studies.fuzz.row import HEADER, Outcome, Row
+from studies.fuzz.scenes import draw
+from studies.fuzz.unfolded import unfolded
+from studies.fuzz.variants import mirrored, renumbered, variants
+from studies.fuzz.whole import difference
 from tests.scenes import with_course
 
 GOOD_SEED = 7

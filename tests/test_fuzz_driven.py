@@ -22,14 +22,16 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool, Sampling
-from studies import fuzz_driven, fuzz_judge, fuzz_whole
-from studies.fuzz_claims import Claim, claim_of, refuted
-from studies.fuzz_record import setting_of, step_of
-from studies.fuzz_scenes import draw
-from studies.fuzz_unfolded import about
-from studies.fuzz_variants import in_units, mirrored
+from studies.fuzz import driven as fuzz_driven
+from studies.fuzz import judge as fuzz_judge
+from studies.fuzz import whole as fuzz_whole
+from studies.fuzz.claims import Claim, claim_of, refuted
+from studies.fuzz.record import setting_of, step_of
+from studies.fuzz.scenes import draw
+from studies.fuzz.unfolded import about
+from studies.fuzz.variants import in_units, mirrored
 from studies.hard_loads import limit_scene
-from studies.independent import measure
+from studies.independent.increment import measure
 from tests.scenes import with_course
 
 PLANTED = 1e-5

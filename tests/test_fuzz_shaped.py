@@ -12,14 +12,15 @@ from bipot.tools.circle import Circle
 from bipot.tools.driving import Force, Moment
 from bipot.tools.poses import Turn
 from bipot.tools.tool import FlatTool
-from studies import fuzz_judge, fuzz_whole
-from studies.fuzz_record import setting_of, step_of
-from studies.fuzz_row import Outcome
-from studies.fuzz_shaped import draw_shaped
-from studies.fuzz_turned import turned
-from studies.fuzz_unfolded import about
-from studies.fuzz_variants import in_units, mirrored, renumbered
-from studies.independent import measure
+from studies.fuzz import judge as fuzz_judge
+from studies.fuzz import whole as fuzz_whole
+from studies.fuzz.record import setting_of, step_of
+from studies.fuzz.row import Outcome
+from studies.fuzz.shaped import draw_shaped
+from studies.fuzz.turned import turned
+from studies.fuzz.unfolded import about
+from studies.fuzz.variants import in_units, mirrored, renumbered
+from studies.independent.increment import measure
 from tests.curved import PUNCH, pressed
 from tests.scenes import with_course
 

@@ -10,14 +10,14 @@ import pytest
 
 from bipot import Element, Scene
 from bipot.response import State
-from studies.fuzz_judge import Ran, run
-from studies.fuzz_row import Outcome
-from studies.fuzz_scenes import Drawn
-from studies.fuzz_solid import LIMITS, disagreement, faults, judge_solid, measured
-from studies.fuzz_solid_contacts import frame, projected
-from studies.fuzz_solid_scenes import draw_solid
-from studies.fuzz_solid_variants import exchanged, symmetries, variants
-from studies.independent_solid import face_forces, orientation, places, rotation
+from studies.fuzz.judge import Ran, run
+from studies.fuzz.row import Outcome
+from studies.fuzz.scenes import Drawn
+from studies.fuzz.solid import LIMITS, disagreement, faults, judge_solid, measured
+from studies.fuzz.solid_contacts import frame, projected
+from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_variants import exchanged, symmetries, variants
+from studies.independent.solid import face_forces, orientation, places, rotation
 from tests.scenes import with_course
 from tests.solids import curved
 

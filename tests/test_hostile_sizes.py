@@ -20,13 +20,14 @@ from bipot import (
     Tabulated,
     block,
     cylinder,
-    machine,
     march,
     ring,
     upsetting,
 )
+from bipot.basics import machine
 from bipot.meshes.elements import elements_of
-from studies import convergence, coulomb_profiles, fuzz, hard_cases, landings, penalty_vs_conic
+from studies import convergence, coulomb_profiles, hard_cases, landings, penalty_vs_conic
+from studies.fuzz import __main__ as fuzz
 
 ROOT = Path(__file__).parents[1]
 HUGE = 10**5

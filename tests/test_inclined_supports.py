@@ -16,7 +16,7 @@ from bipot.meshes.elements import Element
 from bipot.paths import Amplitude
 from bipot.scene.loads import PointForce
 from bipot.scene.supports import Prescribed, Support
-from studies.independent_element import place
+from studies.independent.element import place
 from tests.golden import TIGHT
 from tests.inclined import BASE, QUARTER, along, body, flat, sector, turned
 

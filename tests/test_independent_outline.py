@@ -12,12 +12,12 @@ from bipot.tools.poses import Turn
 from bipot.tools.profiles import Profile, Union
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import ShapedTool
-from studies.fuzz_surfaces import Seen, cut, outlines
-from studies.independent_between import between, surface_of
-from studies.independent_chains import disc, half_plane
-from studies.independent_data import Setting
-from studies.independent_shear import Edges, carried, shares
-from studies.independent_tools import Rigid, met
+from studies.fuzz.surfaces import Seen, cut, outlines
+from studies.independent.between import between, surface_of
+from studies.independent.chains import disc, half_plane
+from studies.independent.data import Setting
+from studies.independent.shear import Edges, carried, shares
+from studies.independent.tools import Rigid, met
 from tests.profiles import drawn, sampled
 
 SEEDS = range(12)

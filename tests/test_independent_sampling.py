@@ -20,17 +20,18 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool, Sampling
-from studies import fuzz_judge, fuzz_points
-from studies.fuzz_points import posed
-from studies.fuzz_record import setting_of, step_of
-from studies.fuzz_scenes import draw
-from studies.fuzz_unfolded import unfolded
-from studies.fuzz_variants import variants
-from studies.fuzz_whole import misstated
-from studies.independent import measure
-from studies.independent_contact import point_stiffness
-from studies.independent_data import Contacts
-from studies.independent_sampling import around_ends
+from studies.fuzz import judge as fuzz_judge
+from studies.fuzz import points as fuzz_points
+from studies.fuzz.points import posed
+from studies.fuzz.record import setting_of, step_of
+from studies.fuzz.scenes import draw
+from studies.fuzz.unfolded import unfolded
+from studies.fuzz.variants import variants
+from studies.fuzz.whole import misstated
+from studies.independent.contact import point_stiffness
+from studies.independent.data import Contacts
+from studies.independent.increment import measure
+from studies.independent.sampling import around_ends
 from tests.scenes import PLANES, with_course
 
 MATERIAL = VonMises(Elasticity(210e3, 0.3), Linear(300.0, 500.0))

@@ -23,8 +23,8 @@ from bipot.response import Body, body_space, rest
 from bipot.scene.loads import Pressure
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
-from studies.fuzz_record import setting_of
-from studies.independent_volume import fitted
+from studies.fuzz.record import setting_of
+from studies.independent.volume import fitted
 from tests.scenes import PLANES
 
 MATERIAL = VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 500.0))

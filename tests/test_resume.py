@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from studies import convergence, coupling, energy, fuzz, hard_cases, optimisers, solvers
+from studies import convergence, coupling, energy, hard_cases, optimisers, solvers
 from studies.accuracy import paced
-from studies.fuzz_row import HEADER
+from studies.fuzz import __main__ as fuzz
+from studies.fuzz.row import HEADER
 from studies.tables import read_csv
 from studies.verification import __main__ as verification
 from tests.test_outputs import content

@@ -32,17 +32,16 @@ from bipot import (
     Tangent,
     VonMises,
     brick,
-    contact,
     march,
-    meeting,
     plot,
-    slips,
 )
 from bipot.checks.diagnosis import free_motion
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.system import system_of
+from bipot.contact import candidates
+from bipot.tools import meeting, slips
 from bipot.tools.surfaces import frames
 from tests.solids import turned
 
@@ -128,7 +127,7 @@ def test_frames_turned_about_the_normal_change_nothing(form, monkeypatch):
     """By another angle at every call's every candidate of a punch that drags the block askew."""
     schedule, control, ends = Schedule(3, first=0.1), Control(form, ()), []
     for spread in (0.0, 1.7):
-        for module in (contact, meeting, slips):
+        for module in (candidates, meeting, slips):
             monkeypatch.setattr(module, "frames", lambda normal, spread=spread: spun(normal, spread))
         ends.append(list(march(dragged(np.eye(3)), schedule, control))[-1])
     one, other = ends

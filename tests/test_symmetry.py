@@ -25,7 +25,7 @@ from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.tool import FlatTool
-from studies.fuzz_unfolded import about
+from studies.fuzz.unfolded import about
 
 TIGHT = Control(Newton(), (), Limits(Bounds(equilibrium=1e-11, law=1e-11)))
 WIDTH, HEIGHT = 3.0, 2.0

@@ -1,0 +1,131 @@
+"""Random scenes and discrete Coulomb problems, each judged by an independent recomputation.
+
+    python -m studies.fuzz [--scenes 600] [--shaped 300] [--solid 100] [--coulomb 2000] [--seed S] [--jobs J]
+                           [--resume | --overwrite] [--out DIR] [--fast]
+
+Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz.shaped`), solid ones are of
+bodies in space (:mod:`studies.fuzz.solid`). Scenes and problems have the seeds S, S + 1, ...: one seed again is
+``--seed THAT --scenes 1 --shaped 0 --solid 0 --coulomb 0``. Every scene is marched as drawn, in other units, mirrored,
+renumbered and, about each of its planes of symmetry, unfolded; bodies in space with their axes exchanged instead.
+``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
+gets a row as each is done. Rows depend on their seeds alone, so that those it has are not run again, with ``--resume``
+or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are not flat, whether contact is weighted or
+friction capped, and what turns or is driven by force or by supports. The outcome is one of
+
+* certified: to the end, and no independent measure above ten times the library's bound;
+* refused: ended by the library in words (``reason``), and nothing wrong with what it accepted until then;
+* wrong: accepted with a measure above that, with energies or forces of whole tools other than their sums, or with such
+  or nodal forces that differ by more than 1e-5 of the largest between the variants where the answer was not reported as
+  undetermined; ended with a claim of collapse that the inequalities of ``studies/independent/limit.py`` do not prove;
+  or a discrete problem called solved that is not;
+* raw exception, warning: what no user should see.
+
+The last line counts them. Exit code 1 where one of the last three kinds is in the file, 130 after Ctrl-C.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import NamedTuple
+
+from bipot.progress import Progress, terminal
+from bipot.results import Existing
+from studies.command import command, say
+from studies.fuzz.coulomb import judge_coulomb
+from studies.fuzz.judge import judge_scene, judge_shaped
+from studies.fuzz.row import FAILURES, Outcome, Row, Table
+from studies.fuzz.solid import judge_solid
+from studies.options import count, processes
+from studies.outputs import add_options
+from studies.pool import completed
+
+
+class Task(NamedTuple):
+    """A scene or a problem by its seed."""
+
+    kind: str
+    seed: int
+
+
+JUDGES: dict[str, Callable[[int], Row]] = {
+    "scene": judge_scene,
+    "shaped": judge_shaped,
+    "solid": judge_solid,
+    "coulomb": judge_coulomb,
+}
+
+OPTIONS = {"scene": "scenes", "shaped": "shaped", "solid": "solid", "coulomb": "coulomb"}
+"""Which option says how many of a kind."""
+
+FAST = {"scene": 10, "shaped": 10, "solid": 5, "coulomb": 50}
+"""The most of each kind where a run is to be short."""
+
+
+def judged(task: Task) -> Row:
+    """The row of a task: what a process is given."""
+    return JUDGES[task.kind](task.seed)
+
+
+def tasks(seed: int, numbers: Mapping[str, int]) -> Iterator[Task]:
+    """The ``numbers`` of each kind from ``seed`` on, one after the other."""
+    for kind, number in numbers.items():
+        yield from (Task(kind, seed + k) for k in range(number))
+
+
+def study(table: Table, seed: int, numbers: Mapping[str, int], jobs: int, progress: Progress) -> None:
+    """Fill the table with what it lacks, from ``jobs`` processes (one: this one); failures are shown as they come."""
+    todo = (task for task in tasks(seed, numbers) if task not in table.done)
+    left = sum(numbers.values()) - table.has(seed, numbers)
+    progress.start("fuzz")
+    try:
+        with closing(completed(judged, todo, jobs if jobs > 1 else 0)) as rows:
+            for done, row in enumerate(rows, 1):
+                table.add(row)
+                if row.outcome.value in FAILURES:
+                    say(f"{row.outcome.value}: {row.kind}, seed {row.seed}, {row.form}: {row.reason[:160]}")
+                progress.advance(done / left)
+    finally:
+        progress.close()
+
+
+def counts(table: Table) -> str:
+    """How often each outcome is in the file."""
+    return ", ".join(f"{table.outcomes[outcome.value]} {outcome.value}" for outcome in Outcome)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The command line."""
+    p = argparse.ArgumentParser(prog="studies.fuzz", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    p.add_argument("--scenes", type=count(0), default=600, help="random scenes (default %(default)s)")
+    p.add_argument("--shaped", type=count(0), default=300, help="those with curved tools (default %(default)s)")
+    p.add_argument("--solid", type=count(0), default=100, help="bodies in space (default %(default)s)")
+    p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
+    p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
+    p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")
+    p.add_argument("--out", type=Path, default=Path("results/fuzz"))
+    p.add_argument("--fast", action="store_true", help="at most 10 scenes of a kind, 5 solid ones, 50 problems")
+    add_options(p, Existing.RESUME)
+    return p
+
+
+@command
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run what is not in the file yet."""
+    given = parser().parse_args(argv)
+    numbers: dict[str, int] = {kind: getattr(given, option) for kind, option in OPTIONS.items()}
+    if given.fast:
+        numbers = {kind: min(number, FAST[kind]) for kind, number in numbers.items()}
+    table = Table(given.out / "fuzz.csv", afresh=given.policy is Existing.OVERWRITE)
+    try:
+        study(table, given.seed, numbers, given.jobs, terminal())
+    finally:
+        say(counts(table))
+    return 1 if table.failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

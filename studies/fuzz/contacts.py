@@ -1,0 +1,150 @@
+"""Candidates of an accepted increment in plain arrays: of flat tools by their planes, of shaped ones by outlines."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.fem.strain import Configuration
+from bipot.response import State
+from bipot.scene.scene import Scene
+from bipot.tools.tool import AnyTool, FlatTool
+from bipot.typing import Bools, Floats
+from studies.fuzz.placed import (
+    directions,
+    gone,
+    poses,
+    prescribed_at,
+    tools_at,
+    tools_gone,
+    turned_by_moments,
+)
+from studies.fuzz.points import Points
+from studies.fuzz.surfaces import outlines
+from studies.independent.data import Contacts, Curved, Setting
+from studies.independent.element import place
+from studies.independent.shear import Edges, carried, mean_shear
+from studies.independent.tools import TOUCHES, Rigid, met
+
+
+def displacement(start: State, end: State) -> Floats:
+    """That of the increment (a, d) as the state at its end has it; none where it is the start itself."""
+    return np.zeros_like(end.nodes) if start is end else end.du
+
+
+def rigid(scene: Scene, number: int, start: State, end: State) -> Rigid | None:
+    """A shaped tool in the increment, None of a flat one."""
+    tool = scene.tools[number]
+    if isinstance(tool, FlatTool):
+        return None
+    centre = np.zeros(2) if tool.turn is None else np.array(tool.turn.centre)
+    begun, ended = poses(scene, start)[number], poses(scene, end)[number]
+    by_moment = float(turned_by_moments(scene, end.translated)[number])
+    return Rigid(outlines(tool.surface), centre, begun, ended, gone(scene, start, end)[number], by_moment)
+
+
+def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:
+    """All shaped tools."""
+    found = (rigid(scene, k, start, end) for k in range(len(scene.tools)))
+    return tuple(tool for tool in found if tool is not None)
+
+
+def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
+    """The ``points`` in the increment from ``start`` to ``end``."""
+    node, tool = points.node, points.tool
+    flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
+    normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
+    point = np.array([(0.0, 0.0) if own is None else own.point for own in flat]).reshape(-1, 2)
+    mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
+    planes = Contacts(
+        node=node,
+        weights=points.weights,
+        rubs=points.rubs,
+        tool=tool,
+        normal=normal[tool],
+        mu=mu,
+        offset=np.vecdot(normal, point + tools_at(scene, start))[tool],
+        offset_end=np.vecdot(normal, point + tools_at(scene, end))[tool],
+        motion=tools_gone(scene, start, end)[tool],
+        led=directions(scene)[tool],
+        cap=_caps(scene, setting, points, start, end),
+    )
+    return planes if None not in flat else _met(scene, setting, planes, start, end)
+
+
+def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
+    """Candidates of which those of shaped tools have the planes that are tangent to these."""
+    by, asked = displacement(start, end), prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau)
+    at, after, du, driven = (planes.mean(nodal) for nodal in (start.nodes, end.nodes, by, asked))
+    normal, motion = planes.normal.copy(), planes.motion.copy()
+    offset, offset_end, curved = planes.offset.copy(), planes.offset_end.copy(), _as_if_flat(planes)
+    for k in range(len(scene.tools)):
+        tool, own = rigid(scene, k, start, end), planes.tool == k
+        if tool is None or not own.any():
+            continue
+        found = met(tool, at[own], after[own], du[own], driven[own], setting.size)
+        (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
+        offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
+        offset_end[own] = np.vecdot(found.normal[1], after[own]) - found.gap[1]
+        tangent, beside = normal[own][:, ::-1] * (1.0, -1.0), du[own] - found.gone
+        curved.opened[own] = found.opened - np.vecdot(normal[own], beside)
+        curved.slid[own] = found.slip - np.vecdot(tangent, beside)
+        curved.places[own] = tool.extent
+        curved.blurred[own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1), 0.0)
+        curved.apart[own], curved.past[own] = found.gap[0] > TOUCHES * setting.size, found.past
+        curved.stretch[0][own], curved.stretch[1][own] = found.stretch
+    return replace(planes, normal=normal, motion=motion, offset=offset, offset_end=offset_end, curved=curved)
+
+
+def _as_if_flat(planes: Contacts) -> Curved:
+    """What candidates have beside their planes where no tool is curved."""
+    count = len(planes.node)
+    return Curved(
+        normal=planes.normal.copy(),
+        stretch=(np.ones(count), np.ones(count)),
+        opened=np.zeros(count),
+        slid=np.zeros(count),
+        blurred=np.zeros(count),
+        apart=np.zeros(count, dtype=bool),
+        past=np.zeros(count, dtype=bool),
+        places=np.zeros(count),
+    )
+
+
+def _caps(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Floats:
+    """What the shear yield stress lets friction carry (c,)."""
+    shear = np.array([_share(scene.tools[k], int(a)) for a, k in zip(points.node, points.tool, strict=True)])
+    out = np.full(len(points.node), np.inf)
+    if not np.isfinite(shear).any():
+        return out
+    paper = scene.configuration is Configuration.PAPER
+    balanced = setting.rest if setting.small else start.nodes if paper else end.nodes
+    volume = place(balanced, setting.elements, setting.quadrature, setting.axisymmetric).volume
+    strength = mean_shear(setting.yield_stress(end.peeq), volume)
+    for k, tool in enumerate(scene.tools):
+        own: Bools = np.isfinite(shear) & (points.tool == k)
+        if own.any():
+            gap, edges = _gaps(scene, k, start, end), _edges(scene, tool)
+            most = carried(edges, gap, strength, balanced, end.nodes, setting.axisymmetric)
+            out[own] = shear[own] * most[points.node[own]]
+    return out
+
+
+def _share(tool: AnyTool, node: int) -> float:
+    return tool.shear_at.get(node, tool.shear)
+
+
+def _gaps(scene: Scene, number: int, start: State, end: State) -> Floats:
+    """Of all nodes (a,) at the end."""
+    tool, shape = scene.tools[number], rigid(scene, number, start, end)
+    if isinstance(tool, FlatTool):
+        return (end.nodes - np.array(tool.point) - tools_at(scene, end)[number]) @ np.array(tool.normal)
+    assert shape is not None
+    return shape.near(shape.seen(end.nodes, shape.ended))[0].gap
+
+
+def _edges(scene: Scene, tool: AnyTool) -> Edges:
+    nodes = np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
+    whole = (nodes[:, None, :, None] == scene.mesh.elements[None, :, None, :]).any(axis=-1).all(axis=-1)
+    return Edges(nodes, np.argmax(whole, axis=1))

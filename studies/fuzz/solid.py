@@ -1,0 +1,152 @@
+"""A random body in space marched and judged: each increment by measures of its own, the run by its variants."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.certificate import Bounds
+from bipot.errors import BipotError
+from bipot.marching import Accepted
+from bipot.scene.scene import Scene
+from bipot.typing import Floats
+from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, run
+from studies.fuzz.record import reported_unique
+from studies.fuzz.row import Outcome, Row, ended
+from studies.fuzz.scenes import Drawn
+from studies.fuzz.solid_contacts import touching
+from studies.fuzz.solid_measures import SolidMeasures, measure
+from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_variants import SolidVariant, variants
+
+TEN = 10.0
+BOUNDS = Bounds()
+LIMITS = {
+    "equilibrium": TEN * BOUNDS.equilibrium,
+    "yielding": TEN * BOUNDS.yield_violation,
+    "elastic": TEN * BOUNDS.equilibrium,
+    "penetration": TEN * BOUNDS.penetration,
+    "disc": TEN * 1e-6,
+    "placed": 1e-12,
+    "balance": TEN * BOUNDS.equilibrium,
+    "stated": 1e-9,
+    "energies": 1e-9,
+}
+"""Ten times the library's bounds; what it has none for is held to round-off, or to equilibrium's."""
+
+OF_THE_LAW = ("penetration", "disc")
+"""Asked of forms that pose Coulomb's law."""
+
+BLURRED = ("equilibrium", "disc", "elastic", "balance", "energies", "stated")
+"""What is not asked of an increment that the library says is below its resolution, where it may be."""
+
+FAINT = 1e-4
+"""Stress over what the motion would make as elastic strain, below which round-off may be above the bounds."""
+
+STRAIGHT = -1e-8
+"""Least det J over its mean: a corner between faces on one tool is straight to ten times what the library lets pass."""
+
+
+def judge_solid(seed: int, others: bool = True) -> Row:
+    """The row of a seed's body in space; ``others`` says whether its variants are run too."""
+    return ended(_known(seed, others))
+
+
+def _known(seed: int, others: bool) -> Iterator[Row]:
+    yield (row := Row(seed, "solid", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
+    try:
+        drawn = draw_solid(seed)
+        yield (row := replace(row, kind=f"solid {drawn.kind}", form=drawn.form))
+        yield judged(row, drawn, variants(drawn.scene, seed) if others else [])
+    except BipotError as error:
+        # A scene or variant that is refused when it is made.
+        yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
+
+
+def measured(ran: Ran) -> list[SolidMeasures]:
+    """The measures of every accepted increment."""
+    largest, energy, before, out = 0.0, 0.0, np.zeros(4), list[SolidMeasures]()
+    for accepted in ran.steps:
+        largest = max(largest, float(np.abs(accepted.state.forces).max(initial=0.0)))
+        out.append(measure(ran.scene, accepted, largest, energy, before))
+        energy, stated = out[-1].largest_energy, accepted.energies
+        before = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+    return out
+
+
+def faint(scene: Scene, accepted: Accepted) -> bool:
+    """Whether the library says that equilibrium or the law is below resolution, and stress is nearly none."""
+    if not {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS)):
+        return False
+    elastic, state = scene.material.elasticity, accepted.state
+    moved = max(float(np.abs(state.du).max()), float(np.abs(accepted.solved.iterate.tool_travel).max(initial=0.0)))
+    return bool(np.abs(state.stress).max() < FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / scene.mesh.size)
+
+
+def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
+    """The measures beyond their limits, in words."""
+    excused = (BLURRED if blurred else ()) + (() if exact else OF_THE_LAW)
+    names = [name for name in LIMITS if name not in excused]
+    out = [f"{name} {getattr(m, name):.1e}" for name in names if not getattr(m, name) <= LIMITS[name]]
+    if not m.orientation > STRAIGHT:
+        out.append(f"orientation {m.orientation:.1e}")
+    shares = {"plastic": m.plastic, "friction": m.friction} if exact else {"plastic": m.plastic}
+    return out + [f"{name} dissipation {share:.1e}" for name, share in shares.items() if not share >= DISSIPATES]
+
+
+def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
+    """What is wrong with the increments of a run, and their measures."""
+    found = measured(ran)
+    wrong = [
+        f"increment {k}: {what}"
+        for k, (m, accepted) in enumerate(zip(found, ran.steps, strict=True), 1)
+        for what in broken(m, exact, faint(ran.scene, accepted))
+    ]
+    return wrong, found
+
+
+def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
+    """Contact forces as vectors (tools a, 3) on nodes."""
+    c, count = touching(scene, accepted), len(scene.mesh.nodes)
+    out = np.zeros((len(scene.tools), count, 3))
+    np.add.at(out, (c.tool, c.node), c.vectors(accepted.state.forces))
+    return out
+
+
+def disagreement(base: Ran, other: Ran, seen: SolidVariant) -> float:
+    """Largest difference of nodal forces over the runs' largest, while both took the same increments to one answer."""
+    off, most = 0.0, 0.0
+    for a, b in zip(base.steps, other.steps, strict=False):
+        if not (abs(a.state.tau - b.state.tau) <= 1e-12 and reported_unique(a) and reported_unique(b)):
+            break
+        mine = nodal_forces(base.scene, a)
+        theirs = nodal_forces(other.scene, b)[:, seen.number] @ seen.turn / seen.force
+        off = max(off, float(np.abs(mine - theirs).max(initial=0.0)))
+        most = max(most, float(np.abs(mine).max(initial=0.0)))
+    return off / most if off else 0.0
+
+
+def judged(row: Row, drawn: Drawn, others: list[SolidVariant]) -> Row:
+    """The row of a scene with its ``others``."""
+    base, exact = run(drawn, drawn.scene), drawn.form != "penalty"
+    wrong, found = faults(base, exact)
+    worst = 0.0
+    for seen in others:
+        other = run(drawn, seen.scene)
+        worst = max(worst, off := disagreement(base, other, seen))
+        wrong += [f"{seen.name}: {what}" for what in faults(other, exact)[0][:1]]
+        if not off <= DISAGREEMENT:
+            wrong.append(f"{seen.name}: forces differ by {off:.1e}")
+    outcome = Outcome.WRONG if wrong else Outcome.REFUSED if base.reason else Outcome.CERTIFIED
+    error = abs(base.steps[-1].energies.energy_error) if base.steps else 0.0
+    return replace(
+        row,
+        outcome=outcome,
+        reason="; ".join(wrong[:6]) or base.reason or f"energy error {error:.1e}",
+        increments=len(base.steps),
+        worst_residual=max((m.equilibrium for m in found), default=0.0),
+        worst_law=max((m.disc for m in found), default=0.0) if exact else float("nan"),
+        worst_disagreement=worst,
+    )

@@ -1,0 +1,67 @@
+"""What holds, moves and loads a body in space at a time, made by the fuzz study itself from the scene's numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.control.accepted import Accepted
+from bipot.fem.strain import Configuration
+from bipot.paths import Amplitude
+from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed
+from bipot.typing import Bools, Floats
+from studies.flat import axis_of
+from studies.independent.solid import face_forces, place, rule, shape_functions
+
+
+def multiple(amplitude: Amplitude, tau: float) -> float:
+    """That of an amplitude at a time."""
+    taus, multiples = np.transpose(amplitude.points)
+    return float(np.interp(tau, taus, multiples))
+
+
+def held(scene: Scene) -> Bools:
+    """Which components (a, 3) supports along axes hold or drive."""
+    out = np.zeros(scene.mesh.nodes.shape, dtype=bool)
+    for support in scene.supports:
+        out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
+    return out
+
+
+def prescribed_at(scene: Scene, tau: float) -> Floats:
+    """The displacement (a, 3) that supports ask for at a time, zero elsewhere."""
+    out = np.zeros(scene.mesh.nodes.shape)
+    for support in scene.supports:
+        if isinstance(support, Prescribed):
+            nodes = np.unique(scene.mesh.boundaries[support.boundary])
+            out[nodes, axis_of(support)] = support.displacement * multiple(support.amplitude, tau)
+    return out
+
+
+def loads_at(scene: Scene, accepted: Accepted, end: int) -> Floats:
+    """Nodal forces (a, 3) at the start, 0, or the ``end``, 1, of an increment, where equilibrium is asked."""
+    mesh, tau = scene.mesh, (accepted.start.tau, accepted.state.tau)[end]
+    rest, elements, out = mesh.nodes, mesh.elements, np.zeros(mesh.nodes.shape)
+    balanced = accepted.start.nodes
+    if scene.configuration is Configuration.SMALL:
+        balanced = rest
+    elif scene.configuration is Configuration.MIDPOINT and end:
+        balanced = accepted.state.nodes
+    for load in scene.loads:
+        now = multiple(load.amplitude, tau)
+        if isinstance(load, PointForce):
+            out[load.node] += now * np.array(load.vector)
+        elif isinstance(load, BodyForce):
+            volume = place(rest, elements, scene.rule.value).volume
+            values, _ = shape_functions(rule(scene.rule.value)[0], elements.shape[1])
+            np.add.at(out, elements, (volume @ values)[..., None] * (now * np.array(load.vector)))
+        elif isinstance(load, Traction | Pressure):
+            for face in mesh.boundaries[load.boundary]:
+                owner = elements[np.isin(elements, face).sum(axis=1) == len(face)][0]
+                if isinstance(load, Traction):
+                    share = face_forces(rest[face], rest[owner].mean(axis=0))[0]
+                    out[face] += now * np.outer(share, load.vector)
+                else:
+                    out[face] -= now * load.pressure * face_forces(balanced[face], balanced[owner].mean(axis=0))[1]
+    return out

@@ -1,0 +1,260 @@
+r"""Increments of bodies in space under flat tools, judged from their stored arrays by the study's own mechanics.
+
+Each measure is over the largest number of its kind, with what double precision cannot tell from zero taken off first:
+
+* equilibrium: nodal residual where free, over the largest nodal sum of |element forces| and |loads|;
+* yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
+* elastic: sigma - R sigma_n R' - 2 G dev (de - de_p) - K tr de 1, over the largest stress;
+* penetration: (-gap)+ of every node of the tools' boundaries, held ones too, over the size of the body;
+* disc: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the run, u = (gap, slip), K the cone of
+  both tangents; what is tied rests. Where supports or planes of symmetry hold both, no friction is of an unknown;
+* orientation: least det J over its element's mean, sampled densely, at the end and at the middle;
+* plastic, friction: what the increment dissipates over the largest energy so far;
+* placed: how far held nodes are from where supports ask for them, over the size;
+* balance: resultant and moment of the forces of tools, loads and supports as the library states them, over their sizes;
+* stated: forces of whole tools that are not the sums of nodal ones, over their sizes, nor what drives them;
+* energies: the increment's work and its three parts, off what the library states, over the largest energy so far;
+  where supports are driven their work is not made a second time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.control.accepted import Accepted
+from bipot.fem.strain import Configuration
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Symmetry
+from bipot.typing import Floats
+from studies.flat import axis_of, flat_tools
+from studies.fuzz.solid_contacts import Touching, touching
+from studies.fuzz.solid_loads import held, loads_at, prescribed_at
+from studies.independent.solid import (
+    displacement_gradient,
+    element_forces,
+    fitted,
+    nodal,
+    nodal_stiffness,
+    orientation,
+    place,
+    rotation,
+    turned,
+)
+
+EPS = 256 * float(np.finfo(np.float64).eps)
+"""Round-off over the terms that cancel: sums of up to some hundreds of products."""
+
+MANDEL = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+
+
+@dataclass(frozen=True)
+class SolidMeasures:
+    """The module docstring's numbers; ``sum_of_energies`` is the largest energy so far, of the modelled part."""
+
+    equilibrium: float
+    yielding: float
+    elastic: float
+    penetration: float
+    disc: float
+    orientation: float
+    plastic: float
+    friction: float
+    placed: float
+    balance: float
+    stated: float
+    energies: float
+    largest_energy: float
+
+
+def full(mandel: Floats) -> Floats:
+    """Tensors (..., 3, 3) of Mandel vectors (..., 6)."""
+    out = np.zeros((*mandel.shape[:-1], 3, 3))
+    for k, (i, j) in enumerate(MANDEL):
+        out[..., i, j] = out[..., j, i] = mandel[..., k] / (1.0 if i == j else np.sqrt(2.0))
+    return out
+
+
+def _size(t: Floats) -> Floats:
+    return np.sqrt(np.einsum("...ij,...ij->...", t, t))
+
+
+def _deviator(t: Floats) -> Floats:
+    return t - np.trace(t, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
+
+
+def images(scene: Scene) -> int:
+    """How many images make the whole body."""
+    return 2 ** len({axis_of(s) for s in scene.supports if isinstance(s, Symmetry)})
+
+
+@dataclass(frozen=True)
+class _Strained:
+    """Strain increment and rotation (e, q, 3, 3), volumes of start and end (e, q), the blur of stresses (e, q)."""
+
+    strain: Floats
+    Q: Floats
+    begun: Floats
+    forces: Floats
+    volume: Floats
+    stiffness: Floats
+    lever: Floats
+    blur: Floats
+
+
+def _strained(scene: Scene, accepted: Accepted) -> _Strained:
+    start, end, elements = accepted.start, accepted.state, scene.mesh.elements
+    midpoint, small = scene.configuration is Configuration.MIDPOINT, scene.configuration is Configuration.SMALL
+    begin = scene.mesh.nodes if small else start.nodes
+    rule, elastic = scene.rule.value, scene.material.elasticity
+    strained = place(begin + end.du / 2 if midpoint else begin, elements, rule)
+    ended = place(begin + end.du if midpoint else begin, elements, rule)
+    G = displacement_gradient(strained, end.du[elements])
+    spin = np.stack([G[..., 2, 1] - G[..., 1, 2], G[..., 0, 2] - G[..., 2, 0], G[..., 1, 0] - G[..., 0, 1]], axis=-1)
+    spin = spin / 2 * midpoint
+    strain = turned((G + G.swapaxes(-1, -2)) / 2, rotation(spin, 0.5))
+    trace = np.trace(strain, axis1=-2, axis2=-1)
+    held_trace = fitted(trace, ended.volume, scene.mesh.nodes[elements], rule, scene.volume_change.value)
+    strain = strain + (held_trace - trace)[..., None, None] / 3 * np.eye(3)
+    stiff = 3 * elastic.bulk + 2 * elastic.shear
+    last = np.einsum("eai,eqaj->eq", np.abs(end.du[elements]), np.abs(strained.slopes))
+    plastic = _size(full(end.plastic_strain)) + _size(full(start.plastic_strain))
+    blur = EPS * (stiff * last + 2 * elastic.shear * plastic + _size(full(end.stress)) + _size(full(start.stress)))
+    return _Strained(
+        strain=strain,
+        Q=rotation(spin, 1.0),
+        begun=np.exp(-np.trace(G, axis1=-2, axis2=-1)) if midpoint else np.ones(G.shape[:2]),
+        forces=element_forces(ended, full(end.stress)),
+        volume=ended.volume,
+        stiffness=nodal_stiffness(ended, elements, elastic.bulk, elastic.shear, len(begin)),
+        lever=np.einsum("eq,eqa->ea", blur * ended.volume, np.abs(ended.slopes).sum(axis=-1)),
+        blur=blur,
+    )
+
+
+def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, before: Floats) -> SolidMeasures:
+    """All measures of an increment of a run of which ``largest`` is the largest contact force so far.
+
+    ``energy`` is the largest energy so far, ``before`` (4,) what the library stated of energies before the increment.
+    """
+    start, end, elements = accepted.start, accepted.state, scene.mesh.elements
+    s, contact = _strained(scene, accepted), touching(scene, accepted)
+    count, fixed = len(scene.mesh.nodes), held(scene)
+    begun, ended = loads_at(scene, accepted, 0), loads_at(scene, accepted, 1)
+    pushed = contact.on_nodes(contact.vectors(end.forces), count)
+    residual = nodal(elements, s.forces, count) - ended - pushed
+    residual[fixed] = 0.0
+    sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)
+    noise = nodal(elements, s.lever, count) + EPS * (np.linalg.norm(pushed, axis=1) + np.linalg.norm(ended, axis=1))
+    elastic, yielding = _material(scene, accepted, s)
+    off, gap_off = _law(scene, contact, accepted, s.stiffness, largest)
+    parts = _energies(scene, accepted, s, contact, (begun + ended) / 2)
+    stated = accepted.energies
+    after = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+    own, most = parts * images(scene), max(energy, float(np.abs(parts).max()))
+    middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
+    wanted = scene.mesh.nodes + prescribed_at(scene, end.tau)
+    lost = _lost(scene, accepted, s, contact)
+    driven = any(isinstance(support, Prescribed) for support in scene.supports)
+    return SolidMeasures(
+        equilibrium=_over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
+        yielding=yielding,
+        elastic=elastic,
+        penetration=gap_off,
+        disc=off,
+        orientation=min(orientation(x, elements) for x in [end.nodes, *middle]),
+        plastic=_over(lost[0], most),
+        friction=_over(lost[1], most),
+        placed=_over(np.abs((end.nodes - wanted)[fixed]).max(initial=0.0), scene.mesh.size),
+        balance=_balance(accepted, scene, contact, ended, sizes.sum()),
+        stated=_stated(scene, accepted, contact),
+        energies=0.0 if driven else _over(np.abs(after - before - own).max(), images(scene) * most),
+        largest_energy=most,
+    )
+
+
+def _over(value: float, scale: float) -> float:
+    return float(value / scale) if value else 0.0
+
+
+def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, float]:
+    """Elastic law and yield."""
+    elastic, start, end = scene.material.elasticity, accepted.start, accepted.state
+    flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
+    volume = elastic.bulk * np.trace(s.strain, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    stress = turned(full(start.stress), s.Q) + 2 * elastic.shear * _deviator(s.strain - flowed) + volume
+    largest = max(float(_size(full(end.stress)).max()), float(_size(full(start.stress)).max()))
+    off = np.maximum(_size(full(end.stress) - stress) - s.blur, 0.0).max()
+    sigma_y = scene.material.yield_stress(end.peeq)
+    excess = np.sqrt(1.5) * _size(_deviator(full(end.stress))) / sigma_y - 1
+    excess -= EPS * (1 + _size(full(end.stress)) / sigma_y)
+    return _over(off, largest), float(np.maximum(excess, 0.0).max())
+
+
+def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, largest: float) -> tuple[float, float]:
+    """Distance to the law over the largest force, and penetration over the size."""
+    normal = c.frames[:, 0]
+    rho = np.einsum("ci,cij,cj->c", normal, stiffness[c.node], normal)
+    unsure = (1 + np.where(np.isinf(c.mu), 0.0, c.mu)) * rho * c.blur
+    off = np.maximum(c.off(accepted.state.forces, rho) - unsure, 0.0).max(initial=0.0)
+    sunk = np.maximum(np.where(c.tied, np.abs(c.gap), -c.gap) - c.blur, 0.0).max(initial=0.0)
+    inside = max(0.0, c.inside - EPS * float(np.abs(accepted.state.nodes).max()))
+    return _over(off, largest), _over(max(sunk, inside), scene.mesh.size)
+
+
+def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load: Floats) -> Floats:
+    """Work, elastic, plastic, friction (4,) of the increment, each by the mean of start and end."""
+    start, end, elastic = accepted.start, accepted.state, scene.material.elasticity
+    before, now = turned(full(start.stress), s.Q), full(end.stress)
+    flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
+    S = (s.begun[..., None, None] * before + now) / 2
+    change = now - before
+    mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
+    stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
+    r = c.rubbed((start.forces + end.forces) / 2)
+    work = np.vdot(load, end.du) + np.vdot(c.vectors(r), c.motion) + np.vdot(r[:, 0], c.opened)
+    rubbed = -float(np.vdot(r[:, 1:], c.slip + c.dragged))
+    parts = [np.einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
+    return np.array([work, *parts, rubbed], dtype=np.float64)
+
+
+def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[float, float]:
+    """What the increment dissipates by the stress and the forces at its end, less what round-off makes of it."""
+    start, end = accepted.start, accepted.state
+    flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
+    shear = scene.material.elasticity.shear
+    unsure = float((s.volume * _size(full(end.stress)) * s.blur).sum()) / (2 * shear)
+    plastic = float(np.einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
+    lengths = np.linalg.norm(end.du[c.node], axis=1) + np.linalg.norm(c.motion, axis=1)
+    rubbed = -float(np.vdot(end.forces[:, 1:], c.slip)) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
+    return plastic, rubbed
+
+
+def _balance(accepted: Accepted, scene: Scene, c: Touching, loads: Floats, sizes: float) -> float:
+    """Resultant and moment of what acts on the modelled part: its supports' part as the library states it."""
+    iterate = accepted.solved.iterate
+    total = loads + iterate.reactions(accepted.solved.r)
+    total = total + c.on_nodes(c.vectors(c.rubbed(accepted.state.forces)), len(total))
+    x = iterate.balanced - iterate.balanced.mean(axis=0)
+    moment = np.cross(x, total).sum(axis=0) / scene.mesh.size
+    scale = max(float(np.linalg.norm(total, axis=1).sum()), float(sizes))
+    return _over(max(np.abs(total.sum(axis=0)).max(), np.abs(moment).max()), scale)
+
+
+def _stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
+    """Whole tools' forces against sums of nodal ones and against the forces that drive them."""
+    worst, vectors = 0.0, c.vectors(c.rubbed(accepted.state.forces))
+    axes = {axis_of(s) for s in scene.supports if isinstance(s, Symmetry)}
+    for k, tool in enumerate(flat_tools(scene)):
+        own = vectors[c.tool == k]
+        force, scale = own.sum(axis=0), float(np.linalg.norm(own, axis=1).sum())
+        for axis in axes:
+            if tool.normal[axis] == 0:
+                force, scale = 2 * force * (np.arange(3) != axis), 2 * scale
+        worst = max(worst, _over(np.abs(accepted.tool_force(k) - force).max(), scale))
+        if tool.driven_by is not None:
+            asked = tool.driven_by.at(accepted.state.tau)
+            # ten times the library's bound on the balance of driven tools
+            worst = max(worst, 1e-3 * _over(abs(float(force @ tool.driven_by.direction) - asked), max(asked, scale)))
+    return worst

@@ -1,0 +1,170 @@
+"""A body in space seen otherwise: in other units, with its axes exchanged, mirrored, and numbered otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.meshes.mesh import Mesh
+from bipot.paths import Path
+from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Prescribed, Support
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool
+from bipot.typing import Floats, Ints
+from studies.flat import axis_of, flat_tools
+from studies.fuzz.variants import hardened_in
+from studies.independent.solid import places
+
+
+@dataclass(frozen=True)
+class SolidVariant:
+    """A scene that is the original seen otherwise: original vectors are vectors[number] @ turn over their unit.
+
+    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection that exchanges axes.
+    """
+
+    name: str
+    scene: Scene
+    number: Ints
+    turn: Floats
+    length: float = 1.0
+    force: float = 1.0
+
+
+def variants(scene: Scene, seed: int) -> list[SolidVariant]:
+    """One of each kind, drawn from ``seed``."""
+    rng = np.random.default_rng([seed, 21])
+    turn = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+    nodes, elements = rng.permutation(len(scene.mesh.nodes)), rng.permutation(len(scene.mesh.elements))
+    return [
+        in_units(scene, 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6)),
+        exchanged(scene, turn),
+        renumbered(scene, nodes, elements, rng),
+    ]
+
+
+def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
+    """Lengths times ``length``, stresses times ``stress``."""
+    assert isinstance(scene.material, VonMises)
+    mesh, elastic, force = scene.mesh, scene.material.elasticity, stress * length**2
+    material = VonMises(
+        Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
+    )
+
+    def tool(one: FlatTool) -> FlatTool:
+        drive = one.driven_by
+        return replace(
+            one,
+            point=_times(one.point, length),
+            travel=_times(one.travel, length),
+            driven_by=None if drive is None else Force(_times(drive.vector, force), drive.amplitude),
+        )
+
+    def load(one: Load) -> Load:
+        if isinstance(one, Pressure):
+            return replace(one, pressure=one.pressure * stress)
+        assert isinstance(one, BodyForce | Traction | PointForce)
+        unit = stress / length if isinstance(one, BodyForce) else stress if isinstance(one, Traction) else force
+        return replace(one, vector=_times(one.vector, unit))
+
+    def support(one: Support) -> Support:
+        return replace(one, displacement=one.displacement * length) if isinstance(one, Prescribed) else one
+
+    other = replace(
+        scene,
+        mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
+        material=material,
+        tools=tuple(map(tool, flat_tools(scene))),
+        supports=tuple(map(support, scene.supports)),
+        loads=tuple(map(load, scene.loads)),
+    )
+    return SolidVariant("units", other, np.arange(len(mesh.nodes)), np.eye(3), length, force)
+
+
+def exchanged(scene: Scene, turn: Floats) -> SolidVariant:
+    """Axes exchanged and reversed: the new vector of v is turn v; frames of friction are others."""
+    mesh = scene.mesh
+    order = np.arange(mesh.element.nodes) if np.linalg.det(turn) > 0 else mesh.element.mirrored
+    to, sign = np.argmax(np.abs(turn), axis=0), turn.sum(axis=0)
+
+    def of(vector: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple((turn @ np.array(vector) + 0.0).tolist())
+
+    def path(one: Path) -> Path:
+        # Multiples of components change places, not signs: the travel has these.
+        return tuple((tau, _exchanged(multiple, to)) for tau, multiple in one)
+
+    def tool(one: FlatTool) -> FlatTool:
+        drive = one.driven_by
+        force = None if drive is None else Force(of(drive.vector), drive.amplitude)
+        point, normal, travel = of(one.point), of(one.normal), of(one.travel)
+        return replace(one, point=point, normal=normal, travel=travel, path=path(one.path), driven_by=force)
+
+    def support(one: Support) -> Support:
+        axis = axis_of(one)
+        if isinstance(one, Prescribed):
+            return replace(one, direction=int(to[axis]), displacement=one.displacement * float(sign[axis]) + 0.0)
+        return replace(one, direction=int(to[axis]))
+
+    def load(one: Load) -> Load:
+        return replace(one, vector=of(one.vector)) if isinstance(one, BodyForce | Traction | PointForce) else one
+
+    other = replace(
+        scene,
+        mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries),
+        tools=tuple(map(tool, flat_tools(scene))),
+        supports=tuple(map(support, scene.supports)),
+        loads=tuple(map(load, scene.loads)),
+    )
+    return SolidVariant("exchanged", other, np.arange(len(mesh.nodes)), turn)
+
+
+def _exchanged(multiple: float | tuple[float, ...], to: Ints) -> float | tuple[float, ...]:
+    return multiple if isinstance(multiple, float) else tuple(np.array(multiple)[np.argsort(to)].tolist())
+
+
+def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generator) -> SolidVariant:
+    """Node a becomes ``nodes[a]``; elements in the order ``elements``, each begun at a corner drawn by ``rng``."""
+    mesh = scene.mesh
+    x = np.empty_like(mesh.nodes)
+    x[nodes] = mesh.nodes
+    cells = nodes[mesh.elements[elements]]
+    turns = symmetries(mesh.element.nodes)
+    cells = np.take_along_axis(cells, turns[rng.integers(len(turns), size=len(cells))], axis=1)
+    boundaries = {name: nodes[faces] for name, faces in mesh.boundaries.items()}
+    tools = tuple(
+        replace(tool, mu_at={int(nodes[a]): mu for a, mu in tool.mu_at.items()}) for tool in flat_tools(scene)
+    )
+    loads = tuple(
+        replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads
+    )
+    other = replace(scene, mesh=Mesh(x, cells, boundaries), tools=tools, loads=loads)
+    return SolidVariant("renumbered", other, nodes, np.eye(3))
+
+
+def symmetries(count: int) -> Ints:
+    """Orders (s, count) of an element's nodes by which it is itself turned: 24 of a brick, 12 of a tetrahedron."""
+    x = places(count)
+    middle, cube = x[: 8 if count in (8, 20) else 4].mean(axis=0), count in (8, 20)
+    corners = x[: 8 if cube else 4] - middle
+    if cube:
+        maps = [np.eye(3)[list(p)] * np.array(s) for p in np.ndindex(3, 3, 3) for s in _signs() if len(set(p)) == 3]
+    else:
+        base = (corners[1:] - corners[0]).T
+        orders = [p for p in np.ndindex(4, 4, 4, 4) if len(set(p)) == 4]
+        maps = [(corners[list(p[1:])] - corners[p[0]]).T @ np.linalg.inv(base) for p in orders]
+    turns = [A for A in maps if np.linalg.det(A) > 0]
+    moved = [(x - middle) @ A.T + middle for A in turns]
+    return np.array([np.abs(y[:, None] - x).sum(axis=2).argmin(axis=1) for y in moved])
+
+
+def _signs() -> list[tuple[int, int, int]]:
+    return [(a, b, c) for a in (-1, 1) for b in (-1, 1) for c in (-1, 1)]
+
+
+def _times(vector: tuple[float, ...], factor: float) -> tuple[float, ...]:
+    return tuple(v * factor for v in vector)

@@ -1,0 +1,64 @@
+"""What a page shows of the fuzz study: outcomes by kind of scene, from the results file alone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from studies.fuzz.row import Outcome
+from studies.tables import Value, read_csv
+
+Lines = tuple[list[str], list[list[str]]]
+
+COLUMNS = {
+    "certified": (Outcome.CERTIFIED,),
+    "refused": (Outcome.REFUSED,),
+    "wrong": (Outcome.WRONG,),
+    "raw or warning": (Outcome.RAW, Outcome.WARNING),
+}
+
+SHOWN = {
+    "scene": (
+        "scenes with flat tools",
+        {"weighted": "weighted contact", "force": "forces on tools", "supports": "moving supports"},
+    ),
+    "shaped": (
+        "scenes with shaped tools",
+        {
+            "circle": "round or hollow tools",
+            "profile": "profiles",
+            "union": "several surfaces",
+            "turning": "tools that turn",
+            "capped": "capped friction",
+        },
+    ),
+    "solid": (
+        "bodies in space",
+        {"h8": "H8", "h20": "H20", "t10": "T10", "force": "forces on tools", "supports": "moving supports"},
+    ),
+    "coulomb": ("discrete problems", {}),
+}
+"""By the first word of a kind what it is, and what other words of it say."""
+
+
+def of_outcomes(results: Path) -> Lines:
+    """Outcomes of every kind, and of those with what its words say."""
+    lines = read_csv(results / "fuzz.csv", f"python -m studies.fuzz --out {results}")
+    kinds = [(str(line["kind"]).split(), line) for line in lines]
+    rows = list[list[str]]()
+    for first, (what, words) in SHOWN.items():
+        own = [(kind, line) for kind, line in kinds if kind[0] == first]
+        if not own:
+            continue
+        seeds = [int(float(line["seed"])) for _, line in own]
+        rows.append([f"{min(seeds)} to {max(seeds)}", f"{len(own)} {what}", *_counts(line for _, line in own)])
+        for word, said in words.items():
+            some = [line for kind, line in own if word in kind]
+            rows.append(["of these", f"{len(some)} with {said}", *_counts(some)])
+    return ["seeds", "what", *COLUMNS, "increments"], rows
+
+
+def _counts(lines: Iterable[dict[str, Value]]) -> list[str]:
+    found = list(lines)
+    counts = [sum(line["outcome"] in [o.value for o in outcomes] for line in found) for outcomes in COLUMNS.values()]
+    return [*map(str, counts), f"{sum(float(line['increments']) for line in found):.0f}"]

@@ -1,0 +1,1 @@
+"""An accepted increment judged by a recomputation from plain arrays, which imports nothing of the library."""

@@ -1,0 +1,158 @@
+r"""Shaped tools in an increment, for the fuzz study's recomputation: where nodes meet them, nothing of the library.
+
+A point of the tool that is at X at rest is at C + a + Q(theta) (X - C) in the pose (a, theta). Nodes are seen from the
+tool as if it rested. Of a node that the tool sees at y and that goes by dy there, the slip is the arc of the outline
+between the nearest places of start and end; of one that starts apart from the tool it begins where the tool, as it
+goes on past a body at rest, would come to touch it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from studies.independent.element import Bools, Floats, Ints
+from studies.independent.outline import Near, Outline
+
+TOUCHES = 1e-9
+"""A node nearer than this, over the size of the body, touches."""
+
+LOOKS = 52
+"""Halvings of an increment, until a node in the air touches."""
+
+
+@dataclass(frozen=True)
+class Rigid:
+    """A tool of several ``outlines`` at rest, which turns about ``centre`` (2,).
+
+    It goes from the pose ``begun`` (3,) by ``gone`` (3,), which is no difference of poses, to ``ended`` (3,). Of that
+    angle it is a moment that turns it ``by_moment``: it goes along with the body then, and not through the air.
+    """
+
+    outlines: tuple[Outline, ...]
+    centre: Floats
+    begun: Floats
+    ended: Floats
+    gone: Floats
+    by_moment: float = 0.0
+
+    def seen(self, x: Floats, pose: Floats) -> Floats:
+        """Points x (c, 2) from the tool in a pose."""
+        return (x - self.centre - pose[:2]) @ turning(pose[2]) + self.centre
+
+    def placed(self, y: Floats, pose: Floats) -> Floats:
+        """Points y (c, 2) of the tool at rest where it has a pose."""
+        return (y - self.centre) @ turning(pose[2]).T + self.centre + pose[:2]
+
+    def way(self, x: Floats, by: Floats) -> Floats:
+        """How points x (c, 2) that go ``by`` (c, 2) go as the tool sees them (c, 2)."""
+        angle, old = self.gone[2], turning(self.begun[2])
+        # Q less one, of which the diagonal is no difference.
+        near, across = -2 * np.sin(angle / 2) ** 2, np.sin(angle)
+        arm = (x - self.centre - self.begun[:2]) @ old
+        return (by - self.gone[:2]) @ old @ turning(angle) + arm @ np.array([[near, -across], [across, near]])
+
+    def swept(self, x: Floats) -> Floats:
+        """How far (c, 2) the tool's points at x (c, 2) go, about where the tool is half the way on."""
+        arm = x - self.centre - self.begun[:2] - self.gone[:2] / 2
+        return self.gone[:2] + 2 * np.sin(self.gone[2] / 2) * np.column_stack([-arm[:, 1], arm[:, 0]])
+
+    @property
+    def extent(self) -> float:
+        """The size of its numbers."""
+        own = max(outline.extent for outline in self.outlines)
+        return own + float(np.abs(self.centre).max() + np.abs(self.ended[:2]).max())
+
+    def near(self, y: Floats) -> tuple[Near, Floats]:
+        """The nearest places of points y (c, 2) as the tool sees them, and numbers (c,) of their outlines."""
+        found = [outline.near(y) for outline in self.outlines]
+        which = np.argmin([near.gap for near in found], axis=0)
+        return _chosen(which, found), which
+
+    def depth(self, x: Floats, pose: Floats) -> Floats:
+        """How deep (c,) points x (c, 2) are in the tool in a pose: minus the gap; nothing past its open ends."""
+        near, _ = self.near(self.seen(x, pose))
+        return np.where(near.past, -np.inf, -near.gap)
+
+
+@dataclass(frozen=True)
+class Met:
+    """How c nodes meet a tool: ``gap``, unit ``normal`` and ``stretch`` at start and end.
+
+    ``past`` says who ends past an open end, ``opened`` what the gap grew by, ``slip`` is as in the module docstring.
+    ``gone`` (c, 2) is how far the tool went under the node; ``blurred`` (c,) says where ``opened`` and ``slip`` are
+    differences of places.
+    """
+
+    gap: tuple[Floats, Floats]
+    normal: tuple[Floats, Floats]
+    stretch: tuple[Floats, Floats]
+    past: Bools
+    opened: Floats
+    slip: Floats
+    gone: Floats
+    blurred: Bools
+
+
+def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size: float) -> Met:
+    """Nodes of a body of the ``size`` that go ``by`` (c, 2) from ``start`` to ``end`` (c, 2).
+
+    Supports ask them to go ``asked`` (c, 2): of a body at rest they would go so, and not at all elsewhere.
+    """
+    y, dy = tool.seen(start, tool.begun), tool.way(start, by)
+    (one, before), (other, which) = tool.near(y), tool.near(tool.seen(end, tool.ended))
+    grown, jumped = np.zeros((len(y), 2)), np.zeros(len(y), dtype=bool)
+    for k, outline in enumerate(tool.outlines):
+        mine = which == k
+        grown[mine] = outline.slid(y[mine], dy[mine])
+        jumped[mine] = outline.jumped(y[mine], dy[mine])
+    moved = before != which
+    opened = np.where(moved, other.gap - one.gap, grown[:, 0])
+    apart, air = one.gap > TOUCHES * size, np.zeros(len(y))
+    if apart.any():
+        aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
+        air[apart] = in_air(tool, y[apart], aloft.way(start[apart], asked[apart]))
+    return Met(
+        gap=(one.gap, other.gap),
+        normal=(one.normal @ turning(tool.begun[2]).T, other.normal @ turning(tool.ended[2]).T),
+        stretch=(one.stretch, other.stretch),
+        past=other.past,
+        opened=opened,
+        slip=grown[:, 1] - air,
+        gone=tool.swept(start),
+        blurred=moved | jumped,
+    )
+
+
+def in_air(tool: Rigid, y: Floats, way: Floats) -> Floats:
+    """Arcs (c,) along which points that the tool sees at y (c, 2), and go a ``way`` (c, 2), are still in the air."""
+    until = way.copy()
+    lands = tool.near(y + way)[0].gap < 0
+    if lands.any():
+        until[lands] *= _landing(tool, y[lands], way[lands])[:, None]
+    which, out = tool.near(y + until)[1], np.zeros(len(y))
+    for k, outline in enumerate(tool.outlines):
+        out[which == k] = outline.slid(y[which == k], until[which == k])[:, 1]
+    return out
+
+
+def _landing(tool: Rigid, y: Floats, way: Floats) -> Floats:
+    """The part (c,) of their ways after which points y (c, 2) touch, which end in the tool."""
+    low, high = np.zeros(len(y)), np.ones(len(y))
+    for _ in range(LOOKS):
+        middle = (low + high) / 2
+        inside = tool.near(y + middle[:, None] * way)[0].gap < 0
+        low, high = np.where(inside, low, middle), np.where(inside, middle, high)
+    return low
+
+
+def turning(angle: float) -> Floats:
+    """Q (2, 2)."""
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def _chosen(which: Ints, found: list[Near]) -> Near:
+    every = np.arange(len(which))
+    parts = {f.name: np.stack([getattr(near, f.name) for near in found])[which, every] for f in fields(Near)}
+    return Near(**parts)
