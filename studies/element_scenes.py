@@ -83,8 +83,12 @@ class Problem:
 def tensor(x: Floats, y: Floats, element: Element) -> Mesh:
     """The rectangle of :func:`bipot.block` with its lines at x (m + 1,), y (n + 1,)."""
     m, n = len(x) - 1, len(y) - 1
-    even = block(float(m), float(n), m, n, element=element)
-    at = [np.interp(even.nodes[:, k], np.arange(len(line)), line) for k, line in enumerate((x, y))]
+    return spaced(block(float(m), float(n), m, n, element=element), x, y)
+
+
+def spaced(even: Mesh, *lines: Floats) -> Mesh:
+    """A mesh of elements of size one with its lines, axis by axis, where these (m + 1,) say."""
+    at = [np.interp(even.nodes[:, k], np.arange(len(line)), line) for k, line in enumerate(lines)]
     return Mesh(np.column_stack(at), even.elements, even.boundaries)
 
 
