@@ -14,7 +14,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.revolved import Revolved, sphere
 from bipot.tools.surfaces import Surface
-from bipot.tools.tool import ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.curved import STEEL
 
 BALL = sphere((0.0, 0.0, 3.0), 2.0)
@@ -55,10 +55,14 @@ def rubbed(surface: Surface = POINTED, elements: int = 2, material: Material = R
 
 
 def turned_scene(scene: Scene, Q: np.ndarray) -> Scene:
-    """All of a scene without supports turned about the origin by Q."""
-    mesh = scene.mesh
-    tools = tuple(_moved(tool, lambda v: tuple((Q @ v).tolist())) for tool in scene.tools)
-    return replace(scene, mesh=Mesh(mesh.nodes @ Q.T, mesh.elements, mesh.boundaries), tools=tools)
+    """All of a scene without loads turned about the origin by Q."""
+
+    def way(v):
+        return tuple((Q @ v).tolist())
+
+    mesh = Mesh(scene.mesh.nodes @ Q.T, scene.mesh.elements, scene.mesh.boundaries)
+    supports = tuple(replace(support, direction=way(support.along(3))) for support in scene.supports)
+    return replace(scene, mesh=mesh, supports=supports, tools=tuple(_moved(tool, way) for tool in scene.tools))
 
 
 def mirrored_scene(scene: Scene) -> Scene:
@@ -71,6 +75,10 @@ def mirrored_scene(scene: Scene) -> Scene:
 
 def _moved(tool, way):
     """The tool with all its vectors changed: it goes straight."""
+    if tool.driven_by is not None:
+        tool = replace(tool, driven_by=replace(tool.driven_by, vector=way(tool.driven_by.vector)))
+    if isinstance(tool, FlatTool):
+        return replace(tool, point=way(tool.point), normal=way(tool.normal), travel=way(tool.travel))
     surface = tool.face
     along = {"axis": way(surface.axis)} if isinstance(surface, Revolved) else {"normal": way(surface.normal)}
     return replace(tool, surface=replace(surface, point=way(surface.point), **along), travel=way(tool.travel))

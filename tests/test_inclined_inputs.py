@@ -31,7 +31,7 @@ def ring_with(*supports):
     ("make", "words"),
     [
         (lambda: Support("base", (1.0, 1.0)), r"support\.direction = \(1\.0, 1\.0\): must be a unit vector"),
-        (lambda: Support("base", (0.6, 0.8, 0.0)), r"support\.direction = .*: must be two finite numbers"),
+        (lambda: body((Support("base", (0.6, 0.8, 0.0)),)), r"support\.direction = .*: must be of 2 numbers"),
         (lambda: Support("base", (np.nan, 1.0)), r"support\.direction = .*: must be two finite numbers"),
         (lambda: Support("base", "up"), r"support\.direction = 'up'"),
         (lambda: Support("base", 3), r"support\.direction = 3: must be 0, 1 or, in space, 2, or a unit vector"),

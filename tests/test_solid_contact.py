@@ -36,11 +36,11 @@ from bipot import (
     plot,
 )
 from bipot.checks.diagnosis import free_motion
+from bipot.contact import candidates
 from bipot.forms import Delassus, Penalty, Uzawa
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from bipot.system import system_of
-from bipot.contact import candidates
 from bipot.tools import meeting, slips
 from bipot.tools.surfaces import frames
 from tests.solids import turned

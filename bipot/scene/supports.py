@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_number, require_type
-from bipot.paths import RAMP, Amplitude
+from bipot.paths import RAMP, Amplitude, require_components
 from bipot.tools import surfaces
 from bipot.typing import Vector
 
@@ -20,7 +20,7 @@ from bipot.typing import Vector
 class Support:
     """The displacement along ``direction`` is zero on the mesh boundary ``boundary``; across it nodes are free.
 
-    A direction is the number of an axis, 0, 1 or, in space, 2; in a plane also a unit vector, (cos a, sin a).
+    A direction is the number of an axis, 0, 1 or, in space, 2, or a unit vector, in a plane (cos a, sin a).
     """
 
     boundary: str
@@ -30,9 +30,6 @@ class Support:
         require_type(self.boundary, str, "support.boundary")
         if isinstance(self.direction, tuple | list | np.ndarray):
             object.__setattr__(self, "direction", surfaces.direction(self.direction, "support.direction"))
-            plane = len(self.direction) == 2  # type: ignore[arg-type]
-            known = "two finite numbers: in space it is the number of an axis"
-            require(plane, "support.direction", self.direction, known)
         else:
             require_count(self.direction, "support.direction", 0)
             known = "0, 1 or, in space, 2, or a unit vector"
@@ -43,14 +40,13 @@ class Support:
         """The direction as a unit vector of so many dimensions, on an axis where it is off it by round-off.
 
         Raises:
-            SceneError: there is no such axis, or a vector of a plane in space.
+            SceneError: there is no such axis, or a vector of another number of components.
 
         >>> Support("top", 1).along(2), Support("top", (-0.6, 0.8)).along(2), Support("top", (6e-17, -1.0)).along(2)
         ((0.0, 1.0), (-0.6, 0.8), (0.0, -1.0))
         """
         if isinstance(self.direction, tuple):
-            axis = "the number of an axis in space"
-            require(dimension == len(self.direction), "support.direction", self.direction, axis)
+            require_components(self.direction, dimension, "support.direction")
             parts = np.where(np.abs(self.direction) <= surfaces.ACROSS, 0.0, self.direction)
             return tuple((np.sign(parts) if np.count_nonzero(parts) == 1 else parts).tolist())
         axes = list(range(dimension))
