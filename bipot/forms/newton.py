@@ -28,7 +28,7 @@ BAND_LAW = 1e-10
 
 @dataclass(frozen=True)
 class Reuse:
-    """Keep a factor while the merit falls at least by ``fall`` a pass and is ``near``, and no contact changes its piece.
+    """Keep a factor while the merit is ``near``, falls at least by ``fall`` a pass, and no contact changes its piece.
 
     In an attempt's first pass it must fall by the square of that. Near is a merit of at most so much of the forces: a
     kept factor leaves a tenth to a hundredth of it, which reaches the bounds in a pass or two from there; from farther
