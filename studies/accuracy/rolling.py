@@ -70,8 +70,8 @@ class Mesh:
 class Plan:
     """Coefficients, meshes and equal increments after the start-up."""
 
-    mus: tuple[float, ...] = (0.1, 0.3)
-    meshes: tuple[Mesh, ...] = (Mesh(8, 50, 44), Mesh(16, 100, 88))
+    mus: tuple[float, ...] = (0.3,)
+    meshes: tuple[Mesh, ...] = (Mesh(10, 40, 34), Mesh(20, 80, 68))
     increments: int = 90
 
     def runs(self) -> list[tuple[Mesh, float]]:
@@ -79,7 +79,7 @@ class Plan:
         return [(mesh, mu) for mesh in self.meshes for mu in self.mus]
 
 
-FAST = Plan(mus=(0.3,), meshes=(Mesh(3, 12, 9),), increments=18)
+FAST = Plan(meshes=(Mesh(3, 12, 9),), increments=18)
 
 
 @dataclass(frozen=True)
