@@ -2,10 +2,10 @@ r"""How little the force jumps where a side rolls onto the punch if the elements
 
     python -m studies.accuracy.rolling [--fast] [--resume | --overwrite] [--out DIR]
 
-The seed's cylinder to 45 % in ``q4p0``, with the elements of square meshes of 20 and 40 a side put otherwise: fewer and
-wider ones along the radius, graded towards the edge, and most of those along the side in the :data:`LANDING` that comes
-to lie on the punch (:class:`~bipot.meshes.cells.Fine`). ``DIR/rolling.csv`` has a row a coefficient and mesh: the largest jump
-as in :mod:`studies.accuracy.scatter`, the force at 20 and 45 % over its limit (``limits.csv`` of
+The seed's cylinder to 45 % at mu = 0.3 in ``q4p0``, with the elements of square meshes of 20 and 40 a side put
+otherwise: fewer along the radius, graded towards the edge, and most of those along the side in the :data:`LANDING` that
+comes to lie on the punch (:class:`~bipot.meshes.cells.Fine`). ``DIR/rolling.csv`` has a row a mesh: the largest jump as
+in :mod:`studies.accuracy.scatter`, the force at 20 and 45 % over its limit (``limits.csv`` of
 :mod:`studies.accuracy.mesh`, kept in ``docs/results``), and what the run costs.
 """
 
