@@ -42,12 +42,11 @@ def test_a_mesh_with_twice_the_elements_a_side_has_them_in_the_same_places():
 
 
 def test_the_kept_jumps_are_as_the_page_says():
-    """At most 0.5 % with the elements of a square mesh of 20 a side, and half with those of 40."""
-    coarse, fine = rows = read_rows(KEPT / "rolling.csv", Row)
+    """At most 0.5 % with the elements of a square mesh of 20 a side, and less than half of that with those of 10."""
+    rows = read_rows(KEPT / "rolling.csv", Row)
     assert [key(row) for row in rows] == [(mu, mesh.radial, mesh.axial) for mesh, mu in Plan().runs()]
-    assert [row.radial * row.axial for row in rows] == [20**2, 40**2]
-    assert coarse.scatter <= 0.005
+    coarse, fine = rows
+    assert [row.radial * row.axial for row in rows] == [10**2, 20**2]
+    assert fine.scatter <= 0.005
     assert fine.scatter <= coarse.scatter / 2
-    for row in rows:
-        assert abs(row.off_20) < 0.015
-        assert abs(row.off_45) < 0.015
+    assert max(abs(fine.off_20), abs(fine.off_45)) < 0.015

@@ -2,7 +2,7 @@ r"""How little the force jumps where a side rolls onto the punch if the elements
 
     python -m studies.accuracy.rolling [--fast] [--resume | --overwrite] [--out DIR]
 
-The seed's cylinder to 45 % at mu = 0.3 in ``q4p0``, with the elements of square meshes of 20 and 40 a side put
+The seed's cylinder to 45 % at mu = 0.3 in ``q4p0``, with the elements of square meshes of 10 and 20 a side put
 otherwise: fewer along the radius, graded towards the edge, and most of those along the side in the :data:`LANDING` that
 comes to lie on the punch (:class:`~bipot.meshes.cells.Fine`). ``DIR/rolling.csv`` has a row a mesh: the largest jump as
 in :mod:`studies.accuracy.scatter`, the force at 20 and 45 % over its limit (``limits.csv`` of
@@ -71,7 +71,7 @@ class Plan:
     """Coefficients, meshes and equal increments after the start-up."""
 
     mus: tuple[float, ...] = (0.3,)
-    meshes: tuple[Mesh, ...] = (Mesh(10, 40, 34), Mesh(20, 80, 68))
+    meshes: tuple[Mesh, ...] = (Mesh(5, 20, 17), Mesh(10, 40, 34))
     increments: int = 90
 
     def runs(self) -> list[tuple[Mesh, float]]:
