@@ -7,7 +7,7 @@ results by name and its certificate. Public names by subject; everything else is
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn
 * surfaces of tools: Plane, Circle, Profile, Union, wedge, flat_punch, Revolved, sphere, roll, cone
-* meshes: Mesh, Element, Layout, block, cylinder, ring, brick, cylinder_3d, ring_3d
+* meshes: Mesh, Element, Layout, Fine, block, cylinder, ring, brick, cylinder_3d, ring_3d
 * loads: BodyForce, Traction, PointForce, Pressure, Amplitude
 * material: Material, VonMises, Elastic, Elasticity
 * hardening: Hardening, Perfect, Linear, Voce, Swift, Tabulated
@@ -65,6 +65,7 @@ from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, TangentKind, VonMises
 from bipot.limit_analysis import LimitLoad, limit_load
 from bipot.marching import Control, march
+from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
@@ -114,6 +115,7 @@ __all__ = [
     "Energies",
     "Existing",
     "FileError",
+    "Fine",
     "FlatTool",
     "Force",
     "Geometry",

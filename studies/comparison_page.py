@@ -263,6 +263,7 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "limits": tabled(mesh_tables.of_limits),
         "upsetting": tabled(mesh_tables.of_meshes),
         "scatter": tabled(mesh_tables.of_scatter),
+        "rolling": tabled(mesh_tables.of_rolling),
         "sampling": tabled(mesh_tables.of_sampling),
     },
 }

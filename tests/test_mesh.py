@@ -7,9 +7,12 @@ from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature, tabulated
 from bipot.fem.kinematics import gradients
 from bipot.fem.reduction import Geometry
+from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
+from bipot.meshes.layout import Layout
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
+from bipot.meshes.solids import brick
 
 
 def test_cylinder_counts_and_orientation():
@@ -67,6 +70,43 @@ def test_sizes_grow_by_one_factor_to_the_asked_ratio(make, start, names, ratio):
         assert len(mesh.boundary(name)) == count
     np.testing.assert_array_equal(mesh.nodes.min(axis=0), [start, 0.0])
     np.testing.assert_array_equal(mesh.nodes.max(axis=0), [start + 7.0, 3.0])
+
+
+@pytest.mark.parametrize("layout", Layout)
+def test_a_fine_end_has_elements_of_one_size_and_the_others_grow_by_one_factor_from_it(layout):
+    mesh = cylinder(7.0, 3.0, 3, 9, (0.5, Fine(0.6, 5)), layout=layout)
+    for name, count in (("side", 9), ("axis", 9 + (layout is Layout.FANNED))):
+        sizes = np.diff(np.unique(mesh.nodes[mesh.boundary_nodes(name), 1]))
+        assert len(sizes) == count
+        np.testing.assert_allclose(sizes[-5:], 0.12)
+        factors = sizes[:-5] / sizes[1:-4]
+        np.testing.assert_allclose(factors, factors[0])
+        assert factors[0] > 1
+    np.testing.assert_array_equal(np.ptp(mesh.nodes, axis=0), [7.0, 3.0])
+
+
+def test_a_fine_end_may_be_as_fine_as_the_rest():
+    np.testing.assert_allclose(Fine(0.5, 4).ends(0.0, 1.0, 8), np.linspace(0.0, 1.0, 9), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Fine(0.0, 2), "fine.length = 0.0"),
+        (lambda: Fine("1", 2), "fine.length = '1': must be a number"),
+        (lambda: Fine(1.0, 0), "fine.elements = 0"),
+        (lambda: Fine(1.0, 1.5), "fine.elements = 1.5"),
+        (lambda: block(1.0, 1.0, 3, 4, (1.0, Fine(1.0, 2))), "fine.length = 1.0: must be below that of the side"),
+        (lambda: block(1.0, 1.0, 3, 4, (1.0, Fine(0.5, 4))), "fine.elements = 4: must be below the side's own"),
+        (lambda: block(1.0, 1.0, 3, 4, (1.0, Fine(0.9, 1))), "fine.length = 0.9: must be such that 3 no smaller"),
+        (lambda: block(1.0, 1.0, 3, 4, (1.0, Fine(1e-8, 3))), "fine.elements = 3: must be of at least"),
+        (lambda: brick(1.0, 1.0, 1.0, 2, 2, 4, (1.0, 1.0, Fine(0.5, 3))), "grading = .*must be a number"),
+        (lambda: brick(1.0, 1.0, 1.0, 4, 2, 2, (Fine(0.5, 3), 1.0, 1.0)), "grading = .*must be a number"),
+    ],
+)
+def test_fine_ends_that_are_none_are_refused(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
 
 
 def test_without_grading_nothing_changes():

@@ -73,6 +73,15 @@ def test_reused_factors_save_factorisations_not_accuracy(monkeypatch: pytest.Mon
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(a).max())
 
 
+def test_a_new_factor_saves_passes_where_a_kept_one_starts_from_far() -> None:
+    """Kept wherever the merit falls, a factor takes a pass more in some increments and ends at the same."""
+    scene, schedule = upsetting(mu=0.3, reduction=0.3, elements=4), Schedule(8, first=0.05, settling=1)
+    far, near = (list(march(scene, schedule, Control(Newton(Reuse(near=most))))) for most in (0.9, Reuse().near))
+    assert sum(a.passes for a in near) < sum(a.passes for a in far)
+    for a, b in zip(far, near, strict=True):
+        np.testing.assert_allclose(a.tool_forces, b.tool_forces, rtol=0, atol=1e-6 * np.abs(a.tool_forces).max())
+
+
 def test_line_search_shortens_a_step_that_inverts_elements() -> None:
     """From rest in increments of 5 % the first full steps fold the mesh; without halving they may not recover."""
     control = Control(Newton(search=Search(trials=8)), (Dissipation(),), cuts=4)

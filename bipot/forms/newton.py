@@ -28,17 +28,20 @@ BAND_LAW = 1e-10
 
 @dataclass(frozen=True)
 class Reuse:
-    """Keep a factor while the merit falls at least by ``fall`` a pass and no contact changes its piece.
+    """Keep a factor while the merit is ``near``, falls at least by ``fall`` a pass, and no contact changes its piece.
 
-    In an attempt's first pass it must fall by the square of that. In space slips turn from pass to pass: by less than
-    the angle ``turn`` they are those of the factor, which then still contracts the error about so much.
+    In an attempt's first pass it must fall by the square of that. Near is a merit of at most so much of the forces: a
+    kept factor leaves a tenth to a hundredth of it, which reaches the bounds in a pass or two from there; from farther
+    away it takes passes that a new one, which squares the error, saves. In space slips turn from pass to pass: by less
+    than the angle ``turn`` they are those of the factor, which then still contracts the error about so much.
     """
 
     fall: float = 0.03
     turn: float = 0.005
+    near: float = 1e-5
 
     def __post_init__(self) -> None:
-        for name in ("fall", "turn"):
+        for name in ("fall", "turn", "near"):
             value = getattr(self, name)
             require_number(value, f"newton.reuse.{name}")
             require(0 <= value < 1, f"newton.reuse.{name}", value, "in [0, 1)")
@@ -192,7 +195,7 @@ class Newton:
         last, setup = state.linearised, state.setup
         # The first pass takes out the tools' motion, which is linear: its fall says less of the factor.
         fall = self.reuse.fall ** (2 if len(merits) == 2 else 1)
-        falls = len(merits) > 1 and merits[-1] <= fall * merits[-2]
+        falls = len(merits) > 1 and merits[-1] <= fall * merits[-2] and here.error <= self.reuse.near
         if last is not None and falls and last.pieces.same(here.pieces, self.reuse.turn):
             # Its matrix is that of an earlier iterate; what must vanish is of this one, with its caps.
             return replace(last, frames=frames, pieces=here.pieces)

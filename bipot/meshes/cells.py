@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from bipot.basics.machine import require_memory
-from bipot.errors import require, require_positive
+from bipot.errors import require, require_count, require_positive
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets, edges_of
 from bipot.typing import Floats, Ints
@@ -18,6 +19,54 @@ CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 
 SMALLEST = 1e-8
 """Of the side, which no element of a graded mesh may be smaller than."""
+
+
+HALVINGS = 60
+"""Of the bracket of a factor of growth: to round-off."""
+
+
+@dataclass(frozen=True)
+class Fine:
+    """A grading of a side: its last ``length`` in ``elements`` of one size, the others growing from it by one factor.
+
+    It is for a side whose end rolls onto a tool: the force jumps as a node lands, in proportion to the size there.
+
+    Raises:
+        SceneError: a length that is not above zero, no elements.
+    """
+
+    length: float
+    elements: int
+
+    def __post_init__(self) -> None:
+        require_positive(**{"fine.length": self.length})
+        require_count(self.elements, "fine.elements")
+
+    def ends(self, start: float, end: float, count: int) -> Floats:
+        """Ends (count + 1,) of the elements along a side from ``start`` to ``end``.
+
+        Raises:
+            SceneError: a length that is not of a part of the side, no element left for the rest of it or only smaller
+                ones, or elements that are none of the side.
+
+        >>> Fine(1.0, 2).ends(0.0, 4.0, 4).round(3).tolist()
+        [0.0, 2.0, 3.0, 3.5, 4.0]
+        """
+        whole, others = end - start, count - self.elements
+        require(self.length < whole, "fine.length", self.length, f"below that of the side, {whole:g}")
+        require(others > 0, "fine.elements", self.elements, f"below the side's own number, {count}")
+        size, rest = self.length / self.elements, whole - self.length
+        require(size > SMALLEST * whole, "fine.elements", self.elements, f"of at least {SMALLEST:g} of the side")
+        allowed = f"such that {others} no smaller ones fill the rest of the side"
+        require(others * size <= rest, "fine.length", self.length, allowed)
+        powers, low, high = np.arange(1, others + 1), 1.0, (rest / size) ** (1 / others)
+        for _ in range(HALVINGS):
+            factor = (low + high) / 2
+            low, high = (factor, high) if size * (factor**powers).sum() < rest else (low, factor)
+        sizes = size * np.append(np.ones(self.elements), low**powers)
+        ends = end - np.append(0.0, np.cumsum(sizes))[::-1]
+        ends[0] = start
+        return ends
 
 
 class Parts(NamedTuple):
@@ -58,6 +107,13 @@ def graded(start: float, end: float, count: int, ratio: float) -> Floats:
         apart = bool((np.diff(ends) > SMALLEST * (end - start)).all())
         require(apart, "grading", ratio, f"such that no element is smaller than {SMALLEST:g} of the side")
     return ends
+
+
+def along(start: float, end: float, count: int, grading: float | Fine) -> Floats:
+    """Ends (count + 1,) of elements from ``start`` to ``end``: :class:`Fine`, or :func:`graded`."""
+    if isinstance(grading, Fine):
+        return grading.ends(start, end, count)
+    return graded(start, end, count, grading)
 
 
 def converted(parts: Parts, element: Element) -> Parts:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import require, require_count, require_type
-from bipot.meshes.cells import Parts, converted, graded, require_room
+from bipot.meshes.cells import Fine, Parts, along, converted, require_room
 from bipot.meshes.elements import Element
 from bipot.typing import Floats, Ints
 
@@ -56,7 +56,7 @@ def rectangle(
     x: Span,
     y: Span,
     counts: tuple[int, int],
-    grading: Sequence[float],
+    grading: Sequence[float | Fine],
     names: Names,
     element: Element,
     layout: Layout,
@@ -68,7 +68,7 @@ def rectangle(
 
     Raises:
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
-            numbers, or leaves no element; another element or layout.
+            numbers or of :class:`~bipot.meshes.cells.Fine`, or leaves no element; another element or layout.
     """
     fields = ("elements along the first axis", "elements along the second axis")
     for count, field_name in zip(counts, fields, strict=True):
@@ -76,10 +76,10 @@ def rectangle(
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
     require_layout_room(counts, element, layout, fields)
-    x_far, y_far = (graded(*side, n, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True))
+    x_far, y_far = (along(*side, n, how) for side, n, how in zip((x, y), counts, grading, strict=True))
     if layout is Layout.TENSOR:
         return converted(_tensor(x_far, y_far, names, element), element)
-    x_near, y_near = (graded(*side, n + 1, ratio) for side, n, ratio in zip((x, y), counts, grading, strict=True))
+    x_near, y_near = (along(*side, n + 1, how) for side, n, how in zip((x, y), counts, grading, strict=True))
     return converted(_fanned((x_near, y_near), (x_far, y_far), names, element), element)
 
 

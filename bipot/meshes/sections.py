@@ -5,12 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from bipot.errors import require, require_number, require_positive
+from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import Layout, rectangle
 from bipot.meshes.mesh import Mesh
 
-Grading = tuple[float, float]
-"""Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next."""
+Grading = tuple[float | Fine, float | Fine]
+"""Size of the last element over that of the first along each axis; sizes grow by one factor from each to the next.
+
+Or :class:`~bipot.meshes.cells.Fine`, of one size along the last part of an axis.
+"""
 
 UNIFORM = (1.0, 1.0)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from bipot.errors import require, require_count, require_positive, require_type
+from bipot.errors import require, require_count, require_number, require_positive, require_type
 from bipot.meshes.cells import Parts, converted, graded, require_room
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded
@@ -165,3 +165,5 @@ def _require_solid(element: Element, grading: Gradings, axes: int) -> None:
     require(element in solids, "element", element.name, f"one of space, of {[solid.name for solid in solids]}")
     pairs = isinstance(grading, tuple | list) and len(grading) == axes
     require(pairs, "grading", grading, f"{axes} numbers, one for each axis")
+    for ratio in grading:
+        require_number(ratio, "grading")

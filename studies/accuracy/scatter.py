@@ -11,7 +11,7 @@ of the increments that there are; the scatter is the largest of it from the incr
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
@@ -49,28 +49,34 @@ def jumps(reduction: Floats, force: Floats) -> Floats:
     return np.abs(change - length * smooth)
 
 
+@dataclass(frozen=True)
+class Largest:
+    """Reduction at the first landing, how many nodes landed, the largest jump from there on and where it is."""
+
+    first_landing: float
+    landings: int
+    scatter: float
+    reduction: float
+
+    @staticmethod
+    def of(course: Mapping[str, Floats]) -> Largest | None:
+        """That of a course, by ``at``, ``force_N`` and ``landed``; None where no node lands."""
+        landed = course["landed"]
+        if not landed.any():
+            return None
+        first = int(np.flatnonzero(landed)[0])
+        begin = max(first - 1, 0)
+        sizes = jumps(course["at"], course["force_N"])[begin:]
+        largest = begin + int(sizes.argmax())
+        at = course["at"]
+        return Largest(float(at[first]), int(landed.max()), float(sizes.max()), float(at[largest + 1]))
+
+
 def scatters(rows: Sequence[Row], courses: Mapping[Row, Mapping[str, Floats]], end: float) -> list[Scatter]:
     """Of the runs that come to the ``end`` and in which a node lands."""
-    out = list[Scatter]()
-    for row in rows:
-        course = courses[row]
-        landed = course["landed"]
-        if row.reduction != end or not landed.any():
-            continue
-        first = int(np.flatnonzero(landed)[0])
-        sizes = jumps(course["at"], course["force_N"])[max(first - 1, 0) :]
-        largest = max(first - 1, 0) + int(sizes.argmax())
-        out.append(
-            Scatter(
-                row.mu,
-                row.element,
-                row.layout,
-                row.sampling,
-                row.elements,
-                float(course["at"][first]),
-                int(landed.max()),
-                float(sizes.max()),
-                float(course["at"][largest + 1]),
-            )
-        )
-    return out
+    found = ((row, Largest.of(courses[row])) for row in rows if row.reduction == end)
+    return [
+        Scatter(row.mu, row.element, row.layout, row.sampling, row.elements, *astuple(largest))
+        for row, largest in found
+        if largest is not None
+    ]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bipot.tools.tool import Sampling
+from studies.accuracy import rolling
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import NAME
 from studies.accuracy.row import Row
@@ -94,6 +95,26 @@ def of_scatter(results: Path) -> Lines:
         for row in [found[mesh]]
     ]
     return ["element", "layout", "contact", "a side", "first landing", "nodes landed", "largest jump"], lines
+
+
+def of_rolling(results: Path) -> Lines:
+    """The same of meshes that are fine where the side lands, how far the force is off, and what the run costs."""
+    head = ["along the radius", "along the side", "of these fine", "first landing", "nodes landed", "largest jump"]
+    head += ["force off at 20 %", "at 45 %", "passes an increment", "cuts", "conic increments"]
+    lines = [
+        [
+            *map(str, (row.radial, row.axial, row.fine)),
+            f"{100 * row.first_landing:.1f} %",
+            str(row.landings),
+            f"{100 * row.scatter:.2f} %",
+            *(f"{100 * off:+.2f} %" for off in (row.off_20, row.off_45)),
+            f"{row.passes / row.increments:.1f}",
+            str(row.cuts),
+            str(row.fallbacks),
+        ]
+        for row in read_rows(results / f"{rolling.NAME}.csv", rolling.Row)
+    ]
+    return head, lines
 
 
 def _by_series(rows: Sequence[Row] | Sequence[Scatter]) -> list[Mesh]:
