@@ -30,12 +30,12 @@ from bipot import (
     march,
 )
 from bipot.certificate import Certificate
-from bipot.creases import CREASE
+from bipot.contact.creases import CREASE
+from bipot.contact.overlap import overlap
+from bipot.contact.sampling import hat_areas, points
 from bipot.forms import Delassus, Penalty, contact_penalty
-from bipot.overlap import overlap
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from bipot.sampling import hat_areas, points
 from bipot.system import system_of
 from bipot.traction import consistent_tractions
 from tests.scenes import refused
