@@ -65,7 +65,7 @@ class Advance:
 
     def swept(self, advance: Floats) -> Floats:
         """How far (c, d) their turns take the points of tools, whose poses ``advance`` (k, 3), at the candidates."""
-        return self.candidates.faces.swept(self.candidates.mean(self.start.nodes), self.placed, advance)
+        return self.candidates.faces.swept(self.candidates.means.places(self.start.nodes), self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
@@ -74,8 +74,8 @@ class Advance:
 
     def _going(self, du: Floats, advance: Floats) -> Going:
         """How candidates and tools go by these displacements (a, d) and changes of poses (k, 3)."""
-        mean = self.candidates.mean
-        return Going(mean(self.start.nodes), mean(du), self.placed, advance)
+        means = self.candidates.means
+        return Going(means.places(self.start.nodes), means.motion(du), self.placed, advance)
 
     @property
     def _forced(self) -> bool:

@@ -101,7 +101,7 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
     gone = travel[contacts.tool] + increment.tools.swept(solved.iterate.advance)
-    taken = np.vecdot(pushed, contacts.mean(solved.response.du)) - np.vecdot(r[:, 1:], motion[:, 1:])
+    taken = np.vecdot(pushed, contacts.means.motion(solved.response.du)) - np.vecdot(r[:, 1:], motion[:, 1:])
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())
 

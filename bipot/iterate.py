@@ -282,7 +282,7 @@ class Iterate:
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
         nodes = self.increment.start.nodes + self.response.du
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.mean(nodes), self.placed)
+        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.means.places(nodes), self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""

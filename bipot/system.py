@@ -50,7 +50,7 @@ class System:
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
         """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (c, d)."""
-        out = self.body.space.nodal(element_forces) - load - self.candidates.nodal(contacts)
+        out = self.body.space.nodal(element_forces) - load - self.candidates.means.nodal(contacts)
         out = self.body.space.axes.components(out)
         out.ravel()[self.body.space.free] = 0.0
         return self.body.space.axes.field(out)

@@ -108,7 +108,7 @@ def tractions(
         limit = np.multiply(mu, pressure, out=np.full(len(r), np.inf), where=np.isfinite(mu))
         limit[~candidates.tangent_free] = 0.0
         along = project_disc(found[line, 1:], limit[line])
-        shear[line] = along[:, 0] if along.shape[1] == 1 else norm(along)
+        shear[line] = _along(along)
     return pressure, shear
 
 
@@ -168,7 +168,8 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
         if not line.size:
             continue
         if candidates.points[number].weighted:
-            pressure[line], shear[line] = multipliers(candidates, number, nodes, r)[line].T
+            found = multipliers(candidates, number, nodes, r)[line]
+            pressure[line], shear[line] = found[:, 0], _along(found[:, 1:])
             continue
         mass = facet_mass(nodes, candidates.node[edges], candidates.scene.geometry)
         M = _assemble(mass, local.reshape(edges.shape), len(line))
@@ -177,7 +178,7 @@ def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, close
         shear[line] = 0.0
         if free.any():
             along = splu(M[free][:, free].tocsc()).solve(r[line[free], 1:])
-            shear[line[free]] = along[:, 0] if along.shape[1] == 1 else norm(along)
+            shear[line[free]] = _along(along)
     return pressure, shear
 
 
@@ -200,13 +201,18 @@ def on_line(candidates: Candidates, number: int, closed: Bools) -> Bools:
 
 
 def multipliers(candidates: Candidates, number: int, nodes: Floats, r: Floats) -> Floats:
-    """t_p = r_p / int psi_p dA (c, 2) at the weighted points of a tool by its ``number``; zero at other candidates."""
+    """t_p = r_p / int psi_p dA (c, d) at the weighted points of a tool by its ``number``; zero at other candidates."""
     points, own = candidates.points[number], candidates.number[number]
     area = np.zeros(len(own))
     np.add.at(area, points.edges, hat_areas(nodes, points.lines, candidates.scene.geometry))
     out = np.zeros(r.shape)
     out[own[own >= 0]] = r[own[own >= 0]] / area[own >= 0, None]
     return out
+
+
+def _along(shear: Floats) -> Floats:
+    """Of shear vectors (a, d - 1) the component, or in space the length (a,)."""
+    return shear[:, 0] if shear.shape[1] == 1 else norm(shear)
 
 
 def _assemble(mass: Floats, local: Ints, size: int) -> sp.csc_matrix:

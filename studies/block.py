@@ -6,7 +6,9 @@ A cube of 10 mm, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa; ``--width``, ``--dept
 :mod:`studies.upsetting` takes of a material ask for others. For each mu the folder ``DIR/mu{mu}`` receives what that of
 the cylinder does, with the same columns for the full block, ``line`` and ``corner`` (:mod:`studies.block_line`)
 besides; radii are distances from the axis of pressing. Candidates are those of the sides too: they roll onto the
-platen.
+platen. With ``--sampling weighted`` the law is posed in means on the upper face of quadratic elements alone, and at the
+nodes of the sides: the mean around a corner of a side comes to the platen long after the nodes next to it have, which
+would go into it meanwhile. The platen is two tools then, of which ``line`` and ``corner`` are told on the first.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bipot.errors import require, require_positive
 from bipot.fem.elements import RULES
@@ -25,7 +27,7 @@ from bipot.meshes.solids import brick
 from bipot.results.columns import Column
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
-from bipot.tools.tool import FlatTool
+from bipot.tools.tool import FlatTool, Sampling
 from studies.block_line import CORNER, LINE
 from studies.command import command
 from studies.element_types import SolidType
@@ -42,7 +44,8 @@ OPTIONS = Options(
     form=FormName.NEWTON,
 )
 PLANES = (Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2))
-CANDIDATES = ("top", "right", "back")
+TOP, SIDES = ("top",), ("right", "back")
+CANDIDATES = (*TOP, *SIDES)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +53,7 @@ class Block(Upset):
     """One run of the block."""
 
     element: SolidType
+    sampling: Sampling = Sampling.NODES
     width: float = 10.0
     depth: float = 10.0
 
@@ -70,12 +74,15 @@ class Block(Upset):
             candidates=CANDIDATES,
             mu=self.mu,
         )
+        tools = (platen,)
+        if self.sampling is Sampling.WEIGHTED and self.element.element.quadratic:
+            tools = replace(platen, candidates=TOP, sampling=self.sampling), replace(platen, candidates=SIDES)
         return Scene(
             mesh=brick(self.width / 2, self.depth / 2, half, n, n, n, element=self.element.element),
             geometry=Geometry.SOLID,
             material=VonMises(Elasticity(self.young, self.poisson), self.curve()),
             supports=PLANES,
-            tools=(platen,),
+            tools=tools,
             quadrature=self.quadrature,
             volume=self.element.volume,
             configuration=self.configuration,
@@ -92,6 +99,8 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--element-type", choices=[kind.value for kind in SolidType], default=SolidType.H8P0.value)
     rules = sorted({rule.value for kind in SolidType for rule in RULES[kind.element]})
     p.add_argument("--quadrature", choices=rules, help="default the element's own")
+    samplings = [sampling.value for sampling in Sampling]
+    p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
     p.add_argument("--width", type=float, default=10.0, help="of the block, mm (default 10)")
     p.add_argument("--depth", type=float, default=10.0, help="of the block, mm (default 10)")
     return p
@@ -100,7 +109,8 @@ def parser() -> argparse.ArgumentParser:
 def cases(arguments: argparse.Namespace) -> list[Block]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
     asked = OPTIONS.common(arguments, SolidType(arguments.element_type))
-    return [Block(mu=mu, width=arguments.width, depth=arguments.depth, **asked) for mu in arguments.mu]
+    asked |= {"sampling": Sampling(arguments.sampling), "width": arguments.width, "depth": arguments.depth}
+    return [Block(mu=mu, **asked) for mu in arguments.mu]
 
 
 @command

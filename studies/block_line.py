@@ -18,7 +18,7 @@ from bipot.control.accepted import Accepted
 from bipot.fem.surface import facet_mass
 from bipot.increment import System
 from bipot.results.columns import Column
-from bipot.traction import consistent_tractions, contact_edges
+from bipot.traction import consistent_tractions, on_line
 from bipot.typing import Floats
 from studies.corner import alternation
 
@@ -44,7 +44,7 @@ def amplitudes(system: System, accepted: Accepted) -> tuple[Floats, Floats]:
     r, nodes, points, scene = accepted.solved.r, accepted.solved.iterate.balanced, system.candidates, system.body.scene
     closed = carries(r)
     pressure, _ = consistent_tractions(points, nodes, r, closed)
-    faces = points.node[contact_edges(points, 0, closed)]
+    faces = points.points[0].lines[on_line(points, 0, closed)]
     area = facet_mass(nodes, faces, scene.geometry).sum()
     mean = -accepted.tool_forces[0, -1] / area if area > 0 else np.nan
     first, second = (_along(system, pressure, d) / mean for d in (0, 1))
@@ -54,8 +54,10 @@ def amplitudes(system: System, accepted: Accepted) -> tuple[Floats, Floats]:
 def _along(system: System, pressure: Floats, d: int) -> Floats:
     """Amplitudes (MPa) of what alternates along axis ``d`` of the upper face."""
     mesh, node = system.body.scene.mesh, system.candidates.node
-    middle = np.intersect1d(mesh.boundary_nodes("top"), mesh.boundary_nodes(("front", "left")[d]))
-    own = np.flatnonzero(np.isin(node, middle) & np.isfinite(pressure))
+    # Where contact is posed in means the side has points of its own on the edge.
+    upper = system.candidates.number[0][system.candidates.points[0].edges[: len(mesh.boundary("top"))]]
+    middle = np.isin(node, mesh.boundary_nodes(("front", "left")[d])) & np.isfinite(pressure)
+    own = np.intersect1d(upper, np.flatnonzero(middle))
     along = pressure[own[np.argsort(mesh.nodes[node[own], d])]]
     return alternation(along) if len(along) >= LEAST else np.empty(0)
 

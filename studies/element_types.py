@@ -1,8 +1,7 @@
 """Element types by their name on the command line: an element of the mesh and how its volume change is represented.
 
 The bare name of a quadrilateral is the element as it is (``q8`` is the paper's); ``p0`` and ``p1`` say what its volume
-change is projected on. ``t6`` is the triangle with its one stable choice, the mean. Those of space are ``h8p0`` and,
-as it is, ``h8``.
+change is projected on. ``t6`` is the triangle with its one stable choice, the mean. Those of space are bricks.
 """
 
 from __future__ import annotations
@@ -61,7 +60,10 @@ class SolidType(_Named):
     """The types of space by name."""
 
     H8 = "h8", Element.H8, VolumeChange.AS_IS
+    H20 = "h20", Element.H20, VolumeChange.AS_IS
     H8P0 = "h8p0", Element.H8, VolumeChange.P0
+    H20P0 = "h20p0", Element.H20, VolumeChange.P0
+    H20P1 = "h20p1", Element.H20, VolumeChange.P1
 
 
 AnyType = ElementType | SolidType

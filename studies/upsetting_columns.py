@@ -54,9 +54,9 @@ def radii(nodes: Floats) -> Floats:
     return norm(nodes[:, :-1])
 
 
-def force(system: System, accepted: Accepted) -> float:
-    """Force on the upper punch, N: that of the modelled part is the full one."""
-    return float(-accepted.tool_force(0)[-1])
+def force(_: System, accepted: Accepted) -> float:
+    """Force on the upper punch, which may be several tools, N: that of the modelled part is the full one."""
+    return float(-sum(accepted.tool_force(k)[-1] for k in range(len(accepted.tool_forces))))
 
 
 def contact_radius(system: System, accepted: Accepted) -> float:
@@ -68,7 +68,8 @@ def contact_radius(system: System, accepted: Accepted) -> float:
 def top_corner_radius(system: System, accepted: Accepted) -> float:
     """Radius of the node that top and sides share, mm."""
     scene = system.body.scene
-    corner = reduce(np.intersect1d, [scene.mesh.boundary_nodes(name) for name in scene.tools[0].candidates])
+    names = [name for tool in scene.tools for name in tool.candidates]
+    corner = reduce(np.intersect1d, [scene.mesh.boundary_nodes(name) for name in names])
     return float(radii(accepted.state.nodes[corner])[0])
 
 

@@ -102,7 +102,7 @@ def test_what_may_touch_slide_and_push_is_the_same(name):
         np.testing.assert_array_equal(getattr(after, field), getattr(before, field))
     assert [own.tolist() for own in after.held] == [own.tolist() for own in before.held]
     # Where all nodes of a mean are held, turned normals have no more components than straight ones.
-    held = np.diff(before.weights[:, ~scene.holding.held.any(axis=1)].tocsr().indptr) == 0
+    held = np.diff(before.means.weights[:, ~scene.holding.held.any(axis=1)].tocsr().indptr) == 0
     entries = [np.diff(Increment(system, system.rest(), 0.5).rows.G_n.indptr)[held].tolist() for system in systems]
     assert entries[1] == entries[0]
 

@@ -107,6 +107,21 @@ def test_work_is_that_of_both_platens_on_the_full_block(rubbed):
     np.testing.assert_allclose(spent[2:], (force * np.diff(history["reduction"]) * 10.0 * 1e-3)[2:], rtol=1e-3)
 
 
+def test_weighted_contact_of_quadratic_bricks_is_on_the_upper_face_and_its_force_near_the_limit(tmp_path):
+    asked = ["--elements", "2", "--increments", "3", "--mu", "0.1", "--sampling", "weighted", "--reduction", "0.1"]
+    assert block.main([*asked, "--element-type", "h20", "--out", str(tmp_path)]) == 0
+    run = open_results(tmp_path / "mu0.1")
+    assert [tool["sampling"] for tool in run.scene["tools"]] == ["weighted", "nodes"]
+    # docs/results/block_limits.csv
+    assert run["force_N"][-1] == pytest.approx(34469.8, rel=2e-3)
+    assert (run["overlap"] < 1e-3).all()
+    work, height = run["work_J"], 10.0 * (1 - run["reduction"])
+    spent = -np.diff(height) * (run["force_N"][1:] + run["force_N"][:-1]) / 2
+    np.testing.assert_allclose(np.diff(work)[3:], spent[3:] * 1e-3, rtol=1e-2)
+    (linear,) = block.cases(block.parser().parse_args([*asked, "--element-type", "h8p0"]))
+    assert len(linear.scene().tools) == 1
+
+
 def test_the_alternation_is_the_amplitude_of_an_alternating_pressure():
     """Forces of the pressure 7 + 0.5 (-1)^i along x by the consistent mass of a flat face of 4 x 4 elements."""
     (case,) = block.cases(block.parser().parse_args(["--mu", "0", "--elements", "4", "--increments", "1"]))

@@ -61,7 +61,7 @@ def _inside(system: System, state: State) -> str | None:
     depth = -float(state.gap[worst])
     number, node = system.candidates.tool[worst], system.candidates.node[worst]
     tool, pose = system.body.scene.tools[number], system.body.scene.placed(state.tau, state.translation)[number]
-    if tool.face.beyond(tool.own(system.candidates.mean(state.nodes)[worst], pose)):
+    if tool.face.beyond(tool.own(system.candidates.means.places(state.nodes)[worst], pose)):
         return (
             f"Node {node} starts behind an open end of tools[{number}], by {depth:.3g}: "
             "continue the surface to where the body does not come, or close it."

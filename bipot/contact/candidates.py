@@ -25,6 +25,7 @@ import scipy.sparse as sp
 
 from bipot.contact.closeness import touches
 from bipot.contact.coupling import Coupled, Pushed, coupled
+from bipot.contact.means import Means
 from bipot.contact.mobility import mirrored, movable, moving
 from bipot.contact.operators import Operators, without_zeros
 from bipot.contact.sampling import Points, points
@@ -46,17 +47,17 @@ REACH = 10.0
 class Candidates:
     """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
 
-    ``weights`` (c, a) say which mean of the nodes each is. Of the tools' ``points`` those are candidates that may move;
-    ``number`` holds, tool by tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are
-    those with friction: a node of theirs may move along the tangent, and no symmetry makes slip and shear zero.
-    ``tangent_held`` (c,) are those of which supports hold all nodes.
+    ``means`` say of which nodes. Of the tools' ``points`` those are candidates that may move; ``number`` holds, tool by
+    tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are those with friction: a node
+    of theirs may move along the tangent, and no symmetry makes slip and shear zero. ``tangent_held`` (c,) are those of
+    which supports hold all nodes.
     """
 
     scene: Scene
     space: Space
     points: tuple[Points, ...]
     number: tuple[Ints, ...]
-    weights: sp.csr_matrix
+    means: Means
     node: Ints
     tool: Ints
     tangent_free: Bools
@@ -87,7 +88,7 @@ class Candidates:
     @cached_property
     def _reference(self) -> Floats:
         """The frames (c, d, d) at rest."""
-        x = self.mean(self.scene.mesh.nodes)
+        x = self.means.places(self.scene.mesh.nodes)
         normal = np.empty_like(x)
         for mine, tool in zip(self._owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
@@ -96,28 +97,15 @@ class Candidates:
     @cached_property
     def frames(self) -> Floats:
         """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        return self.faces.slopes(self.mean(self.scene.mesh.nodes), self.scene.at_rest)
+        return self.faces.slopes(self.means.places(self.scene.mesh.nodes), self.scene.at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
         """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
-        return self.faces.slopes(self.mean(nodes), placed) if self.curved else self.frames
-
-    def mean(self, nodal: Floats) -> Floats:
-        """A nodal field (a, d) at the candidates (c, d)."""
-        return np.asarray(self.weights @ nodal)
-
-    def nodal(self, vectors: Floats) -> Floats:
-        """What nodes (a, d) take of forces (c, d) on the candidates."""
-        return np.asarray(self._spread @ vectors)
-
-    @cached_property
-    def _spread(self) -> sp.csr_matrix:
-        """The weights' transpose (a, c)."""
-        return sp.csr_matrix(self.weights.T)
+        return self.faces.slopes(self.means.places(nodes), placed) if self.curved else self.frames
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
         """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
-        return self.faces.distance(self.mean(nodes), placed)
+        return self.faces.distance(self.means.places(nodes), placed)
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
@@ -148,7 +136,7 @@ class Candidates:
 
         Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
         """
-        arms = self.faces.arms(self.mean(nodes), placed)
+        arms = self.faces.arms(self.means.places(nodes), placed)
         normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
@@ -210,7 +198,7 @@ class Candidates:
 
         In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
         """
-        moved = self.approach(travel, self.mean(driven))
+        moved = self.approach(travel, self.means.motion(driven))
         motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
         return self._rows(gap, self._resting, motion)
 
@@ -254,7 +242,7 @@ class Candidates:
 
     @cached_property
     def _operators(self) -> Operators:
-        return Operators.of(self.space, self.scene.drives, self.weights, self._owned[self.scene.drives.tool])
+        return Operators.of(self.space, self.scene.drives, self.means, self._owned[self.scene.drives.tool])
 
     @cached_property
     def _resting(self) -> tuple[sp.csr_matrix, sp.csr_matrix]:
@@ -283,14 +271,15 @@ def candidates(scene: Scene, space: Space) -> Candidates:
     counts = np.array([moves.sum() for moves in chosen], np.intp)
     first = np.cumsum(counts) - counts
     weights = [rows_of(own.weights, moves) for own, moves in zip(found, chosen, strict=True)]
+    within = [rest.within[own] for rest, own in zip(rests, chosen, strict=True)]
     slides = np.concatenate([none, *(moves[own, 1:].any(axis=1) for moves, own in zip(ways, chosen, strict=True))])
-    still = np.concatenate([none, *(rest[own] for rest, own in zip(rests, chosen, strict=True))])
+    still = np.concatenate([none, *(rest.still[own] for rest, own in zip(rests, chosen, strict=True))])
     return Candidates(
         scene=scene,
         space=space,
         points=found,
         number=tuple(np.where(m, np.cumsum(m) - 1 + at, -1) for m, at in zip(chosen, first.tolist(), strict=True)),
-        weights=sp.csr_matrix(sp.vstack([sp.csr_matrix((0, len(scene.mesh.nodes))), *weights])),
+        means=Means.of(len(scene.mesh.nodes), weights, within),
         node=np.concatenate([np.empty(0, np.intp), *(own.node[m] for own, m in zip(found, chosen, strict=True))]),
         tool=np.repeat(np.arange(len(found)), counts),
         tangent_free=slides & ~still,

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from bipot.contact.sampling import Points, creased
+from bipot.contact.creases import creased
+from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
@@ -26,21 +29,46 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
     return out
 
 
-def mirrored(scene: Scene, number: int, own: Points) -> Bools:
-    """Whether slip and shear are zero at points (p,), of whose mean a half is beyond a plane of symmetry, or an axis.
+class Mirrored(NamedTuple):
+    """Of points (p,) whether slip and shear are zero, ``still``, and ``within`` (p, d, d) what is left of their motion.
+
+    Of nodes, which supports hold, and in a plane, where there is slip or there is none, all of it is left.
+    """
+
+    still: Bools
+    within: Floats
+
+
+def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
+    """Of the points (p,) of the tool of that ``number``, of whose mean a half may be beyond a plane of symmetry or an
+    axis.
 
     There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
     curved tool that is not its own mirror image tangents turn, and it and its image both rub.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
+    within = np.tile(np.eye(d), (len(own.node), 1, 1))
     if scene.ring and _stays(scene, number, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
         if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
-            there &= ~creased(scene.mesh, own, support.along(d))
+            there &= ~_stopped(scene, own, support.along(d))
             left[there] = across(left[there], support.along(d))
-    return np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2)))
+            if own.weighted and d == 3:
+                within[there] = across(within[there], support.along(d))
+    return Mirrored(np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within)
+
+
+def _stopped(scene: Scene, own: Points, normal: Vector) -> Bools:
+    """Whether the mean of points (p,) on a plane of symmetry with the unit ``normal`` stops there.
+
+    That of a node by itself is that of its mirror image too.
+    """
+    out = np.zeros(len(own.node), dtype=bool)
+    if own.weighted:
+        np.logical_or.at(out, own.edges, creased(scene.mesh.nodes, own.lines, normal))
+    return out
 
 
 def _stays(scene: Scene, number: int, normal: Vector) -> bool:

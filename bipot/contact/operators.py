@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from bipot.contact.means import Means
 from bipot.fem.assembly import Space
 from bipot.scene.drives import Drives
 from bipot.tools.surfaces import ACROSS
@@ -20,8 +21,7 @@ from bipot.typing import Bools, Floats, Ints, read_only
 
 @dataclass(frozen=True, kw_only=True)
 class Operator:
-    """Rows ``direction . (dU_point - dU_tool)`` of m directions, of the points whose means of nodes ``weights`` (m, a)
-    are.
+    """Rows ``direction . (dU_point - dU_tool)`` of m directions, of points that are ``means`` of nodes.
 
     By the unknowns (n,) of the ``space``: held nodes and what paths prescribe of tools are apart. Entry by entry of
     the weights, ``owner`` (w,) is its row; coordinate by coordinate of the tools that ``drives`` move, ``led`` (l,) is
@@ -31,7 +31,7 @@ class Operator:
 
     space: Space
     drives: Drives
-    weights: sp.csr_matrix
+    means: Means
     owner: Ints
     led: Ints
     coordinate: Ints
@@ -40,9 +40,9 @@ class Operator:
     indptr: NDArray[np.int32]
 
     @staticmethod
-    def of(space: Space, drives: Drives, weights: sp.csr_matrix, sees: Bools) -> Operator:
-        """That of ``weights`` (m, a); ``sees`` (u, m) says whose tool has which coordinate."""
-        (m, _), d = weights.get_shape(), space.mesh.dimension
+    def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operator:
+        """That of m ``means``; ``sees`` (u, m) says whose tool has which coordinate."""
+        weights, m, d = means.weights, means.count, space.mesh.dimension
         owner = np.repeat(np.arange(m), np.diff(weights.indptr))
         coordinate, led = np.nonzero(sees)
         row = np.concatenate([np.repeat(owner, d), led])
@@ -53,7 +53,7 @@ class Operator:
         return Operator(
             space=space,
             drives=drives,
-            weights=weights,
+            means=means,
             owner=owner,
             led=led,
             coordinate=coordinate,
@@ -66,8 +66,9 @@ class Operator:
         """Rows (m, n) along ``direction`` (m, d), of tools seen at ``arm`` (m, d); zeros are entries like others."""
         by_tool = -np.vecdot(direction[self.led], self.drives.motion(self.coordinate, arm[self.led]))
         by_tool[np.abs(by_tool) <= ACROSS] = 0.0
-        along = self.space.axes.at(np.asarray(self.weights.indices, np.intp), direction[self.owner])
-        entries = np.concatenate([(self.weights.data[:, None] * along).ravel(), by_tool])
+        weights, kept = self.means.weights, self.means.kept(direction)
+        along = self.space.axes.at(np.asarray(weights.indices, np.intp), kept[self.owner])
+        entries = np.concatenate([(weights.data[:, None] * along).ravel(), by_tool])
         shape = len(direction), self.space.size
         return sp.csr_matrix((entries[self.chosen], self.indices, self.indptr), shape=shape)
 
@@ -80,12 +81,13 @@ class Operators:
     tangents: Operator
 
     @staticmethod
-    def of(space: Space, drives: Drives, weights: sp.csr_matrix, sees: Bools) -> Operators:
-        """Those of candidates of ``weights`` (c, a); ``sees`` (u, c) says whose tool has which coordinate."""
-        across = np.repeat(np.arange(weights.get_shape()[0]), space.mesh.dimension - 1)
+    def of(space: Space, drives: Drives, means: Means, sees: Bools) -> Operators:
+        """Those of candidates that are c ``means``; ``sees`` (u, c) says whose tool has which coordinate."""
+        tangents = space.mesh.dimension - 1
+        across = np.repeat(np.arange(means.count), tangents)
         return Operators(
-            Operator.of(space, drives, weights, sees),
-            Operator.of(space, drives, sp.csr_matrix(weights[across]), sees[:, across]),
+            Operator.of(space, drives, means, sees),
+            Operator.of(space, drives, means.repeated(tangents), sees[:, across]),
         )
 
     def matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:

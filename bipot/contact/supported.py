@@ -54,7 +54,7 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
-    drawn = candidates.mean(driven)
+    drawn = candidates.means.motion(driven)
     moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.
     lengths = norm(travel)[candidates.tool] + norm(drawn)

@@ -77,8 +77,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_known_in_space(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Contact at nodes, friction without a cap: others are of a plane alone so far."""
-    require(tool.sampling is Sampling.NODES, f"{label}.sampling", tool.sampling, "Sampling.NODES on a body in space")
+    """Friction without a cap: others are of a plane alone so far."""
     require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
     require_thick(mesh, tool, label)
 
@@ -123,10 +122,10 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
 def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
     """Coefficients at candidates, caps of materials that flow."""
     edges = body.mesh.edges(*tool.candidates)
-    points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, [0, -1]])
+    points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, body.mesh.element.ends])
     for name in ("mu_at", "shear_at"):
         for node in getattr(tool, name):
-            one = "one of the tool's candidates (ends of edges if weighted)"
+            one = "one of the tool's candidates (ends of edges, corners of faces, if weighted)"
             require(node in points, f"{name} node", node, one)
     caps = not tool.capped or bool(np.isfinite(body.material.yield_stress(0.0)))
     allowed = "inf where the material does not flow: it is a part of the yield stress"

@@ -38,7 +38,8 @@ STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 class Sampling(StrEnum):
     """Where on a surface the law of contact is posed (:mod:`bipot.contact.sampling`).
 
-    On linear edges the two are one; on quadratic ones ``WEIGHTED`` has pressures that the law itself keeps above zero.
+    On linear edges and faces the two are one; on quadratic ones ``WEIGHTED`` has pressures that the law itself keeps
+    above zero.
     """
 
     NODES = "nodes"
@@ -62,7 +63,8 @@ class Tool:
     ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path. Where a
     ``turn`` is driven by a moment, its angle is.
 
-    ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges.
+    ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges, the corners
+    of faces.
     """
 
     travel: tuple[float, ...]

@@ -22,6 +22,7 @@ from studies.accuracy.choice import Choice, Pace
 from studies.command import command, say
 from studies.element_types import ElementType
 from studies.methods import Method, Setting, configured
+from studies.upsetting_columns import force
 from studies.upsetting_march import FIRST
 
 REDUCTION = 0.45
@@ -74,20 +75,20 @@ def run(job: Choice, marks: Sequence[float]) -> Came:
 def marched(
     scene: Scene, control: Control, schedule: Schedule, marks: Sequence[float], reduction: float, began: float
 ) -> Came:
-    """March to a ``reduction`` and read the force of the first tool, along the last axis, at the marks.
+    """March to a ``reduction`` and read the force of the tools, along the last axis, at the marks.
 
     ``began`` is the processor time from which seconds count.
     """
-    forces, passes, increments, stopped = list[float](), 0, 0, ""
+    system, forces = system_of(scene), list[float]()
+    passes, increments, stopped = 0, 0, ""
     try:
         for accepted in march(scene, schedule, control):
             passes, increments = passes + accepted.passes, accepted.number
             if round(accepted.state.tau * reduction, 9) in marks:
-                forces.append(float(-accepted.tool_force(0)[-1]))
+                forces.append(force(system, accepted))
     except IncrementFailed as failed:
         stopped = " ".join(str(failed).split())
-    unknowns = system_of(scene).body.space.size
-    return Came(forces, unknowns, increments, passes, time.process_time() - began, stopped)
+    return Came(forces, system.body.space.size, increments, passes, time.process_time() - began, stopped)
 
 
 @command

@@ -11,9 +11,11 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 
+from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
 from bipot.forms import FormName
 from bipot.scene.scene import Scene
+from bipot.tools.tool import Sampling
 from studies.accuracy.alone import CUTS, Came, marched, schedule_of
 from studies.accuracy.choice import Choice
 from studies.block import Block
@@ -23,13 +25,21 @@ from studies.methods import Method, Setting, configured
 from studies.upsetting_march import DEFAULT_SOLVER, PAPERS_CURVE
 
 
-def scene_of(mu: float, elements: int, reduction: float, kind: SolidType = SolidType.H8P0) -> Scene:
+def scene_of(
+    mu: float,
+    elements: int,
+    reduction: float,
+    kind: SolidType = SolidType.H8P0,
+    rule: Quadrature | None = None,
+    sampling: Sampling = Sampling.NODES,
+) -> Scene:
     """The study's cube, perfectly plastic."""
     return Block(
         mu=mu,
         elements=elements,
         element=kind,
-        quadrature=kind.quadrature,
+        sampling=sampling,
+        quadrature=rule or kind.quadrature,
         increments=None,
         form=FormName.NEWTON,
         solver=DEFAULT_SOLVER,
@@ -42,7 +52,8 @@ def scene_of(mu: float, elements: int, reduction: float, kind: SolidType = Solid
 def run(job: Choice, marks: Sequence[float]) -> Came:
     """March to the last of the marks; seconds count from the making of the scene on, without the imports."""
     began, end = time.process_time(), marks[-1]
-    cube = scene_of(job.mu, job.elements, end, SolidType(job.element))
+    kind, rule, sampling = SolidType(job.element), Quadrature(job.quadrature), Sampling(job.contact)
+    cube = scene_of(job.mu, job.elements, end, kind, rule, sampling)
     scene, control = configured(Method(job.form), cube, Setting())
     return marched(scene, replace(control, cuts=CUTS), schedule_of(job, marks, end), marks, end, began)
 

@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from bipot.tools.tool import Sampling
 from studies.accuracy.block_alone import run as march
 from studies.accuracy.block_deck import BlockDeck
 from studies.accuracy.choice import OWN, Choice, Pace
@@ -46,7 +47,11 @@ class BlockPlan(Plan):
 
 PLAN = BlockPlan(
     mus=(FRICTION,),
-    own=(Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),),
+    own=(
+        Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),
+        Series(SolidType.H20, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4), paces=(PACE,)),
+        Series(SolidType.H20P1, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4, 5), paces=(PACE,)),
+    ),
     foreign=(
         Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
         Foreign("C3D8I", NODES, (4,), (0.02,), deck=BlockDeck),

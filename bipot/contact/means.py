@@ -1,0 +1,63 @@
+"""Contact candidates as means of nodes: where they are, how they move, and what nodes take of the forces on them.
+
+A mean that goes on beyond planes of symmetry is that of the whole body: what its mirror image does along their normals
+takes away what it does there. In a plane such a point does not slip at all, and in space along the planes alone: of its
+motion ``within`` P = I - s s' is left, a factor for each plane of unit normal s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.sparse as sp
+
+from bipot.typing import Floats
+
+
+@dataclass(frozen=True)
+class Means:
+    """Candidates of ``weights`` D (c, a), and ``within`` P (c, d, d); None where no mean goes on beyond a plane."""
+
+    weights: sp.csr_matrix
+    within: Floats | None = None
+
+    @staticmethod
+    def of(nodes: int, weights: Sequence[sp.csr_matrix], within: Sequence[Floats]) -> Means:
+        """Those with all these ``weights`` of a mesh of so many ``nodes``, one behind the other, and ``within``."""
+        every = sp.csr_matrix(sp.vstack([sp.csr_matrix((0, nodes)), *weights]))
+        mirrored = any((P != np.eye(P.shape[-1])).any() for P in within)
+        return Means(every, np.concatenate(within) if mirrored else None)
+
+    @property
+    def count(self) -> int:
+        """Number c of candidates."""
+        return int(self.weights.get_shape()[0])
+
+    def places(self, nodes: Floats) -> Floats:
+        """Of nodes (a, d) the candidates' places (c, d), by what is modelled of the body."""
+        return np.asarray(self.weights @ nodes)
+
+    def motion(self, nodal: Floats) -> Floats:
+        """The candidates' displacements (c, d) by those of nodes (a, d)."""
+        return self.kept(np.asarray(self.weights @ nodal))
+
+    def nodal(self, vectors: Floats) -> Floats:
+        """What nodes (a, d) take of forces (c, d) on the candidates."""
+        return np.asarray(self._spread @ self.kept(vectors))
+
+    def kept(self, vectors: Floats) -> Floats:
+        """What planes of symmetry leave of vectors (c, d)."""
+        return vectors if self.within is None else np.einsum("cij,cj->ci", self.within, vectors)
+
+    def repeated(self, times: int) -> Means:
+        """Every candidate so many ``times``, one after the other."""
+        each = np.repeat(np.arange(self.count), times)
+        return Means(sp.csr_matrix(self.weights[each]), None if self.within is None else self.within[each])
+
+    @cached_property
+    def _spread(self) -> sp.csr_matrix:
+        """The weights' transpose (a, c)."""
+        return sp.csr_matrix(self.weights.T)

@@ -1,0 +1,299 @@
+"""Contact in weighted means on faces: weights by their definition, patch tests, whole bodies, forms, the law."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Bounds,
+    Control,
+    Dissipation,
+    Elasticity,
+    Element,
+    FlatTool,
+    Force,
+    Geometry,
+    Limits,
+    Mesh,
+    Newton,
+    Perfect,
+    Sampling,
+    Scene,
+    Schedule,
+    Support,
+    Symmetry,
+    Tangent,
+    VonMises,
+    brick,
+    march,
+)
+from bipot.certificate import Certificate
+from bipot.contact.creases import CREASE
+from bipot.contact.overlap import overlap
+from bipot.contact.sampling import hat_areas, points
+from bipot.forms import Delassus, Penalty, contact_penalty
+from bipot.results import Recorder
+from bipot.results import open as open_results
+from bipot.system import system_of
+from bipot.traction import consistent_tractions
+from tests.scenes import refused
+from tests.solids import distorted, turned
+
+WEIGHTED = Sampling.WEIGHTED
+QUADRATIC = (Element.H20, Element.T10)
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
+ELASTIC = VonMises(Elasticity(1000.0, 0.3), Perfect(1e6))
+PLANES = (Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2))
+WELDED = tuple(Support("base", d) for d in range(3))
+TIGHT = Limits(Bounds(equilibrium=1e-12, penetration=1e-15))
+
+
+def press(height, travel, mu=0.2, **given):
+    return FlatTool((0.0, 0.0, height), (0.0, 0.0, -1.0), travel, given.pop("candidates", ("top",)), mu, **given)
+
+
+def upset(element=Element.H20, mu=0.2, n=2, sampling=WEIGHTED, travel=-0.03):
+    """An eighth of a cube under a punch that touches its sides too."""
+    punch = press(5.0, (0.0, 0.0, travel), mu, candidates=("top", "right", "back"), sampling=sampling)
+    return Scene(brick(5.0, 5.0, 5.0, n, n, n, element=element), Geometry.SOLID, STEEL, PLANES, (punch,))
+
+
+def graded(element):
+    """A block whose faces are rectangles, or triangles, of different sizes."""
+    straight = brick(2.0, 1.5, 1.0, 3, 2, 2, element=Element.H8 if element.shape.cube else Element.T4)
+    nodes = straight.nodes * (1 + 0.2 * straight.nodes)
+    return Mesh(nodes, straight.elements, straight.boundaries).to(element)
+
+
+def by_quadrature(x, count=8):
+    """int psi_p N_k dA (k, n) over a flat face x (8 or 6, 3) with straight sides, from shape functions of its own."""
+    t, w = np.polynomial.legendre.leggauss(count)
+    out = np.zeros((len(x) // 2, len(x)))
+    for s, ws in zip(t, w, strict=True):
+        for r, wr in zip(t, w, strict=True):
+            if len(x) == 8:
+                ends = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+                psi = (1 + ends[:, 0] * s) * (1 + ends[:, 1] * r) / 4
+                middle = [(1 - s * s) * (1 - r) / 2, (1 + s) * (1 - r * r) / 2]
+                middle += [(1 - s * s) * (1 + r) / 2, (1 - s) * (1 - r * r) / 2]
+                N = np.concatenate([psi * (ends @ (s, r) - 1), middle])
+                slope = ends / 4 * (1 + ends[:, ::-1] * (r, s))
+                area = ws * wr
+            else:
+                # The square taken together to a triangle at its far end.
+                a, b = (1 + s) / 2, (1 + r) / 2 * (1 - (1 + s) / 2)
+                psi = np.array([1 - a - b, a, b])
+                N = np.concatenate([psi * (2 * psi - 1), 4 * psi * np.roll(psi, -1)])
+                slope = np.array([(-1.0, -1.0), (1.0, 0.0), (0.0, 1.0)])
+                area = ws * wr / 4 * (1 - a)
+            along = x[: len(psi)].T @ slope
+            out += area * np.linalg.norm(np.cross(*along.T)) * np.outer(psi, N)
+    return out
+
+
+@pytest.mark.parametrize("element", QUADRATIC)
+def test_weights_are_the_means_of_their_definition_and_areas_are_positive(element):
+    mesh = graded(element)
+    found = points(mesh, Geometry.SOLID, press(1.0, (0.0, 0.0, -0.1), candidates=("top", "right"), sampling=WEIGHTED))
+    integral = np.zeros((len(found.node), len(mesh.nodes)))
+    for face, corners in zip(found.lines, found.edges, strict=True):
+        shares = by_quadrature(mesh.nodes[face])
+        np.add.at(integral, np.ix_(corners, face), shares)
+        np.testing.assert_allclose(hat_areas(mesh.nodes, face[None], Geometry.SOLID)[0], shares.sum(axis=1), rtol=1e-12)
+    area = integral.sum(axis=1, keepdims=True)
+    assert area.min() > 0
+    # What a uniform pressure does at nodes: less than nothing at corners of bricks, nothing at those of tetrahedra.
+    at_corners = integral.sum(axis=0)[found.node]
+    assert at_corners.max() < -0.01 if element is Element.H20 else np.abs(at_corners).max() < 1e-14
+    np.testing.assert_allclose(found.weights.toarray(), integral / area, atol=1e-13)
+    assert found.node.tolist() == np.sort(found.node).tolist()
+    assert (found.node[found.edges] == found.lines[:, : found.edges.shape[1]]).all()
+
+
+@pytest.mark.parametrize(("turn", "shared"), [(0.0, True), (55.0, True), (65.0, False)])
+@pytest.mark.parametrize("element", QUADRATIC)
+def test_where_a_face_turns_too_far_from_its_neighbour_both_have_points(element, turn, shared):
+    straight = brick(2.0, 1.0, 1.0, 2, 1, 1, element=element)
+    x, y, z = straight.nodes.T
+    bent = np.column_stack([x, y, z - np.tan(np.radians(turn)) * np.maximum(x - 1.0, 0.0)])
+    mesh = Mesh(bent, straight.elements, straight.boundaries)
+    found = points(mesh, Geometry.SOLID, press(1.0, (0.0, 0.0, -0.1), sampling=WEIGHTED))
+    ridge = np.isclose(mesh.nodes[found.node, 0], 1.0)
+    assert ridge.sum() == (2 if shared else 4)
+    assert (np.cos(np.radians(turn)) >= CREASE) is np.bool_(shared)
+    np.testing.assert_allclose(found.weights.sum(axis=1), 1.0, rtol=1e-14)
+
+
+def test_on_linear_faces_both_choices_are_one_bit_for_bit():
+    ends = [list(march(upset(Element.H8, sampling=one), Schedule(3), Control(Newton())))[-1] for one in Sampling]
+    np.testing.assert_array_equal(ends[0].state.nodes, ends[1].state.nodes)
+    np.testing.assert_array_equal(ends[0].solved.r, ends[1].solved.r)
+
+
+@pytest.mark.parametrize("travel", [-1e-3, -0.3])
+@pytest.mark.parametrize("element", [Element.H8, *QUADRATIC])
+def test_the_contact_patch_test_is_passed(element, travel):
+    """The multipliers are the pressure times the area that is a point's, however far the smooth tool goes."""
+    mesh = graded(element)
+    tool = press(1.2, (0.0, 0.0, travel), 0.0, sampling=WEIGHTED)
+    scene = Scene(mesh, Geometry.SOLID, ELASTIC, PLANES, (tool,))
+    *_, last = march(scene, Schedule(3), Control(Newton(), limits=TIGHT))
+    stress, pressure = last.state.stress, last.traction.recovered_pressure
+    np.testing.assert_allclose(stress, np.broadcast_to(stress[0, 0], stress.shape), atol=1e-9 * abs(stress).max())
+    np.testing.assert_allclose(pressure, -stress[0, 0, 2], rtol=1e-9)
+    if element.quadratic:
+        own, area = system_of(scene).candidates.points[0], np.zeros(len(pressure))
+        np.add.at(area, own.edges, hat_areas(last.state.nodes, own.lines, scene.geometry))
+        np.testing.assert_allclose(last.solved.r[:, 0], pressure * area, rtol=1e-9)
+
+
+def test_the_patch_test_is_passed_on_tetrahedra_of_any_shape():
+    mesh = distorted(Element.T10)
+    tool = press(2.0, (0.0, 0.0, -0.2), 0.0, sampling=WEIGHTED)
+    *_, last = march(
+        Scene(mesh, Geometry.SOLID, ELASTIC, PLANES, (tool,)), Schedule(2), Control(Newton(), limits=TIGHT)
+    )
+    np.testing.assert_allclose(last.traction.recovered_pressure, -last.state.stress[0, 0, 2], rtol=1e-9)
+
+
+def test_half_of_a_body_bears_half_the_force_of_the_whole():
+    """Points in the plane between are means of the whole body: they slip along the plane, not across it."""
+    seen = []
+    for whole in (True, False):
+        mesh = brick(4.0 if whole else 2.0, 2.0, 2.0, 4 if whole else 2, 1, 1, element=Element.H20)
+        held = WELDED if whole else (*WELDED, Symmetry("left", 0))
+        faces = ("top", "right", *(("left",) if whole else ()))
+        tool = press(2.0, (0.0, 0.1, -0.04), candidates=faces, sampling=WEIGHTED)
+        scene = Scene(mesh, Geometry.SOLID, STEEL, held, (tool,))
+        *_, last = march(scene, Schedule(3), Control(Newton(), limits=TIGHT))
+        seen.append(last)
+    whole, half = seen
+    force = whole.tool_forces[0]
+    assert half.tool_forces[0, 1:] == pytest.approx(force[1:] / 2, rel=1e-8)
+    np.testing.assert_allclose(half.tool_force(0), force, atol=1e-7 * abs(force).max())
+    assert force[1] > 0.03 * abs(force[2])
+    candidates = half.solved.iterate.increment.system.candidates
+    middle = candidates.scene.mesh.nodes[candidates.node, 0] == 0.0
+    np.testing.assert_allclose(candidates.vectors(half.solved.r)[middle, 0], 0.0, atol=1e-9 * abs(force).max())
+    assert abs(half.energies.energy_error) < 0.02
+
+
+@pytest.mark.parametrize("element", QUADRATIC)
+def test_turning_the_whole_scene_changes_nothing(element):
+    def pressed(Q):
+        straight = brick(2.0, 2.0, 1.0, 2, 2, 1, element=element)
+        mesh = Mesh(straight.nodes @ Q.T, straight.elements, straight.boundaries)
+        tool = FlatTool(
+            tuple(Q @ (0.0, 0.0, 1.0)),
+            tuple(Q @ (0.0, 0.0, -1.0)),
+            tuple(Q @ (0.01, 0.02, -0.02)),
+            ("top", "right"),
+            0.2,
+            sampling=WEIGHTED,
+        )
+        *_, last = march(
+            Scene(mesh, Geometry.SOLID, STEEL, WELDED, (tool,)), Schedule(2), Control(Newton(), limits=TIGHT)
+        )
+        return last
+
+    Q = turned((0.3, -0.5, 0.8), 0.9)
+    here, there = pressed(np.eye(3)), pressed(Q)
+    np.testing.assert_allclose(there.tool_forces @ Q, here.tool_forces, atol=1e-9 * abs(here.tool_forces).max())
+    np.testing.assert_allclose(there.state.nodes @ Q, here.state.nodes, atol=1e-9)
+    on = np.isfinite(here.traction.recovered_pressure)
+    assert (on == np.isfinite(there.traction.recovered_pressure)).all()
+    for name in ("recovered_pressure", "recovered_shear"):
+        one, other = (getattr(end.traction, name)[on] for end in (here, there))
+        np.testing.assert_allclose(other, one, atol=1e-9 * 300.0)
+
+
+@cache
+def course(form, element=Element.H20):
+    return list(march(upset(element), Schedule(3), Control(form, ())))
+
+
+@pytest.mark.parametrize("form", [Tangent(), Dissipation(), Delassus()], ids=lambda form: form.name.value)
+def test_forms_agree_and_the_certificate_holds(form):
+    for newton, other in zip(course(Newton()), course(form), strict=True):
+        assert other.tool_forces[0, 2] == pytest.approx(newton.tool_forces[0, 2], rel=1e-5)
+        certificate: Certificate = other.solved.certificate
+        assert max(certificate.law, certificate.cone_violation, certificate.relative_gap) < 1e-6
+
+
+def test_the_penalised_form_comes_near():
+    K = contact_penalty(system_of(upset()).candidates, 100.0)
+    *_, soft = course(Penalty(K, K))
+    assert soft.tool_forces[0, 2] == pytest.approx(course(Newton())[-1].tool_forces[0, 2], rel=2e-2)
+
+
+def test_the_law_holds_in_the_mean_and_pressures_between_points_are_positive():
+    """Where contact is posed at nodes the corners of bricks open, as a uniform pressure would pull there."""
+    last = course(Newton())[-1]
+    candidates, r = last.solved.iterate.increment.system.candidates, last.solved.r
+    closed = r[:, 0] > 0
+    top = np.unique(candidates.number[0][candidates.points[0].edges[: len(last.scene.mesh.boundary("top"))]])
+    assert closed[top].all()
+    pressure, shear = last.traction.recovered_pressure, last.traction.recovered_shear
+    assert 150.0 < pressure[top].min() < pressure[top].max() < 600.0
+    assert (shear[top] <= 0.2 * pressure[top] * (1 + 1e-12)).all()
+    sliding = closed & candidates.tangent_free & (np.linalg.norm(last.solved.iterate.motion[:, 1:], axis=1) > 1e-5)
+    assert sliding.sum() >= 4
+    np.testing.assert_allclose(np.linalg.norm(r[sliding, 1:], axis=1), 0.2 * r[sliding, 0], rtol=1e-7)
+    consistent = consistent_tractions(candidates, last.solved.iterate.balanced, r, closed)
+    for one, other in zip(consistent, (pressure, shear), strict=True):
+        np.testing.assert_allclose(one[top], other[top], rtol=1e-7, atol=1e-6)
+    assert abs(last.energies.energy_error) < 0.02
+    *_, nodal = march(upset(sampling=Sampling.NODES), Schedule(3), Control(Newton()))
+    assert (nodal.solved.r[:, 0] == 0).sum() > 5
+    # What the means leave in between is little here, and told.
+    placed = last.scene.placed(last.state.tau, last.state.translation)
+    assert 0.0 < overlap(last.scene, last.state.nodes, placed) < 2e-3
+
+
+@pytest.mark.parametrize("element", QUADRATIC)
+def test_the_tangent_and_the_rows_are_the_derivatives(element):
+    last = course(Newton(), element)[1]
+    iterate, h = last.solved.iterate, 1e-6
+    v = np.random.default_rng(2).normal(size=len(iterate.x)) * 1e-2
+    ahead, back = (iterate.increment.at(iterate.x + s * h * v) for s in (1, -1))
+    K = iterate.increment.system.body.space.matrix(iterate.tangent(last.solved.r))
+    slope = (ahead.residual - back.residual) / (2 * h)
+    np.testing.assert_allclose(K @ v, slope, atol=1e-5 * abs(slope).max())
+    rows, moved = iterate.rows, (ahead.motion - back.motion) / (2 * h)
+    np.testing.assert_allclose(rows.G_n @ v, moved[:, 0], atol=1e-9)
+    np.testing.assert_allclose((rows.G_t @ v).reshape(-1, 2), moved[rows.frictional, 1:], atol=1e-9)
+
+
+def test_a_force_presses_like_the_path_that_it_gives():
+    def scene(travel, **given):
+        tool = press(2.0, (0.0, 0.0, travel), sampling=WEIGHTED, **given)
+        return Scene(brick(2.0, 2.0, 2.0, 1, 1, 1, element=Element.H20), Geometry.SOLID, STEEL, PLANES, (tool,))
+
+    *_, driven = march(scene(-0.002), Schedule(1), Control(Newton()))
+    force = Force((0.0, 0.0, float(driven.tool_force(0)[2])))
+    *_, led = march(scene(0.0, driven_by=force), Schedule(1), Control(Newton()))
+    np.testing.assert_allclose(led.state.nodes, driven.state.nodes, atol=1e-8)
+
+
+def test_a_run_holds_the_multipliers_at_corners_and_the_forces_at_all_nodes(tmp_path):
+    scene = upset()
+    with Recorder(tmp_path, scene, (), {}, {}) as out:
+        for increment in course(Newton()):
+            out.record(increment)
+    last = open_results(tmp_path).at()
+    pressure, top = last.nodal("contact_pressure"), scene.mesh.boundary("top")
+    assert (pressure[np.unique(top[:, :4])] > 0).all()
+    assert np.isnan(pressure[np.unique(top[:, 4:])]).all()
+    total = last.nodal("contact_force").sum(axis=0)
+    np.testing.assert_allclose(total, course(Newton())[-1].tool_forces[0], rtol=1e-9)
+
+
+def test_a_coefficient_at_a_node_without_a_point_is_refused():
+    scene = upset()
+    face = scene.mesh.boundary("top")[0]
+    corner, middle = int(face[0]), int(face[4])
+    given = replace(scene, tools=(replace(scene.tools[0], mu_at={corner: 0.4}),))
+    assert system_of(given).candidates.mu.max() == 0.4
+    refused(lambda: replace(scene, tools=(replace(scene.tools[0], mu_at={middle: 0.4}),)), f"mu_at node = {middle}")
