@@ -150,7 +150,7 @@ def test_who_imports_library_or_studies_keeps_the_handlers_of_signals():
 
 def test_a_study_that_is_called_leaves_the_handlers_as_they_were(tmp_path):
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
-    from studies import fuzz
+    from studies.fuzz import __main__ as fuzz
 
     assert fuzz.main(["--scenes", "0", "--shaped", "0", "--solid", "0", "--coulomb", "0", "--out", str(tmp_path)]) == 0
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)] == before
