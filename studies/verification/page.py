@@ -7,7 +7,8 @@ import re
 from collections.abc import Sequence
 from itertools import groupby
 
-from studies.comparison_page import brief, table
+from studies.comparison_page import table
+from studies.comparison_tables import brief
 from studies.verification.case import NO, YES, Asked, Case, Row, Sense
 from studies.verification.forms import CERTIFICATE, CONIC, OTHERS, judged_on
 
