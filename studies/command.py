@@ -17,6 +17,8 @@ from studies.stopping import stoppable
 REFUSED = 2
 """Exit code of input that is refused, of a march that stopped, and of results that cannot be kept."""
 
+HELP = frozenset({"-h", "--help"})
+
 Arguments = ParamSpec("Arguments")
 
 
@@ -33,6 +35,12 @@ def command(main: Callable[Arguments, int]) -> Callable[Arguments, int]:
             with stoppable() as stop, flushed():
                 try:
                     return main(*given, **named)
+                except BrokenPipeError:
+                    # Before Python 3.11.4 a parser that prints its help into an unbuffered pipe says this.
+                    if HELP.isdisjoint(sys.argv):
+                        raise
+                    _mute(sys.stdout)
+                    return 0
                 except Exception as error:
                     # Compiled modules make another exception of the interrupt that reaches them.
                     if stop.came is not None:

@@ -64,9 +64,13 @@ def test_what_compiled_code_prints_goes_into_no_file_in_the_place_of_a_closed_st
     assert (tmp_path / "lines.csv").read_text() == "kept"
 
 
-def test_a_help_that_nobody_reads_is_quiet(broken_pipe):
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_a_help_that_nobody_reads_is_quiet(broken_pipe, unbuffered):
     command = [sys.executable, "-m", "studies.penalty_round_off", "--help"]
-    ended = subprocess.run(command, cwd=ROOT, stdout=broken_pipe, stderr=subprocess.PIPE, text=True, check=False)
+    env = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+    ended = subprocess.run(
+        command, cwd=ROOT, stdout=broken_pipe, stderr=subprocess.PIPE, text=True, check=False, env=env
+    )
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
