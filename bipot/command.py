@@ -30,14 +30,32 @@ DPI = 150
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command: 0, or 2 with one sentence on stderr where something is refused."""
+    """Run the command: 0, or 2 with one sentence on stderr where something is refused.
+
+    Where nobody reads what it prints any more, the rest goes nowhere.
+    """
+    try:
+        try:
+            return _run(argv)
+        finally:
+            # A help is printed by a parser that ends the program.
+            sys.stdout.flush()
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _run(argv: Sequence[str] | None) -> int:
     asked = _parser().parse_args(argv)
     try:
-        _say(asked.run_command(asked))
+        words = asked.run_command(asked)
     except (BipotError, OSError) as error:
         # One line, whatever a name in it holds.
         print("error: " + " ".join(str(error).split()), file=sys.stderr)
         return REFUSED
+    encoding = sys.stdout.encoding or "utf-8"
+    # In the letters that the terminal knows.
+    print(words.encode(encoding, "backslashreplace").decode(encoding))
     return 0
 
 
@@ -143,12 +161,3 @@ def _parser() -> argparse.ArgumentParser:
     add_picture_options(drawn)
     drawn.set_defaults(run_command=lambda asked: str(picture(asked)))
     return parser
-
-
-def _say(text: str) -> None:
-    """Print, in the letters that the terminal knows; where nobody reads it any more, the rest goes nowhere."""
-    encoding = sys.stdout.encoding or "utf-8"
-    try:
-        print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
-    except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -65,8 +65,11 @@ def test_what_compiled_code_prints_goes_into_no_file_in_the_place_of_a_closed_st
 
 
 @pytest.mark.parametrize("unbuffered", ["", "1"])
-def test_a_help_that_nobody_reads_is_quiet(broken_pipe, unbuffered):
-    command = [sys.executable, "-m", "studies.penalty_round_off", "--help"]
+@pytest.mark.parametrize(
+    "told", [["-m", "studies.penalty_round_off"], ["-c", "from bipot import command; command.main()"]]
+)
+def test_a_help_that_nobody_reads_is_quiet(broken_pipe, unbuffered, told):
+    command = [sys.executable, *told, "--help"]
     env = os.environ | {"PYTHONUNBUFFERED": unbuffered}
     ended = subprocess.run(
         command, cwd=ROOT, stdout=broken_pipe, stderr=subprocess.PIPE, text=True, check=False, env=env
