@@ -7,7 +7,6 @@ becomes of Ctrl-C while all that is imported, which takes seconds: a sentence. :
 import os
 import signal
 import sys
-from pathlib import Path
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C or SIGTERM."""
@@ -39,8 +38,8 @@ def _begin() -> None:
             # The lowest number that is free: what compiled code prints goes nowhere, and not into a table.
             os.open(os.devnull, os.O_RDWR)
     # Python leaves None in the place of a closed stream, and some versions of NumPy ask it for its ``write``.
-    sys.stdout = sys.stdout or Path(os.devnull).open("w", encoding="utf-8")
-    sys.stderr = sys.stderr or Path(os.devnull).open("w", encoding="utf-8")
+    sys.stdout = sys.stdout or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8")
+    sys.stderr = sys.stderr or os.fdopen(os.open(os.devnull, os.O_WRONLY), "w", encoding="utf-8")
 
 
 # Python says "-m" until it has found the module to run: here a study or a benchmark runs, nobody imports one.
