@@ -1,8 +1,11 @@
 """The fuzz study: variants of a scene, outcomes of a run, discrete problems, and what its table says."""
 
 import csv
+import subprocess
+import sys
 import warnings
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,14 +17,16 @@ from studies.flat import axis_of, flat
 from studies.fuzz import __main__ as fuzz
 from studies.fuzz import coulomb as fuzz_coulomb
 from studies.fuzz import judge as fuzz_judge
+from studies.fuzz import tasks
 from studies.fuzz import whole as fuzz_whole
-from studies.fuzz.row import HEADER, Outcome, Row
+from studies.fuzz.row import FAILURES, HEADER, Outcome, Row
 from studies.fuzz.scenes import draw
 from studies.fuzz.unfolded import unfolded
 from studies.fuzz.variants import mirrored, renumbered, variants
 from studies.fuzz.whole import difference
 from tests.scenes import with_course
 
+ROOT = Path(__file__).parents[1]
 GOOD_SEED = 7
 NO_OTHERS = ["--shaped", "0", "--solid", "0", "--coulomb", "0"]
 
@@ -233,7 +238,7 @@ def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
         "worst_residual", "worst_law", "worst_disagreement", "seconds",
     ]  # fmt: skip
     assert [row[1].split()[0] for row in lines] == ["scene", "shaped", "coulomb", "coulomb", "coulomb"]
-    assert code == int(any(row[3] in fuzz.FAILURES for row in lines))
+    assert code == int(any(row[3] in FAILURES for row in lines))
     said = capsys.readouterr().out.splitlines()[-1]
     assert sum(int(part.split()[0]) for part in said.split(", ")) == 5
     assert fuzz.main(line) == code
@@ -241,10 +246,17 @@ def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == said
 
 
-@pytest.mark.parametrize(("outcome", "code"), [(o, int(o.value in fuzz.FAILURES)) for o in Outcome])
+def test_processes_find_what_they_are_given(tmp_path):
+    command = [sys.executable, "-m", "studies.fuzz", *NO_OTHERS, "--scenes", "0", "--coulomb", "2", "--jobs", "2"]
+    ended = subprocess.run([*command, "--out", tmp_path], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (0, "")
+    assert len(table_of(tmp_path)) == 3
+
+
+@pytest.mark.parametrize(("outcome", "code"), [(o, int(o.value in FAILURES)) for o in Outcome])
 def test_exit_code_says_whether_anything_is_wrong(tmp_path, monkeypatch, outcome, code):
     row = Row(0, "scene block", "tangent", outcome, "a\nreason", 1, 0.0, 0.0, 0.0, 0.0)
-    monkeypatch.setitem(fuzz.JUDGES, "scene", lambda seed: replace(row, seed=seed))
+    monkeypatch.setitem(tasks.JUDGES, "scene", lambda seed: replace(row, seed=seed))
     assert fuzz.main(["--scenes", "2", *NO_OTHERS, "--out", str(tmp_path)]) == code
 
 
@@ -254,7 +266,7 @@ def test_ctrl_c_is_quiet_and_keeps_what_is_done(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return Row(seed, "scene block", "tangent", Outcome.CERTIFIED, "", 1, 0.0, 0.0, 0.0, 0.0)
 
-    monkeypatch.setitem(fuzz.JUDGES, "scene", stop)
+    monkeypatch.setitem(tasks.JUDGES, "scene", stop)
     assert fuzz.main(["--scenes", "3", *NO_OTHERS, "--out", str(tmp_path)]) == 130
     assert len(table_of(tmp_path)) == 2
 

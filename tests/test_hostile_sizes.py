@@ -28,6 +28,8 @@ from bipot.basics import machine
 from bipot.meshes.elements import elements_of
 from studies import convergence, coulomb_profiles, hard_cases, landings, penalty_vs_conic
 from studies.fuzz import __main__ as fuzz
+from studies.fuzz import tasks
+from studies.fuzz.row import Table
 
 ROOT = Path(__file__).parents[1]
 HUGE = 10**5
@@ -197,9 +199,9 @@ def test_the_upsetting_says_what_does_not_fit_before_it_asks_for_memory(asked, w
 
 def test_any_number_of_scenes_may_be_asked_for(tmp_path):
     """They are made as they are needed."""
-    taken = fuzz.tasks(7, {"scene": 10**12, "coulomb": 10**30})
+    taken = tasks.tasks(7, {"scene": 10**12, "coulomb": 10**30})
     assert [next(taken) for _ in range(3)] == [("scene", 7), ("scene", 8), ("scene", 9)]
-    table = fuzz.Table(tmp_path / "fuzz.csv")
+    table = Table(tmp_path / "fuzz.csv")
     assert table.has(0, {"scene": 10**30, "coulomb": 10**12}) == 0
 
 

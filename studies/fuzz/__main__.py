@@ -27,69 +27,22 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
-from bipot.progress import Progress, terminal
+from bipot.progress import terminal
 from bipot.results import Existing
 from studies.command import command, say
-from studies.fuzz.coulomb import judge_coulomb
-from studies.fuzz.judge import judge_scene, judge_shaped
-from studies.fuzz.row import FAILURES, Outcome, Row, Table
-from studies.fuzz.solid import judge_solid
+from studies.fuzz.row import Outcome, Table
+from studies.fuzz.tasks import study
 from studies.options import count, processes
 from studies.outputs import add_options
-from studies.pool import completed
-
-
-class Task(NamedTuple):
-    """A scene or a problem by its seed."""
-
-    kind: str
-    seed: int
-
-
-JUDGES: dict[str, Callable[[int], Row]] = {
-    "scene": judge_scene,
-    "shaped": judge_shaped,
-    "solid": judge_solid,
-    "coulomb": judge_coulomb,
-}
 
 OPTIONS = {"scene": "scenes", "shaped": "shaped", "solid": "solid", "coulomb": "coulomb"}
 """Which option says how many of a kind."""
 
 FAST = {"scene": 10, "shaped": 10, "solid": 5, "coulomb": 50}
 """The most of each kind where a run is to be short."""
-
-
-def judged(task: Task) -> Row:
-    """The row of a task: what a process is given."""
-    return JUDGES[task.kind](task.seed)
-
-
-def tasks(seed: int, numbers: Mapping[str, int]) -> Iterator[Task]:
-    """The ``numbers`` of each kind from ``seed`` on, one after the other."""
-    for kind, number in numbers.items():
-        yield from (Task(kind, seed + k) for k in range(number))
-
-
-def study(table: Table, seed: int, numbers: Mapping[str, int], jobs: int, progress: Progress) -> None:
-    """Fill the table with what it lacks, from ``jobs`` processes (one: this one); failures are shown as they come."""
-    todo = (task for task in tasks(seed, numbers) if task not in table.done)
-    left = sum(numbers.values()) - table.has(seed, numbers)
-    progress.start("fuzz")
-    try:
-        with closing(completed(judged, todo, jobs if jobs > 1 else 0)) as rows:
-            for done, row in enumerate(rows, 1):
-                table.add(row)
-                if row.outcome.value in FAILURES:
-                    say(f"{row.outcome.value}: {row.kind}, seed {row.seed}, {row.form}: {row.reason[:160]}")
-                progress.advance(done / left)
-    finally:
-        progress.close()
 
 
 def counts(table: Table) -> str:
