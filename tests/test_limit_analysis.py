@@ -131,6 +131,23 @@ def test_a_basis_of_motions_that_keep_the_volume_has_the_same_limit_load(make, m
     assert limit_load(make()).multiple == pytest.approx(found, rel=1e-7)
 
 
+@pytest.mark.parametrize("volume", [VolumeChange.AS_IS, VolumeChange.P0])
+def test_an_answer_that_changes_the_volume_a_little_is_corrected(volume, monkeypatch):
+    """Interior points may end a little outside the bound: the nearest motion that keeps the volume is as good."""
+
+    def disturbed(program, solver, accuracy):
+        v = SPARSE(program, solver, accuracy)
+        return v + 1e-8 * np.abs(v).max() * np.random.default_rng(1).standard_normal(v.shape)
+
+    scene = strip(mesh=block(4.0, 1.0, 8, 4, element=Element.Q8), quadrature=Quadrature.GAUSS2, volume=volume)
+    found = limit_load(scene).multiple
+    monkeypatch.setattr(LimitProgram, "motion", disturbed)
+    assert limit_load(scene).multiple == pytest.approx(found, rel=1e-6)
+    monkeypatch.setattr(LimitProgram, "nearest", lambda program, v: v)
+    with pytest.raises(ProgramError, match="changes volume"):
+        limit_load(scene)
+
+
 def test_where_volumes_are_projected_no_basis_is_asked_for(monkeypatch):
     monkeypatch.setattr(LimitProgram, "motion", refused_before_the_basis)
     with pytest.raises(ProgramError, match="not today"):
