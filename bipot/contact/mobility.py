@@ -43,15 +43,16 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     """Of the points (p,) of the tool of that ``number``, of whose mean a half may be beyond a plane of symmetry or an
     axis.
 
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
-    curved tool that is not its own mirror image tangents turn, and it and its image both rub.
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own, and so has
+    every mean at a tool that is not its own mirror image. Along such a tool that is curved tangents turn, and it and
+    its image both rub.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))
-    if scene.ring and _stays(scene, number, RADIAL):
+    if scene.ring and _stays(scene, number, own, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
-        if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
+        if isinstance(support, Symmetry) and _stays(scene, number, own, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
             there &= ~_stopped(scene, own, support.along(d))
             left[there] = across(left[there], support.along(d))
@@ -71,10 +72,15 @@ def _stopped(scene: Scene, own: Points, normal: Vector) -> Bools:
     return out
 
 
-def _stays(scene: Scene, number: int, normal: Vector) -> bool:
-    """Whether the tangents of the tool of that ``number`` stay as they are in the plane of that normal, or the axis."""
+def _stays(scene: Scene, number: int, own: Points, normal: Vector) -> bool:
+    """Whether what the tool of that ``number`` meets in the plane of that normal, or the axis, goes along that alone.
+
+    Nodes do at a flat tool; a mean does where the tool is its own mirror image, for another meets one half only.
+    """
     tool = scene.tools[number]
-    return tool.flat or any(plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal))
+    return (tool.flat and not own.weighted) or any(
+        plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal)
+    )
 
 
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:

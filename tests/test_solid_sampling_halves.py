@@ -1,0 +1,79 @@
+"""Weighted means on faces that end at planes of symmetry: a half is the whole body under tools and their images."""
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Bounds,
+    Control,
+    Elasticity,
+    Element,
+    FlatTool,
+    Geometry,
+    Limits,
+    Mesh,
+    Newton,
+    Perfect,
+    Sampling,
+    Scene,
+    Schedule,
+    Support,
+    Symmetry,
+    VonMises,
+    brick,
+    march,
+)
+
+STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
+BASE = tuple(Support("base", d) for d in range(3))
+TIGHT = Limits(Bounds(equilibrium=1e-12, penetration=1e-15))
+QUADRATIC = (Element.H20, Element.T10)
+
+
+def askew(names, side):
+    """A punch that leans out of the plane x = 0 by about six degrees, and touches the body first in it."""
+    normal = np.array([side * 0.1, 0.0, -1.0])
+    normal /= np.linalg.norm(normal)
+    return FlatTool((0.0, 0.0, 2.0), tuple(normal), (0.0, 0.01, -0.05), names, 0.2, sampling=Sampling.WEIGHTED)
+
+
+def course_of(mesh, supports, tools):
+    scene = Scene(mesh, Geometry.SOLID, STEEL, supports, tools)
+    return list(march(scene, Schedule(3, first=0.02, settling=1, growth=4.0), Control(Newton(), (), limits=TIGHT)))
+
+
+def half(element):
+    return brick(2.0, 2.0, 2.0, 2, 1, 1, element=element)
+
+
+def mirrored_twice(mesh):
+    """The body with its mirror image in x = 0, whose sides have names that begin with "other"."""
+    flip = np.array([-1.0, 1.0, 1.0])
+    on = np.flatnonzero(mesh.nodes[:, 0] == 0.0)
+    number = np.arange(len(mesh.nodes)) + len(mesh.nodes)
+    number[on] = on
+    kept = np.setdiff1d(np.arange(len(mesh.nodes)), on)
+    number[kept] = len(mesh.nodes) + np.arange(len(kept))
+    nodes = np.vstack([mesh.nodes, mesh.nodes[kept] * flip])
+    elements = np.vstack([mesh.elements, number[mesh.elements[:, mesh.element.mirrored]]])
+    own = {name: faces for name, faces in mesh.boundaries.items() if name != "left"}
+    return Mesh(nodes, elements, own | {f"other {name}": number[faces] for name, faces in own.items()}), number
+
+
+@pytest.mark.parametrize("element", QUADRATIC)
+def test_a_tool_askew_to_a_plane_of_symmetry_meets_its_own_half_of_the_body(element):
+    """In the plane the whole body has two points, of a tool and of its mirror image."""
+    mesh = half(element)
+    alone = course_of(mesh, (*BASE, Symmetry("left", 0)), (askew(("top",), -1.0),))
+    whole, image = mirrored_twice(mesh)
+    held = (*BASE, *(Support("other base", d) for d in range(3)))
+    together = course_of(whole, held, (askew(("top",), -1.0), askew(("other top",), 1.0)))
+    assert [a.state.tau for a in alone] == [a.state.tau for a in together]
+    one, both = alone[-1], together[-1]
+    np.testing.assert_allclose(both.state.nodes[: len(mesh.nodes)], one.state.nodes, atol=1e-8)
+    np.testing.assert_allclose(both.state.nodes[image] * (-1, 1, 1), one.state.nodes, atol=1e-8)
+    np.testing.assert_allclose(both.tool_forces[0], one.tool_forces[0], rtol=1e-6)
+    assert abs(one.tool_forces[0, 0]) > 0.05 * abs(one.tool_forces[0, 2])
+    candidates = one.solved.iterate.increment.system.candidates
+    gap = candidates.distance(one.state.nodes, one.scene.placed(1.0, one.state.translation))
+    np.testing.assert_allclose(one.state.gap, gap, atol=1e-14)
