@@ -1,5 +1,7 @@
 """Weighted means on faces that end at planes of symmetry: a half is the whole body under tools and their images."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ from bipot import (
     brick,
     march,
 )
+from bipot.system import system_of
 
 STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 BASE = tuple(Support("base", d) for d in range(3))
@@ -77,3 +80,45 @@ def test_a_tool_askew_to_a_plane_of_symmetry_meets_its_own_half_of_the_body(elem
     candidates = one.solved.iterate.increment.system.candidates
     gap = candidates.distance(one.state.nodes, one.scene.placed(1.0, one.state.translation))
     np.testing.assert_allclose(one.state.gap, gap, atol=1e-14)
+
+
+def skewed(element):
+    """Half a body of which one side of a ridge, aslant to the plane x = 0, goes on beyond it and the other does not."""
+    mesh = brick(1.0, 2.0, 1.0, 1, 2, 1, element=element)
+    x, y, z = mesh.nodes.T
+    return Mesh(np.column_stack([x, y - x, z - 0.9 * np.maximum(y - 1.0, 0.0)]), mesh.elements, mesh.boundaries)
+
+
+def in_one_point(element):
+    """Half a body of which the tool is given what touches the plane x = 0 in single nodes only."""
+    mesh = brick(2.0, 2.0, 1.0, 2, 2, 1, element=element)
+    top = mesh.boundary("top")
+    beside = (mesh.nodes[top, 0] == 0.0).sum(axis=1) == 1
+    return Mesh(mesh.nodes, mesh.elements, dict(mesh.boundaries) | {"top": top[beside]})
+
+
+BODIES = {
+    "flat": half(Element.H20),
+    "flat, of tetrahedra": half(Element.T10),
+    "a ridge": skewed(Element.H20),
+    "a ridge, of tetrahedra": skewed(Element.T10),
+    "in one point": in_one_point(Element.T10),
+}
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_means_move_as_those_of_the_whole_body_where_that_moves_as_a_mirror_image(name):
+    mesh = BODIES[name]
+    whole, image = mirrored_twice(mesh)
+    tool = FlatTool((0.0, 0.0, 3.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.2, sampling=Sampling.WEIGHTED)
+    one = system_of(Scene(mesh, Geometry.SOLID, STEEL, (*BASE, Symmetry("left", 0)), (tool,))).candidates
+    both = replace(tool, candidates=("top", "other top"))
+    together = system_of(Scene(whole, Geometry.SOLID, STEEL, BASE, (both,))).candidates
+    u = np.random.default_rng(1).normal(size=mesh.nodes.shape)
+    u[mesh.nodes[:, 0] == 0.0, 0] = 0.0
+    moved = np.zeros_like(whole.nodes)
+    moved[image], moved[: len(u)] = u * (-1, 1, 1), u
+    ways = together.means.motion(moved)
+    for node, way in zip(one.node, one.means.motion(u), strict=True):
+        assert np.abs(ways[together.node == node] - way).max(axis=1).min() < 1e-14
+    assert (np.abs(u[one.node, 0]) == 0.0).any()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact.creases import creased
+from bipot.contact.creases import beyond
 from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
@@ -54,21 +54,23 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     for support in scene.supports:
         if isinstance(support, Symmetry) and _stays(scene, number, own, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
-            there &= ~_stopped(scene, own, support.along(d))
+            there &= _goes_on(scene, own, there, support.along(d))
             left[there] = across(left[there], support.along(d))
             if own.weighted and d == 3:
                 within[there] = across(within[there], support.along(d))
     return Mirrored(np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within)
 
 
-def _stopped(scene: Scene, own: Points, normal: Vector) -> Bools:
-    """Whether the mean of points (p,) on a plane of symmetry with the unit ``normal`` stops there.
+def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
+    """Whether the mean of points (p,), of which those ``there`` are on a plane of symmetry, goes on beyond it.
 
-    That of a node by itself is that of its mirror image too.
+    It does where one of its facets does. That of a node by itself is that of its mirror image too.
     """
-    out = np.zeros(len(own.node), dtype=bool)
-    if own.weighted:
-        np.logical_or.at(out, own.edges, creased(scene.mesh.nodes, own.lines, normal))
+    if not own.weighted:
+        return there
+    inside, out = np.zeros(len(scene.mesh.nodes), dtype=bool), np.zeros_like(there)
+    inside[own.node[there]] = True
+    np.logical_or.at(out, own.edges, beyond(scene.mesh.nodes, own.lines, inside, normal))
     return out
 
 
