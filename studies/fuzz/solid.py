@@ -17,6 +17,7 @@ from studies.fuzz.record import reported_unique
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_contacts import touching
+from studies.fuzz.solid_held import freed
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
 from studies.fuzz.solid_variants import SolidVariant, variants
@@ -108,22 +109,25 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
 
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
-    """Contact forces as vectors (tools a, 3) on nodes."""
-    c, count = touching(scene, accepted), len(scene.mesh.nodes)
-    out = np.zeros((len(scene.tools), count, 3))
-    np.add.at(out, (c.tool, c.node), c.vectors(accepted.state.forces))
-    return out
+    """Contact forces (tools, a, 3) as vectors on nodes, without what supports take of them: that may be open."""
+    c = touching(scene, accepted)
+    vectors, own = c.vectors(accepted.state.forces), c.tool == np.arange(len(scene.tools))[:, None]
+    every = np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0)) for mine in own])
+    return np.einsum("aij,kaj->kai", freed(scene), every)
 
 
-def disagreement(base: Ran, other: Ran, seen: SolidVariant) -> float:
-    """Largest difference of nodal forces over the runs' largest, while both took the same increments to one answer."""
+def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -> float:
+    """Largest difference of nodal forces over the runs' largest, while both took the same increments to one answer.
+
+    Forces within twice the ``resolution`` are not told apart.
+    """
     off, most = 0.0, 0.0
     for a, b in zip(base.steps, other.steps, strict=False):
         if not (abs(a.state.tau - b.state.tau) <= 1e-12 and reported_unique(a) and reported_unique(b)):
             break
         mine = nodal_forces(base.scene, a)
         theirs = nodal_forces(other.scene, b)[:, seen.number] @ seen.turn / seen.force
-        off = max(off, float(np.abs(mine - theirs).max(initial=0.0)))
+        off = max(off, float(np.abs(mine - theirs).max(initial=0.0)) - 2 * resolution)
         most = max(most, float(np.abs(mine).max(initial=0.0)))
     return off / most if off else 0.0
 
@@ -132,10 +136,10 @@ def judged(row: Row, drawn: Drawn, others: list[SolidVariant]) -> Row:
     """The row of a scene with its ``others``."""
     base, exact = run(drawn, drawn.scene), drawn.form != "penalty"
     wrong, found = faults(base, exact)
-    worst = 0.0
+    worst, resolution = 0.0, max((m.resolution for m in found), default=0.0)
     for seen in others:
         other = run(drawn, seen.scene)
-        worst = max(worst, off := disagreement(base, other, seen))
+        worst = max(worst, off := disagreement(base, other, seen, resolution))
         wrong += [f"{seen.name}: {what}" for what in faults(other, exact)[0][:1]]
         if not off <= DISAGREEMENT:
             wrong.append(f"{seen.name}: forces differ by {off:.1e}")

@@ -1,4 +1,4 @@
-"""A body in space seen otherwise: in other units, with its axes exchanged, mirrored, and numbered otherwise."""
+"""A body in space seen otherwise: in other units, with its axes exchanged, mirrored, turned, and numbered otherwise."""
 
 from __future__ import annotations
 
@@ -14,17 +14,21 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
-from bipot.typing import Floats, Ints
-from studies.flat import axis_of, flat_tools
+from bipot.typing import Floats, Ints, Vector
+from studies.flat import flat_tools
+from studies.fuzz.solid_held import direction_of
 from studies.fuzz.variants import hardened_in
 from studies.independent.solid import places
+
+TURNED = 0.5
+"""Of the scenes are turned by any angle, the others' axes exchanged."""
 
 
 @dataclass(frozen=True)
 class SolidVariant:
     """A scene that is the original seen otherwise: original vectors are vectors[number] @ turn over their unit.
 
-    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection that exchanges axes.
+    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection.
     """
 
     name: str
@@ -36,13 +40,15 @@ class SolidVariant:
 
 
 def variants(scene: Scene, seed: int) -> list[SolidVariant]:
-    """One of each kind, drawn from ``seed``."""
+    """One of each kind, drawn from ``seed``; of two scenes one is turned by any angle, the other as axes allow it."""
     rng = np.random.default_rng([seed, 21])
     turn = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+    if rng.random() < TURNED:
+        turn = _any_turn(rng)
     nodes, elements = rng.permutation(len(scene.mesh.nodes)), rng.permutation(len(scene.mesh.elements))
     return [
         in_units(scene, 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6)),
-        exchanged(scene, turn),
+        turned(scene, turn),
         renumbered(scene, nodes, elements, rng),
     ]
 
@@ -85,30 +91,34 @@ def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
     return SolidVariant("units", other, np.arange(len(mesh.nodes)), np.eye(3), length, force)
 
 
-def exchanged(scene: Scene, turn: Floats) -> SolidVariant:
-    """Axes exchanged and reversed: the new vector of v is turn v; frames of friction are others."""
-    mesh = scene.mesh
+def turned(scene: Scene, turn: Floats) -> SolidVariant:
+    """The new vector of v is ``turn`` v: axes exchanged and reversed, or any rotation or reflection.
+
+    Frames of friction are others, and supports along axes are along none where these stay none.
+    """
+    mesh, straight = scene.mesh, exchanges(turn)
     order = np.arange(mesh.element.nodes) if np.linalg.det(turn) > 0 else mesh.element.mirrored
     to, sign = np.argmax(np.abs(turn), axis=0), turn.sum(axis=0)
 
     def of(vector: tuple[float, ...]) -> tuple[float, ...]:
         return tuple((turn @ np.array(vector) + 0.0).tolist())
 
-    def path(one: Path) -> Path:
-        # Multiples of components change places, not signs: the travel has these.
-        return tuple((tau, _exchanged(multiple, to)) for tau, multiple in one)
-
     def tool(one: FlatTool) -> FlatTool:
         drive = one.driven_by
         force = None if drive is None else Force(of(drive.vector), drive.amplitude)
-        point, normal, travel = of(one.point), of(one.normal), of(one.travel)
-        return replace(one, point=point, normal=normal, travel=travel, path=path(one.path), driven_by=force)
+        travel, path = _gone(one, turn)
+        return replace(
+            one, point=of(one.point), normal=_unit(of(one.normal)), travel=travel, path=path, driven_by=force
+        )
 
     def support(one: Support) -> Support:
-        axis = axis_of(one)
+        if not (straight and isinstance(one.direction, int)):
+            x, y, z = of(tuple(direction_of(one).tolist()))
+            return replace(one, direction=_unit((x, y, z)))
         if isinstance(one, Prescribed):
-            return replace(one, direction=int(to[axis]), displacement=one.displacement * float(sign[axis]) + 0.0)
-        return replace(one, direction=int(to[axis]))
+            far = one.displacement * float(sign[one.direction]) + 0.0
+            return replace(one, direction=int(to[one.direction]), displacement=far)
+        return replace(one, direction=int(to[one.direction]))
 
     def load(one: Load) -> Load:
         return replace(one, vector=of(one.vector)) if isinstance(one, BodyForce | Traction | PointForce) else one
@@ -120,7 +130,35 @@ def exchanged(scene: Scene, turn: Floats) -> SolidVariant:
         supports=tuple(map(support, scene.supports)),
         loads=tuple(map(load, scene.loads)),
     )
-    return SolidVariant("exchanged", other, np.arange(len(mesh.nodes)), turn)
+    return SolidVariant("exchanged" if straight else "turned", other, np.arange(len(mesh.nodes)), turn)
+
+
+def exchanges(turn: Floats) -> bool:
+    """Whether axes stay axes."""
+    return bool((np.count_nonzero(turn, axis=0) == 1).all())
+
+
+def _unit(vector: Vector) -> Vector:
+    return tuple((np.array(vector) / np.linalg.norm(vector)).tolist())
+
+
+def _any_turn(rng: np.random.Generator) -> Floats:
+    """Any rotation, or one with a reflection."""
+    Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
+    return Q * np.sign(np.diag(R))
+
+
+def _gone(tool: FlatTool, turn: Floats) -> tuple[Vector, Path]:
+    """Travel and path: multiples of components change places, not signs, or are those of other components."""
+    if exchanges(turn):
+        to = np.argmax(np.abs(turn), axis=0)
+        travel = tuple((turn @ np.array(tool.travel) + 0.0).tolist())
+        return travel, tuple((tau, _exchanged(multiple, to)) for tau, multiple in tool.path)
+    if all(np.size(multiple) == 1 for _, multiple in tool.path):
+        return tuple((turn @ np.array(tool.travel) + 0.0).tolist()), tool.path
+    size = float(np.abs(tool.travel).max()) or 1.0
+    path = [(tau, turn @ np.multiply(multiple, tool.travel) / size) for tau, multiple in tool.path]
+    return (size, size, size), tuple((tau, tuple((multiple + 0.0).tolist())) for tau, multiple in path)
 
 
 def _exchanged(multiple: float | tuple[float, ...], to: Ints) -> float | tuple[float, ...]:
