@@ -13,6 +13,7 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Schedule, system_of
+from bipot.scene.loads import PointForce, Traction
 from bipot.scene.supports import Prescribed
 from studies.fuzz.judge import Ran, run
 from studies.fuzz.scenes import Drawn
@@ -21,7 +22,8 @@ from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_held import freed, prescribed_at
 from studies.fuzz.solid_points import posed
 from studies.fuzz.solid_scenes import draw_solid
-from studies.fuzz.solid_variants import exchanges, turned
+from studies.fuzz.solid_unfolded import unfolded
+from studies.fuzz.solid_variants import turned
 from tests.scenes import with_course
 from tests.solids import curved
 from tests.solids import turned as rotation
@@ -131,7 +133,7 @@ def test_planted_errors_are_found(name, measure, change):
 def test_turned_by_any_angle_a_body_has_the_same_forces(name):
     found, ran = drawn(name)
     seen = turned(found.scene, Q * (1.0, -1.0, 1.0))
-    assert (seen.name, exchanges(seen.turn)) == ("turned", False)
+    assert seen.name == "turned"
     other = run(found, seen.scene)
     assert faults(other, exact=True)[0] == []
     assert disagreement(ran, other, seen, 0.0) < 1e-7
@@ -153,3 +155,17 @@ def test_weighted_contact_leaning_sides_and_slants_are_drawn():
         assert 3 <= sum(word in found.kind.split() for found in kinds) <= 20
     planes = [s for found in kinds for s in found.scene.supports if isinstance(s, Symmetry)]
     assert {type(plane.direction) for plane in planes} == {int, tuple}
+
+
+@pytest.mark.parametrize("lean", [0.0, -0.05], ids=["cut", "askew"])
+def test_unfolded_a_body_has_the_same_forces_on_each_half(lean):
+    found, _ = drawn("weighted")
+    tool = punch((lean, 0.0, -1.0), ("top", "right"), (0.0, 0.08, -0.02), mu_at={6: 0.3})
+    loads = PointForce(4, (0.0, 1.0, 2.0)), Traction("back", (1.0, 2.0, 0.0))
+    scene = replace(found.scene, tools=(tool,), loads=loads)
+    ran, seen = run(found, scene), unfolded(scene, PLANES[0])
+    other = run(found, seen.scene)
+    assert (ran.reason, other.reason, len(other.scene.tools)) == ("", "", 1 if lean == 0 else 2)
+    assert disagreement(ran, other, seen, 0.0) < 1e-7
+    wrong = [with_course(a, state=replace(a.state, forces=0.999 * a.state.forces)) for a in ran.steps]
+    assert disagreement(replace(ran, steps=wrong), other, seen, 0.0) > 5e-4

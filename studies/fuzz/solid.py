@@ -11,6 +11,7 @@ from bipot.certificate import Bounds
 from bipot.errors import BipotError
 from bipot.marching import Accepted
 from bipot.scene.scene import Scene
+from bipot.scene.supports import Symmetry
 from bipot.typing import Floats
 from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, run
 from studies.fuzz.record import reported_unique
@@ -20,6 +21,7 @@ from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_held import freed
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_unfolded import unfolded
 from studies.fuzz.solid_variants import SolidVariant, variants
 
 TEN = 10.0
@@ -60,10 +62,20 @@ def _known(seed: int, others: bool) -> Iterator[Row]:
     try:
         drawn = draw_solid(seed)
         yield (row := replace(row, kind=f"solid {drawn.kind}", form=drawn.form))
-        yield judged(row, drawn, variants(drawn.scene, seed) if others else [])
+        yield judged(row, drawn, _others(drawn, seed) if others else [])
     except BipotError as error:
         # A scene or variant that is refused when it is made.
         yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
+
+
+def _others(drawn: Drawn, seed: int) -> list[SolidVariant]:
+    """What the scene is run as besides, about one plane of symmetry unfolded, if it has any.
+
+    Penalties are a law of every point's, which a plane of symmetry would halve.
+    """
+    planes = [support for support in drawn.scene.supports if isinstance(support, Symmetry)]
+    chosen = planes[seed % len(planes)] if planes and drawn.form != "penalty" else None
+    return variants(drawn.scene, seed) + ([] if chosen is None else [unfolded(drawn.scene, chosen)])
 
 
 def measured(ran: Ran) -> list[SolidMeasures]:
@@ -123,10 +135,11 @@ def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -
     """
     off, most = 0.0, 0.0
     for a, b in zip(base.steps, other.steps, strict=False):
-        if not (abs(a.state.tau - b.state.tau) <= 1e-12 and reported_unique(a) and reported_unique(b)):
+        same = abs(a.state.tau - b.state.tau) <= 1e-12
+        if not (same and reported_unique(a) and reported_unique(b) and seen.tells(b.state.nodes)):
             break
         mine = nodal_forces(base.scene, a)
-        theirs = nodal_forces(other.scene, b)[:, seen.number] @ seen.turn / seen.force
+        theirs = nodal_forces(other.scene, b)[: len(mine), seen.number] @ seen.turn / (seen.force * seen.weight)
         off = max(off, float(np.abs(mine - theirs).max(initial=0.0)) - 2 * resolution)
         most = max(most, float(np.abs(mine).max(initial=0.0)))
     return off / most if off else 0.0

@@ -8,15 +8,14 @@ import numpy as np
 
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.mesh import Mesh
-from bipot.paths import Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
-from bipot.typing import Floats, Ints, Vector
+from bipot.typing import Floats, Ints
 from studies.flat import flat_tools
-from studies.fuzz.solid_held import direction_of
+from studies.fuzz.solid_turned import Turned
 from studies.fuzz.variants import hardened_in
 from studies.independent.solid import places
 
@@ -28,7 +27,8 @@ TURNED = 0.5
 class SolidVariant:
     """A scene that is the original seen otherwise: original vectors are vectors[number] @ turn over their unit.
 
-    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection.
+    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection. Forces of tools on nodes
+    (tools, a, 3) are ``weight`` times the original ones.
     """
 
     name: str
@@ -37,6 +37,11 @@ class SolidVariant:
     turn: Floats
     length: float = 1.0
     force: float = 1.0
+    weight: Floats | float = 1.0
+
+    def tells(self, nodes: Floats) -> bool:
+        """Whether an answer with these ``nodes`` (a, 3) tells anything of the original."""
+        return True
 
 
 def variants(scene: Scene, seed: int) -> list[SolidVariant]:
@@ -96,73 +101,22 @@ def turned(scene: Scene, turn: Floats) -> SolidVariant:
 
     Frames of friction are others, and supports along axes are along none where these stay none.
     """
-    mesh, straight = scene.mesh, exchanges(turn)
+    mesh, seen = scene.mesh, Turned(turn)
     order = np.arange(mesh.element.nodes) if np.linalg.det(turn) > 0 else mesh.element.mirrored
-    to, sign = np.argmax(np.abs(turn), axis=0), turn.sum(axis=0)
-
-    def of(vector: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple((turn @ np.array(vector) + 0.0).tolist())
-
-    def tool(one: FlatTool) -> FlatTool:
-        drive = one.driven_by
-        force = None if drive is None else Force(of(drive.vector), drive.amplitude)
-        travel, path = _gone(one, turn)
-        return replace(
-            one, point=of(one.point), normal=_unit(of(one.normal)), travel=travel, path=path, driven_by=force
-        )
-
-    def support(one: Support) -> Support:
-        if not (straight and isinstance(one.direction, int)):
-            x, y, z = of(tuple(direction_of(one).tolist()))
-            return replace(one, direction=_unit((x, y, z)))
-        if isinstance(one, Prescribed):
-            far = one.displacement * float(sign[one.direction]) + 0.0
-            return replace(one, direction=int(to[one.direction]), displacement=far)
-        return replace(one, direction=int(to[one.direction]))
-
-    def load(one: Load) -> Load:
-        return replace(one, vector=of(one.vector)) if isinstance(one, BodyForce | Traction | PointForce) else one
-
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries),
-        tools=tuple(map(tool, flat_tools(scene))),
-        supports=tuple(map(support, scene.supports)),
-        loads=tuple(map(load, scene.loads)),
+        tools=tuple(map(seen.tool, flat_tools(scene))),
+        supports=tuple(map(seen.support, scene.supports)),
+        loads=tuple(map(seen.load, scene.loads)),
     )
-    return SolidVariant("exchanged" if straight else "turned", other, np.arange(len(mesh.nodes)), turn)
-
-
-def exchanges(turn: Floats) -> bool:
-    """Whether axes stay axes."""
-    return bool((np.count_nonzero(turn, axis=0) == 1).all())
-
-
-def _unit(vector: Vector) -> Vector:
-    return tuple((np.array(vector) / np.linalg.norm(vector)).tolist())
+    return SolidVariant("exchanged" if seen.exchanges else "turned", other, np.arange(len(mesh.nodes)), turn)
 
 
 def _any_turn(rng: np.random.Generator) -> Floats:
     """Any rotation, or one with a reflection."""
     Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
     return Q * np.sign(np.diag(R))
-
-
-def _gone(tool: FlatTool, turn: Floats) -> tuple[Vector, Path]:
-    """Travel and path: multiples of components change places, not signs, or are those of other components."""
-    if exchanges(turn):
-        to = np.argmax(np.abs(turn), axis=0)
-        travel = tuple((turn @ np.array(tool.travel) + 0.0).tolist())
-        return travel, tuple((tau, _exchanged(multiple, to)) for tau, multiple in tool.path)
-    if all(np.size(multiple) == 1 for _, multiple in tool.path):
-        return tuple((turn @ np.array(tool.travel) + 0.0).tolist()), tool.path
-    size = float(np.abs(tool.travel).max()) or 1.0
-    path = [(tau, turn @ np.multiply(multiple, tool.travel) / size) for tau, multiple in tool.path]
-    return (size, size, size), tuple((tau, tuple((multiple + 0.0).tolist())) for tau, multiple in path)
-
-
-def _exchanged(multiple: float | tuple[float, ...], to: Ints) -> float | tuple[float, ...]:
-    return multiple if isinstance(multiple, float) else tuple(np.array(multiple)[np.argsort(to)].tolist())
 
 
 def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generator) -> SolidVariant:
