@@ -143,3 +143,28 @@ def test_a_direction_of_a_plane_is_refused_in_space_and_the_other_way_round():
         held((*BASE, Support("right", (0.6, 0.8))))
     with pytest.raises(SceneError, match=r"support\.direction = .*: must be a unit vector"):
         Support("right", (0.6, 0.8, 0.1))
+
+
+APART = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))
+ALONG = (0.0, 0.03, -0.1)
+
+
+def by_components(Q, travel=ALONG):
+    """The platen, pressed first and slid then, turned: its way is in multiples of each component's own."""
+    path = tuple((tau, tuple((Q @ (np.array(multiple) * travel)).tolist())) for tau, multiple in APART)
+    turned_up = tuple((Q @ (0.0, 0.0, 1.0)).tolist())
+    down = tuple((-np.array(turned_up)).tolist())
+    return FlatTool(turned_up, down, (1.0, 1.0, 1.0), ("top",), 0.3, path=path)
+
+
+def test_a_tool_that_planes_cut_may_go_by_components_as_long_as_it_stays_along_them():
+    out = []
+    for turn in (np.eye(3), Q):
+        scene = turned_scene(held((Symmetry("left", 0), *BASE)), turn)
+        *_, last = march(replace(scene, tools=(by_components(turn),)), Schedule(4), Control(Newton()))
+        out.append(last)
+    straight, slanted = out
+    assert apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-9
+    assert straight.tool_force(0)[1] > 0.1 * abs(straight.tool_force(0)[2])
+    with pytest.raises(SceneError, match=r"tools\[0\]\.travel = .*: must be without a component"):
+        replace(scene, tools=(by_components(Q, (1e-6, 0.03, -0.1)),))

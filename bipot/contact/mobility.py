@@ -97,7 +97,7 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
     moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
-        ways = np.tile(tool.travel, (len(nodes), 1)), *led
+        ways = *(np.tile(way, (len(nodes), 1)) for way in tool.stretches), *led
         goes = np.any([holding.axes.at(nodes, way) != 0 for way in ways], axis=0)
         free = ~holding.held[nodes]
         turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))

@@ -170,7 +170,9 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
     mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
     rubs = sliding & ~still & (mu > 0)
     slip = (du - motion) @ rows[1:].T
-    together = np.linalg.norm(slip, axis=1) <= TOGETHER * (np.linalg.norm(driven, axis=1) + np.linalg.norm(motion))
+    # Between axes what is held moves by round-off: by what is asked of it, it does not.
+    drawn = (driven - motion) @ rows[1:].T
+    together = np.linalg.norm(drawn, axis=1) <= TOGETHER * (np.linalg.norm(driven, axis=1) + np.linalg.norm(motion))
     size = np.abs(own.weights) @ np.abs(end.nodes).max(axis=1) + np.abs(np.array(tool.point) + gone.end).max()
     return Touching(
         node=own.node,
@@ -184,7 +186,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         blur=EPS * size,
         places=EPS * size,
         slip=np.where(rubs[:, None], slip, 0.0),
-        dragged=np.where((~sliding & ~together)[:, None], slip, 0.0),
+        dragged=np.where((~sliding & ~together)[:, None], drawn, 0.0),
         motion=np.broadcast_to(motion, (len(own.node), 3)),
         opened=(du - motion) @ rows[0],
         inside=max(0.0, -float(inside.min(initial=0.0))),
