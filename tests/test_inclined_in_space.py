@@ -7,7 +7,7 @@ import pytest
 
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
-from bipot.forms import Newton
+from bipot.forms import Dissipation, Newton
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -143,6 +143,21 @@ def test_a_direction_of_a_plane_is_refused_in_space_and_the_other_way_round():
         held((*BASE, Support("right", (0.6, 0.8))))
     with pytest.raises(SceneError, match=r"support\.direction = .*: must be a unit vector"):
         Support("right", (0.6, 0.8, 0.1))
+
+
+@pytest.mark.parametrize("form", [Newton(), Dissipation()], ids=lambda form: form.name.value)
+@pytest.mark.parametrize("mu", [0.6, np.inf])
+def test_what_supports_and_a_tool_hold_both_is_the_supports_share_along_any_direction(mu, form):
+    """A node that sticks to the platen on a wall pushes this alone: nothing of the tool's force is open."""
+    walls = Support("left", 0), Support("front", 1), Support("base", 2)
+    scene, out = held(walls, (replace(platen(), mu=mu),)), []
+    for one in (scene, turned_scene(scene, Q)):
+        *_, last = march(one, SCHEDULE, Control(form, ()))
+        assert last.solved.undetermined == ()
+        out.append(last)
+    straight, slanted = out
+    assert apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-7
+    assert abs(straight.tool_force(0)[0]) > 0.1 * abs(straight.tool_force(0)[2])
 
 
 APART = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))

@@ -25,6 +25,9 @@ TOUCHING = 1e-9
 FREE = 1e-12
 """A direction of which supports leave no more than this cannot move."""
 
+SQUARE = 1e-14
+"""Round-off of unit vectors at right angles."""
+
 TOGETHER = 1e-9
 """A slip below this fraction of what tool and support move by is none."""
 
@@ -99,12 +102,16 @@ def projected(p: Floats, mu: Floats) -> Floats:
     return np.where(inside[:, None], p, np.column_stack([edge, (mu * edge)[:, None] * way]))
 
 
-def frame(normal: Floats) -> Floats:
-    """Rows n, t, n x t: t is the axis that is least along n, made to be across it."""
-    first = np.eye(3)[np.argmin(np.abs(normal))]
-    t = first - (first @ normal) * normal
-    t /= np.linalg.norm(t)
-    return np.stack([normal, t, np.asarray(np.cross(normal, t), dtype=np.float64)])
+def framed(normal: Floats, frames: Floats) -> Floats:
+    """The ``frames`` (c, 3, 3) that forces are stored in, of which the study only asks that they are such of a normal.
+
+    Raises:
+        ValueError: rows are not the normal and two tangents, right-angled unit vectors.
+    """
+    right = np.abs(frames @ frames.swapaxes(1, 2) - np.eye(3)).max(initial=0.0)
+    if max(right, np.abs(frames[:, 0] - normal).max(initial=0.0)) > SQUARE:
+        raise ValueError("frames of candidates are not those of their tool's normal")
+    return frames
 
 
 class Gone(NamedTuple):
@@ -147,31 +154,39 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
     return Touching(**joined, inside=inside)
 
 
+def movable(scene: Scene, tool: FlatTool) -> Bools:
+    """Whether nodes (a, 2), or the tool by a force, can move along its normal, and along any tangent."""
+    n, left = np.array(tool.normal), freed(scene)
+    across = np.eye(3) - np.outer(n, n)
+    led = np.zeros(3) if tool.driven_by is None else tool.driven_by.direction
+    along, beside = np.linalg.norm(left @ n, axis=-1), np.linalg.norm(left @ across, axis=(1, 2))
+    moved = abs(float(led @ n)), float(np.linalg.norm(across @ led))
+    return (np.column_stack([along, beside]) > FREE) | (np.array(moved) > FREE)
+
+
 def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
     """Those of the k-th tool, gaps by positions."""
     tool, every, end = flat_tools(scene)[k], posed(scene, k), accepted.state
-    rows, gone = frame(np.array(tool.normal)), Gone.of(scene, accepted, k)
+    normal, gone = np.array(tool.normal), Gone.of(scene, accepted, k)
     motion = gone.end - gone.start
     if tool.driven_by is not None:
         motion = _exactly(scene, accepted, tool, k)
-    led = np.zeros(3) if tool.driven_by is None else rows @ tool.driven_by.direction
-    # Of nodes (a, 3), whether they can move along the rows.
-    left = np.linalg.norm(np.einsum("aij,rj->ari", freed(scene), rows), axis=-1)
-    nodal = (left > FREE) | (np.abs(led) > FREE)
+    nodal = movable(scene, tool)
     free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
     nodes = np.flatnonzero((every.weights != 0).any(axis=0) & ~nodal[:, 0])
-    inside = (end.nodes[nodes] - np.array(tool.point) - gone.end) @ rows[0]
-    own = every.only(free[:, 0])
-    gap = (own.weights @ end.nodes - np.array(tool.point) - gone.end) @ rows[0]
-    sliding = free[free[:, 0], 1:].any(axis=1)
-    still = (np.abs(np.einsum("cij,rj->cri", own.within, rows[1:])) <= FREE).all(axis=(1, 2))
+    inside = (end.nodes[nodes] - np.array(tool.point) - gone.end) @ normal
+    own, sliding = every.only(free[:, 0]), free[free[:, 0], 1]
+    candidates = accepted.solved.iterate.increment.system.candidates
+    rows = framed(normal, candidates.frames[candidates.tool == k])
+    gap = (own.weights @ end.nodes - np.array(tool.point) - gone.end) @ normal
+    still = (np.abs(np.einsum("cij,crj->cri", own.within, rows[:, 1:])) <= FREE).all(axis=(1, 2))
     asked = prescribed_at(scene, end.tau) - prescribed_at(scene, accepted.start.tau)
     du, driven = (np.einsum("cij,cj->ci", own.moved, own.weights @ way) for way in (end.du, asked))
     mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
     rubs = sliding & ~still & (mu > 0)
-    slip = (du - motion) @ rows[1:].T
+    slip = np.einsum("crj,cj->cr", rows[:, 1:], du - motion)
     # Between axes what is held moves by round-off: by what is asked of it, it does not.
-    drawn = (driven - motion) @ rows[1:].T
+    drawn = np.einsum("crj,cj->cr", rows[:, 1:], driven - motion)
     together = np.linalg.norm(drawn, axis=1) <= TOGETHER * (np.linalg.norm(driven, axis=1) + np.linalg.norm(motion))
     size = np.abs(own.weights) @ np.abs(end.nodes).max(axis=1) + np.abs(np.array(tool.point) + gone.end).max()
     return Touching(
@@ -179,7 +194,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         weights=own.weights,
         within=own.moved,
         tool=np.full(len(own.node), k),
-        frames=np.broadcast_to(rows, (len(own.node), 3, 3)),
+        frames=rows,
         mu=np.where(rubs | ~sliding, mu, 0.0),
         tied=np.zeros(len(own.node), dtype=bool),
         gap=gap,
@@ -188,7 +203,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         slip=np.where(rubs[:, None], slip, 0.0),
         dragged=np.where((~sliding & ~together)[:, None], drawn, 0.0),
         motion=np.broadcast_to(motion, (len(own.node), 3)),
-        opened=(du - motion) @ rows[0],
+        opened=(du - motion) @ normal,
         inside=max(0.0, -float(inside.min(initial=0.0))),
     )
 
