@@ -18,7 +18,6 @@ from studies.fuzz.record import reported_unique
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_contacts import touching
-from studies.fuzz.solid_held import freed
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
 from studies.fuzz.solid_unfolded import unfolded
@@ -121,11 +120,10 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
 
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
-    """Contact forces (tools, a, 3) as vectors on nodes, without what supports take of them: that may be open."""
+    """Contact forces (tools, a, 3) as vectors on nodes."""
     c = touching(scene, accepted)
     vectors, own = c.vectors(accepted.state.forces), c.tool == np.arange(len(scene.tools))[:, None]
-    every = np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0)) for mine in own])
-    return np.einsum("aij,kaj->kai", freed(scene), every)
+    return np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0)) for mine in own])
 
 
 def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -> float:
@@ -138,7 +136,7 @@ def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -
         same = abs(a.state.tau - b.state.tau) <= 1e-12
         if not (same and reported_unique(a) and reported_unique(b) and seen.tells(b.state.nodes)):
             break
-        mine = nodal_forces(base.scene, a)
+        mine = seen.comparable(nodal_forces(base.scene, a))
         theirs = nodal_forces(other.scene, b)[: len(mine), seen.number] @ seen.turn / (seen.force * seen.weight)
         off = max(off, float(np.abs(mine - theirs).max(initial=0.0)) - 2 * resolution)
         most = max(most, float(np.abs(mine).max(initial=0.0)))

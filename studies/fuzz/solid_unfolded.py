@@ -30,6 +30,11 @@ class Unfolded(SolidVariant):
     image: Ints
     across: Floats
 
+    def comparable(self, forces: Floats) -> Floats:
+        """As :meth:`SolidVariant.comparable`: on nodes in the plane the image takes what goes across it."""
+        in_plane = (self.weight == 2) * (forces @ self.across)[..., None]
+        return forces - in_plane * self.across
+
     def tells(self, nodes: Floats) -> bool:
         """Whether the answer is symmetric: in a long increment a whole body has others too, and may well take one."""
         moved = nodes - self.scene.mesh.nodes

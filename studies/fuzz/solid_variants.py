@@ -39,6 +39,10 @@ class SolidVariant:
     force: float = 1.0
     weight: Floats | float = 1.0
 
+    def comparable(self, forces: Floats) -> Floats:
+        """What of the original's forces of tools on nodes (tools, a, 3) this has too."""
+        return forces
+
     def tells(self, nodes: Floats) -> bool:
         """Whether an answer with these ``nodes`` (a, 3) tells anything of the original."""
         return True
