@@ -183,3 +183,15 @@ def test_a_tool_that_planes_cut_may_go_by_components_as_long_as_it_stays_along_t
     assert straight.tool_force(0)[1] > 0.1 * abs(straight.tool_force(0)[2])
     with pytest.raises(SceneError, match=r"tools\[0\]\.travel = .*: must be without a component"):
         replace(scene, tools=(by_components(Q, (1e-6, 0.03, -0.1)),))
+
+
+def test_what_a_curved_tool_and_a_slant_share_is_called_open():
+    """Slips along the wall are round-off there: the tool's force is the straight scene's, or it is said to be open."""
+    ball = dented(elements=2, mu=0.8, travel=(0.0, 0.0, -0.06))
+    scene = replace(ball, supports=(Support("left", 0), Support("front", 1), Support("base", 2)))
+    straight, slanted = (
+        list(march(one, SCHEDULE, Control(Newton(), ())))[-1] for one in (scene, turned_scene(scene, Q))
+    )
+    assert apart(resisted(slanted) @ Q, resisted(straight)) < 1e-7
+    assert straight.solved.undetermined == ()
+    assert slanted.solved.undetermined or apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-7

@@ -94,7 +94,9 @@ class Candidates:
         for mine, tool in zip(self._owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
         found = frames(normal)
-        return along_what_is_held(found, self.means, self.scene.holding) if x.shape[1] == 3 else found
+        # By the way of points to a curved tool slips along what is held are round-off, not zero.
+        turns = x.shape[1] == 3 and not self.curved
+        return along_what_is_held(found, self.means, self.scene.holding) if turns else found
 
     @cached_property
     def frames(self) -> Floats:

@@ -4,6 +4,8 @@ Tangents may be turned about the normal as one likes. Where supports, or planes 
 the tangent plane one direction z alone, friction along z is of no unknown: what of it tool and support take is open. Of
 tangents along z and across it the first has no row then, whatever the axes of supports are, and carries nothing.
 
+That is of flat tools: where one is curved slips are of the way of points to it, and only round-off of zero along z.
+
 With P_a the projections on what supports leave of the nodes' motions, and S on what planes of symmetry leave of the
 mean of these, z is the direction of the tangent plane in which S (sum_a P_a) S is zero.
 """

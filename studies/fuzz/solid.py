@@ -47,6 +47,9 @@ BLURRED = ("equilibrium", "disc", "elastic", "balance", "energies", "stated")
 FAINT = 1e-4
 """Stress over what the motion would make as elastic strain, below which round-off may be above the bounds."""
 
+IDLE = 1e-14
+"""Stress over what contact forces would make, below which it is their round-off: supports take all of them."""
+
 STRAIGHT = -1e-8
 """Least det J over its mean: a corner between faces on one tool is straight to ten times what the library lets pass."""
 
@@ -92,9 +95,10 @@ def faint(scene: Scene, accepted: Accepted) -> bool:
     """Whether the library says that equilibrium or the law is below resolution, and stress is nearly none."""
     if not {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS)):
         return False
-    elastic, state = scene.material.elasticity, accepted.state
+    elastic, state, size = scene.material.elasticity, accepted.state, scene.mesh.size
     moved = max(float(np.abs(state.du).max()), float(np.abs(accepted.solved.iterate.tool_travel).max(initial=0.0)))
-    return bool(np.abs(state.stress).max() < FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / scene.mesh.size)
+    stress, pushed = float(np.abs(state.stress).max()), float(np.abs(state.forces).max(initial=0.0))
+    return stress < max(FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / size, IDLE * pushed / size**2)
 
 
 def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
