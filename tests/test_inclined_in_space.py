@@ -7,7 +7,7 @@ import pytest
 
 from bipot.errors import SceneError
 from bipot.fem.reduction import Geometry
-from bipot.forms import Newton
+from bipot.forms import Dissipation, Newton
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -143,3 +143,55 @@ def test_a_direction_of_a_plane_is_refused_in_space_and_the_other_way_round():
         held((*BASE, Support("right", (0.6, 0.8))))
     with pytest.raises(SceneError, match=r"support\.direction = .*: must be a unit vector"):
         Support("right", (0.6, 0.8, 0.1))
+
+
+@pytest.mark.parametrize("form", [Newton(), Dissipation()], ids=lambda form: form.name.value)
+@pytest.mark.parametrize("mu", [0.6, np.inf])
+def test_what_supports_and_a_tool_hold_both_is_the_supports_share_along_any_direction(mu, form):
+    """A node that sticks to the platen on a wall pushes this alone: nothing of the tool's force is open."""
+    walls = Support("left", 0), Support("front", 1), Support("base", 2)
+    scene, out = held(walls, (replace(platen(), mu=mu),)), []
+    for one in (scene, turned_scene(scene, Q)):
+        *_, last = march(one, SCHEDULE, Control(form, ()))
+        assert last.solved.undetermined == ()
+        out.append(last)
+    straight, slanted = out
+    assert apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-7
+    assert abs(straight.tool_force(0)[0]) > 0.1 * abs(straight.tool_force(0)[2])
+
+
+APART = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))
+ALONG = (0.0, 0.03, -0.1)
+
+
+def by_components(Q, travel=ALONG):
+    """The platen, pressed first and slid then, turned: its way is in multiples of each component's own."""
+    path = tuple((tau, tuple((Q @ (np.array(multiple) * travel)).tolist())) for tau, multiple in APART)
+    turned_up = tuple((Q @ (0.0, 0.0, 1.0)).tolist())
+    down = tuple((-np.array(turned_up)).tolist())
+    return FlatTool(turned_up, down, (1.0, 1.0, 1.0), ("top",), 0.3, path=path)
+
+
+def test_a_tool_that_planes_cut_may_go_by_components_as_long_as_it_stays_along_them():
+    out = []
+    for turn in (np.eye(3), Q):
+        scene = turned_scene(held((Symmetry("left", 0), *BASE)), turn)
+        *_, last = march(replace(scene, tools=(by_components(turn),)), Schedule(4), Control(Newton()))
+        out.append(last)
+    straight, slanted = out
+    assert apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-9
+    assert straight.tool_force(0)[1] > 0.1 * abs(straight.tool_force(0)[2])
+    with pytest.raises(SceneError, match=r"tools\[0\]\.travel = .*: must be without a component"):
+        replace(scene, tools=(by_components(Q, (1e-6, 0.03, -0.1)),))
+
+
+def test_what_a_curved_tool_and_a_slant_share_is_called_open():
+    """Slips along the wall are round-off there: the tool's force is the straight scene's, or it is said to be open."""
+    ball = dented(elements=2, mu=0.8, travel=(0.0, 0.0, -0.06))
+    scene = replace(ball, supports=(Support("left", 0), Support("front", 1), Support("base", 2)))
+    straight, slanted = (
+        list(march(one, SCHEDULE, Control(Newton(), ())))[-1] for one in (scene, turned_scene(scene, Q))
+    )
+    assert apart(resisted(slanted) @ Q, resisted(straight)) < 1e-7
+    assert straight.solved.undetermined == ()
+    assert slanted.solved.undetermined or apart(slanted.tool_force(0) @ Q, straight.tool_force(0)) < 1e-7

@@ -29,6 +29,7 @@ from bipot.contact.means import Means
 from bipot.contact.mobility import mirrored, movable, moving
 from bipot.contact.operators import Operators, without_zeros
 from bipot.contact.sampling import Points, points
+from bipot.contact.tangents import along_what_is_held
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
@@ -92,7 +93,10 @@ class Candidates:
         normal = np.empty_like(x)
         for mine, tool in zip(self._owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
-        return frames(normal)
+        found = frames(normal)
+        # By the way of points to a curved tool slips along what is held are round-off, not zero.
+        turns = x.shape[1] == 3 and not self.curved
+        return along_what_is_held(found, self.means, self.scene.holding) if turns else found
 
     @cached_property
     def frames(self) -> Floats:

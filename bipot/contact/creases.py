@@ -25,16 +25,20 @@ def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
     return _on_faces(facets[:, ends], _normals(nodes, facets, len(ends)))
 
 
-def creased(nodes: Floats, facets: Ints, normal: Vector) -> Bools:
-    """Whether at ends (f, k) of quadratic ``facets`` on a plane of symmetry with the unit ``normal`` the mean stops.
+def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
+    """Whether ends (f, k) of quadratic ``facets`` go on into their mirror images in a plane of symmetry.
 
-    Mirror images begin there.
+    Of the nodes those ``inside`` (a,) it are in the plane, which has the unit ``normal``. In space a face goes on along
+    an edge in the plane; of one with a single corner there the mirror image is no neighbour.
     """
     s = np.array(normal)
     # Of an edge w and its mirror image w . w' = 1 - 2 (s . w)^2, and so it is of the normals of a face and its own.
     if nodes.shape[1] == 2:
-        return np.asarray(2 * (_away(nodes, facets) @ s) ** 2 - 1 < CREASE)
-    return np.asarray(1 - 2 * (_normals(nodes, facets, facets.shape[1] // 2) @ s) ** 2 < CREASE)
+        return np.asarray(2 * (_away(nodes, facets) @ s) ** 2 - 1 >= CREASE)
+    count = facets.shape[1] // 2
+    corner = inside[facets[:, :count]]
+    along = corner & (np.roll(corner, 1, axis=1) | np.roll(corner, -1, axis=1))
+    return np.asarray(along & (1 - 2 * (_normals(nodes, facets, count) @ s) ** 2 >= CREASE))
 
 
 def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:

@@ -14,6 +14,8 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.tensors import norm
+from bipot.tools.surfaces import ACROSS
 from bipot.typing import Floats
 
 
@@ -49,8 +51,11 @@ class Means:
         return np.asarray(self._spread @ self.kept(vectors))
 
     def kept(self, vectors: Floats) -> Floats:
-        """What planes of symmetry leave of vectors (c, d)."""
-        return vectors if self.within is None else np.einsum("cij,cj->ci", self.within, vectors)
+        """What planes of symmetry leave of vectors (c, d), zero where it is round-off of these."""
+        if self.within is None:
+            return vectors
+        kept = np.einsum("cij,cj->ci", self.within, vectors)
+        return np.where(np.abs(kept) > ACROSS * norm(vectors)[:, None], kept, 0.0)
 
     def repeated(self, times: int) -> Means:
         """Every candidate so many ``times``, one after the other."""

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.contact.creases import creased
+from bipot.contact.creases import beyond
 from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
@@ -43,38 +43,46 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     """Of the points (p,) of the tool of that ``number``, of whose mean a half may be beyond a plane of symmetry or an
     axis.
 
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own. Along a
-    curved tool that is not its own mirror image tangents turn, and it and its image both rub.
+    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own, and so has
+    every mean at a tool that is not its own mirror image. Along such a tool that is curved tangents turn, and it and
+    its image both rub.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))
-    if scene.ring and _stays(scene, number, RADIAL):
+    if scene.ring and _stays(scene, number, own, RADIAL):
         left[scene.on_axis[own.node], :, 0] = 0.0
     for support in scene.supports:
-        if isinstance(support, Symmetry) and _stays(scene, number, support.along(d)):
+        if isinstance(support, Symmetry) and _stays(scene, number, own, support.along(d)):
             there = np.isin(own.node, scene.mesh.boundary_nodes(support.boundary))
-            there &= ~_stopped(scene, own, support.along(d))
+            there &= _goes_on(scene, own, there, support.along(d))
             left[there] = across(left[there], support.along(d))
             if own.weighted and d == 3:
                 within[there] = across(within[there], support.along(d))
     return Mirrored(np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within)
 
 
-def _stopped(scene: Scene, own: Points, normal: Vector) -> Bools:
-    """Whether the mean of points (p,) on a plane of symmetry with the unit ``normal`` stops there.
+def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
+    """Whether the mean of points (p,), of which those ``there`` are on a plane of symmetry, goes on beyond it.
 
-    That of a node by itself is that of its mirror image too.
+    It does where one of its facets does. That of a node by itself is that of its mirror image too.
     """
-    out = np.zeros(len(own.node), dtype=bool)
-    if own.weighted:
-        np.logical_or.at(out, own.edges, creased(scene.mesh.nodes, own.lines, normal))
+    if not own.weighted:
+        return there
+    inside, out = np.zeros(len(scene.mesh.nodes), dtype=bool), np.zeros_like(there)
+    inside[own.node[there]] = True
+    np.logical_or.at(out, own.edges, beyond(scene.mesh.nodes, own.lines, inside, normal))
     return out
 
 
-def _stays(scene: Scene, number: int, normal: Vector) -> bool:
-    """Whether the tangents of the tool of that ``number`` stay as they are in the plane of that normal, or the axis."""
+def _stays(scene: Scene, number: int, own: Points, normal: Vector) -> bool:
+    """Whether what the tool of that ``number`` meets in the plane of that normal, or the axis, goes along that alone.
+
+    Nodes do at a flat tool; a mean does where the tool is its own mirror image, for another meets one half only.
+    """
     tool = scene.tools[number]
-    return tool.flat or any(plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal))
+    return (tool.flat and not own.weighted) or any(
+        plane.cuts(tool) for plane in scene.mirrors if not plane.contains(normal)
+    )
 
 
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
@@ -89,7 +97,7 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
     moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
-        ways = np.tile(tool.travel, (len(nodes), 1)), *led
+        ways = *(np.tile(way, (len(nodes), 1)) for way in tool.stretches), *led
         goes = np.any([holding.axes.at(nodes, way) != 0 for way in ways], axis=0)
         free = ~holding.held[nodes]
         turns = ~free & (holding.shifted[nodes] | goes | (tool.turn is not None))

@@ -131,7 +131,8 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
             halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
             cut, force = plane.cuts(tool), tool.driven_by
-            require(not cut or plane.contains(tool.travel), f"tools[{k}].travel", tool.travel, halves)
+            along = tool.goes_across(np.array(plane.normal))
+            require(not cut or along, f"tools[{k}].travel", tool.travel, halves)
             whole = force is None or plane.contains(force.vector) or not cut
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
             rests = not cut or tool.turn is None

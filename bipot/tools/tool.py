@@ -63,8 +63,7 @@ class Tool:
     ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path. Where a
     ``turn`` is driven by a moment, its angle is.
 
-    ``sampling`` says where the law is posed: at the nodes, or in the mean around the ends of edges, the corners
-    of faces.
+    ``sampling`` says where the law is posed: at nodes, or in means around the ends of edges, the corners of faces.
     """
 
     travel: tuple[float, ...]
@@ -133,17 +132,19 @@ class Tool:
         require(not np.any(self.path[0][1]), "tool.path", self.path, allowed)
         fits = all(np.size(multiple) in (1, len(self.travel)) for _, multiple in self.path)
         require(fits, "tool.path", self.path, f"of multiples with as many numbers as the travel {self.travel}")
-        for stretch in np.abs(np.diff(self._multiples[1], axis=0) * self.travel).max(axis=1).tolist():
+        for stretch in np.abs(self.stretches).max(axis=1).tolist():
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
     def _check_force(self) -> None:
         """A force is of as many numbers as the travel, and the path does not go along it."""
         if self.driven_by is not None:
             require_components(self.driven_by.vector, len(self.travel), "tool.driven_by")
-            path = self._multiples[1] * self.travel
-            along = bool((np.abs(path @ self.driven_by.direction) <= ACROSS * np.abs(path).max()).all())
-            allowed = f"across the force {self.driven_by.vector}, which moves it along"
-            require(along, "tool.travel", self.travel, allowed)
+            across, force = self.goes_across(self.driven_by.direction), self.driven_by.vector
+            require(across, "tool.travel", self.travel, f"across the force {force}, which moves it along")
+
+    def goes_across(self, way: Floats) -> bool:
+        """Whether nothing of the path goes along a unit vector (d,), but for round-off."""
+        return float(np.abs(self.stretches @ way).max()) <= ACROSS * float(np.abs(self.stretches).max())
 
     @property
     def welded(self) -> bool:
@@ -204,6 +205,11 @@ class Tool:
         return (end - start) * np.array(self.travel, dtype=np.float64)
 
     @cached_property
+    def stretches(self) -> Floats:
+        """What the tool goes by (s, d) from each point of its path to the next."""
+        return np.diff(self._multiples[1], axis=0) * self.travel
+
+    @cached_property
     def _multiples(self) -> tuple[Floats, Floats]:
         """Pseudo-times (k,) of the path and the multiples (k, d) there, one for each component of the travel."""
         return multiples(self.path, len(self.travel))
@@ -242,9 +248,8 @@ class FlatTool(Tool):
             require_components(getattr(self, name), len(self.normal), f"tool.{name}")
         self._check_force()
         if self.driven_by is not None:
-            presses = float(self.driven_by.direction @ self.normal)
-            allowed = "not against the normal: it pulls off"
-            require(presses >= -ACROSS, "tool.driven_by", self.driven_by.vector, allowed)
+            presses, allowed = self.driven_by.direction @ self.normal, "not against the normal: it pulls off"
+            require(bool(presses >= -ACROSS), "tool.driven_by", self.driven_by.vector, allowed)
 
     @cached_property
     def face(self) -> Plane:

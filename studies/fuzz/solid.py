@@ -11,6 +11,7 @@ from bipot.certificate import Bounds
 from bipot.errors import BipotError
 from bipot.marching import Accepted
 from bipot.scene.scene import Scene
+from bipot.scene.supports import Symmetry
 from bipot.typing import Floats
 from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, run
 from studies.fuzz.record import reported_unique
@@ -19,6 +20,7 @@ from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_unfolded import unfolded
 from studies.fuzz.solid_variants import SolidVariant, variants
 
 TEN = 10.0
@@ -45,6 +47,9 @@ BLURRED = ("equilibrium", "disc", "elastic", "balance", "energies", "stated")
 FAINT = 1e-4
 """Stress over what the motion would make as elastic strain, below which round-off may be above the bounds."""
 
+IDLE = 1e-14
+"""Stress over what contact forces would make, below which it is their round-off: supports take all of them."""
+
 STRAIGHT = -1e-8
 """Least det J over its mean: a corner between faces on one tool is straight to ten times what the library lets pass."""
 
@@ -59,10 +64,20 @@ def _known(seed: int, others: bool) -> Iterator[Row]:
     try:
         drawn = draw_solid(seed)
         yield (row := replace(row, kind=f"solid {drawn.kind}", form=drawn.form))
-        yield judged(row, drawn, variants(drawn.scene, seed) if others else [])
+        yield judged(row, drawn, _others(drawn, seed) if others else [])
     except BipotError as error:
         # A scene or variant that is refused when it is made.
         yield replace(row, outcome=Outcome.REFUSED, reason=f"{type(error).__name__}: {error}")
+
+
+def _others(drawn: Drawn, seed: int) -> list[SolidVariant]:
+    """What the scene is run as besides, about one plane of symmetry unfolded, if it has any.
+
+    Penalties are a law of every point's, which a plane of symmetry would halve.
+    """
+    planes = [support for support in drawn.scene.supports if isinstance(support, Symmetry)]
+    chosen = planes[seed % len(planes)] if planes and drawn.form != "penalty" else None
+    return variants(drawn.scene, seed) + ([] if chosen is None else [unfolded(drawn.scene, chosen)])
 
 
 def measured(ran: Ran) -> list[SolidMeasures]:
@@ -80,9 +95,10 @@ def faint(scene: Scene, accepted: Accepted) -> bool:
     """Whether the library says that equilibrium or the law is below resolution, and stress is nearly none."""
     if not {"equilibrium", "law"} & set(accepted.solved.certificate.below_resolution(BOUNDS)):
         return False
-    elastic, state = scene.material.elasticity, accepted.state
+    elastic, state, size = scene.material.elasticity, accepted.state, scene.mesh.size
     moved = max(float(np.abs(state.du).max()), float(np.abs(accepted.solved.iterate.tool_travel).max(initial=0.0)))
-    return bool(np.abs(state.stress).max() < FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / scene.mesh.size)
+    stress, pushed = float(np.abs(state.stress).max()), float(np.abs(state.forces).max(initial=0.0))
+    return stress < max(FAINT * (3 * elastic.bulk + 2 * elastic.shear) * moved / size, IDLE * pushed / size**2)
 
 
 def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
@@ -108,22 +124,25 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
 
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
-    """Contact forces as vectors (tools a, 3) on nodes."""
-    c, count = touching(scene, accepted), len(scene.mesh.nodes)
-    out = np.zeros((len(scene.tools), count, 3))
-    np.add.at(out, (c.tool, c.node), c.vectors(accepted.state.forces))
-    return out
+    """Contact forces (tools, a, 3) as vectors on nodes."""
+    c = touching(scene, accepted)
+    vectors, own = c.vectors(accepted.state.forces), c.tool == np.arange(len(scene.tools))[:, None]
+    return np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0)) for mine in own])
 
 
-def disagreement(base: Ran, other: Ran, seen: SolidVariant) -> float:
-    """Largest difference of nodal forces over the runs' largest, while both took the same increments to one answer."""
+def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -> float:
+    """Largest difference of nodal forces over the runs' largest, while both took the same increments to one answer.
+
+    Forces within twice the ``resolution`` are not told apart.
+    """
     off, most = 0.0, 0.0
     for a, b in zip(base.steps, other.steps, strict=False):
-        if not (abs(a.state.tau - b.state.tau) <= 1e-12 and reported_unique(a) and reported_unique(b)):
+        same = abs(a.state.tau - b.state.tau) <= 1e-12
+        if not (same and reported_unique(a) and reported_unique(b) and seen.tells(b.state.nodes)):
             break
-        mine = nodal_forces(base.scene, a)
-        theirs = nodal_forces(other.scene, b)[:, seen.number] @ seen.turn / seen.force
-        off = max(off, float(np.abs(mine - theirs).max(initial=0.0)))
+        mine = seen.comparable(nodal_forces(base.scene, a))
+        theirs = nodal_forces(other.scene, b)[: len(mine), seen.number] @ seen.turn / (seen.force * seen.weight)
+        off = max(off, float(np.abs(mine - theirs).max(initial=0.0)) - 2 * resolution)
         most = max(most, float(np.abs(mine).max(initial=0.0)))
     return off / most if off else 0.0
 
@@ -132,10 +151,10 @@ def judged(row: Row, drawn: Drawn, others: list[SolidVariant]) -> Row:
     """The row of a scene with its ``others``."""
     base, exact = run(drawn, drawn.scene), drawn.form != "penalty"
     wrong, found = faults(base, exact)
-    worst = 0.0
+    worst, resolution = 0.0, max((m.resolution for m in found), default=0.0)
     for seen in others:
         other = run(drawn, seen.scene)
-        worst = max(worst, off := disagreement(base, other, seen))
+        worst = max(worst, off := disagreement(base, other, seen, resolution))
         wrong += [f"{seen.name}: {what}" for what in faults(other, exact)[0][:1]]
         if not off <= DISAGREEMENT:
             wrong.append(f"{seen.name}: forces differ by {off:.1e}")

@@ -1,4 +1,4 @@
-"""Nodes at flat tools in space, and the law of friction on discs of two tangents, made by the fuzz study itself."""
+"""Points at flat tools in space, and the law of friction on discs of two tangents, made by the fuzz study itself."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from bipot.control.accepted import Accepted
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Symmetry
 from bipot.tools.tool import FlatTool
 from bipot.typing import Bools, Floats, Ints
-from studies.flat import axis_of, flat_tools
-from studies.fuzz.solid_loads import held, prescribed_at
+from studies.flat import flat_tools
+from studies.fuzz.solid_held import freed, prescribed_at
+from studies.fuzz.solid_points import posed
 
 EPS = 64 * float(np.finfo(np.float64).eps)
 """Round-off of a gap over the numbers that it is the difference of."""
@@ -23,7 +23,10 @@ TOUCHING = 1e-9
 """A welded node is tied below this gap over the size."""
 
 FREE = 1e-12
-"""A direction with less than this on free components cannot move."""
+"""A direction of which supports leave no more than this cannot move."""
+
+SQUARE = 1e-14
+"""Round-off of unit vectors at right angles."""
 
 TOGETHER = 1e-9
 """A slip below this fraction of what tool and support move by is none."""
@@ -33,18 +36,22 @@ TOGETHER = 1e-9
 class Touching:
     """Candidates (c,) of an increment: ``node``, ``tool``, ``frames`` (c, 3, 3) by rows n, t, n x t, and coefficients.
 
-    ``gap`` (c,) is that of the end and ``blur`` (c,) its round-off; ``slip`` (c, 2) is zero where friction is of no
-    unknown. Where supports hold both tangents ``dragged`` (c, 2) is what the tool slips by along them. ``motion``
-    (c, 3) is the tool's, ``inside`` how deep nodes held along the normal are in tools.
+    Each is the mean of nodes by its ``weights`` (c, a), of whose motion planes of symmetry leave ``within`` (c, 3, 3).
+    ``gap`` (c,) is that of the end and ``blur`` (c,) its round-off, ``places`` (c,) that of positions; ``slip`` (c, 2)
+    is zero where friction is of no unknown. Where supports hold both tangents ``dragged`` (c, 2) is what the tool slips
+    by along them. ``motion`` (c, 3) is the tool's, ``inside`` how deep nodes held along the normal are in tools.
     """
 
     node: Ints
+    weights: Floats
+    within: Floats
     tool: Ints
     frames: Floats
     mu: Floats
     tied: Bools
     gap: Floats
     blur: Floats
+    places: Floats
     slip: Floats
     dragged: Floats
     motion: Floats
@@ -55,11 +62,17 @@ class Touching:
         """Forces r (c, 3) as vectors (c, 3)."""
         return np.einsum("ci,cij->cj", r, self.frames)
 
-    def on_nodes(self, vectors: Floats, count: int) -> Floats:
-        """Sums (count, 3) of vectors (c, 3) at nodes."""
-        out = np.zeros((count, 3))
-        np.add.at(out, self.node, vectors)
-        return out
+    def on_nodes(self, vectors: Floats) -> Floats:
+        """What nodes (a, 3) take of vectors (c, 3), as much of each as they have in its mean."""
+        return self.weights.T @ np.einsum("cij,cj->ci", self.within, vectors)
+
+    def on_nodes_at_most(self, vectors: Floats) -> Floats:
+        """Sizes (a,) of what nodes take of vectors (c, 3)."""
+        return np.abs(self.weights).T @ np.linalg.norm(vectors, axis=1)
+
+    def moved_at_most(self, nodal: Floats) -> Floats:
+        """Sizes (c,) of what the mean of a nodal field (a, 3) is summed of."""
+        return np.abs(self.weights) @ np.linalg.norm(nodal, axis=1)
 
     def rubbed(self, r: Floats) -> Floats:
         """Forces r (c, 3) with the friction of tools on what supports hold."""
@@ -89,12 +102,16 @@ def projected(p: Floats, mu: Floats) -> Floats:
     return np.where(inside[:, None], p, np.column_stack([edge, (mu * edge)[:, None] * way]))
 
 
-def frame(normal: Floats) -> Floats:
-    """Rows n, t, n x t: t is the axis that is least along n, made to be across it."""
-    first = np.eye(3)[np.argmin(np.abs(normal))]
-    t = first - (first @ normal) * normal
-    t /= np.linalg.norm(t)
-    return np.stack([normal, t, np.asarray(np.cross(normal, t), dtype=np.float64)])
+def framed(normal: Floats, frames: Floats) -> Floats:
+    """The ``frames`` (c, 3, 3) that forces are stored in, of which the study only asks that they are such of a normal.
+
+    Raises:
+        ValueError: rows are not the normal and two tangents, right-angled unit vectors.
+    """
+    right = np.abs(frames @ frames.swapaxes(1, 2) - np.eye(3)).max(initial=0.0)
+    if max(right, np.abs(frames[:, 0] - normal).max(initial=0.0)) > SQUARE:
+        raise ValueError("frames of candidates are not those of their tool's normal")
+    return frames
 
 
 class Gone(NamedTuple):
@@ -121,7 +138,7 @@ class Gone(NamedTuple):
 
 
 def touching(scene: Scene, accepted: Accepted) -> Touching:
-    """The candidates of an increment: nodes of tools' boundaries that can move along the normal, or their tool can."""
+    """The candidates of an increment: points of which a node can move along the normal, or their tool can."""
     found = [_of_tool(scene, accepted, k) for k in range(len(scene.tools))]
     inside = max((f.inside for f in found), default=0.0)
     names = [name for name in Touching.__annotations__ if name != "inside"]
@@ -130,44 +147,64 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
     if len(joined["node"]) != len(before):
         raise ValueError(f"{len(before)} gaps for {len(joined['node'])} candidates")
     agrees = np.abs(accepted.state.gap - joined["gap"]) <= joined["blur"]
-    joined["blur"] = np.where(agrees, EPS * np.linalg.norm(accepted.state.du[joined["node"]], axis=1), 0.0)
+    moved = np.abs(joined["weights"]) @ np.linalg.norm(accepted.state.du, axis=1)
+    joined["blur"] = np.where(agrees, EPS * moved, 0.0)
     joined["gap"] = np.where(agrees, accepted.state.gap, joined["gap"])
     joined["tied"] = np.isinf(joined["mu"]) & (before <= TOUCHING * scene.mesh.size)
     return Touching(**joined, inside=inside)
 
 
+def movable(scene: Scene, tool: FlatTool) -> Bools:
+    """Whether nodes (a, 2), or the tool by a force, can move along its normal, and along any tangent."""
+    n, left = np.array(tool.normal), freed(scene)
+    across = np.eye(3) - np.outer(n, n)
+    led = np.zeros(3) if tool.driven_by is None else tool.driven_by.direction
+    along, beside = np.linalg.norm(left @ n, axis=-1), np.linalg.norm(left @ across, axis=(1, 2))
+    moved = abs(float(led @ n)), float(np.linalg.norm(across @ led))
+    return (np.column_stack([along, beside]) > FREE) | (np.array(moved) > FREE)
+
+
 def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
     """Those of the k-th tool, gaps by positions."""
-    tool, fixed, end = flat_tools(scene)[k], held(scene), accepted.state
-    rows, gone = frame(np.array(tool.normal)), Gone.of(scene, accepted, k)
+    tool, every, end = flat_tools(scene)[k], posed(scene, k), accepted.state
+    normal, gone = np.array(tool.normal), Gone.of(scene, accepted, k)
     motion = gone.end - gone.start
     if tool.driven_by is not None:
         motion = _exactly(scene, accepted, tool, k)
-    nodes = np.unique(np.concatenate([scene.mesh.boundaries[b].ravel() for b in tool.candidates]))
-    led = np.zeros(3) if tool.driven_by is None else rows @ tool.driven_by.direction
-    free = (~fixed[nodes, None] & (np.abs(rows) > FREE)).any(axis=2) | (np.abs(led) > FREE)
-    gap = (end.nodes[nodes] - np.array(tool.point) - gone.end) @ rows[0]
-    own, sliding = nodes[free[:, 0]], free[free[:, 0], 1:].any(axis=1)
-    still, du = _still(scene, rows, own), end.du[own] - motion
-    mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own])
-    rubs = sliding & ~still & (mu > 0)
-    slip = du @ rows[1:].T
+    nodal = movable(scene, tool)
+    free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
+    nodes = np.flatnonzero((every.weights != 0).any(axis=0) & ~nodal[:, 0])
+    inside = (end.nodes[nodes] - np.array(tool.point) - gone.end) @ normal
+    own, sliding = every.only(free[:, 0]), free[free[:, 0], 1]
+    candidates = accepted.solved.iterate.increment.system.candidates
+    rows = framed(normal, candidates.frames[candidates.tool == k])
+    gap = (own.weights @ end.nodes - np.array(tool.point) - gone.end) @ normal
+    still = (np.abs(np.einsum("cij,crj->cri", own.within, rows[:, 1:])) <= FREE).all(axis=(1, 2))
     asked = prescribed_at(scene, end.tau) - prescribed_at(scene, accepted.start.tau)
-    together = np.linalg.norm(slip, axis=1) <= TOGETHER * (np.linalg.norm(asked[own], axis=1) + np.linalg.norm(motion))
-    size = np.abs(end.nodes[own]).max(axis=1, initial=0.0) + np.abs(np.array(tool.point) + gone.end).max()
+    du, driven = (np.einsum("cij,cj->ci", own.moved, own.weights @ way) for way in (end.du, asked))
+    mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
+    rubs = sliding & ~still & (mu > 0)
+    slip = np.einsum("crj,cj->cr", rows[:, 1:], du - motion)
+    # Between axes what is held moves by round-off: by what is asked of it, it does not.
+    drawn = np.einsum("crj,cj->cr", rows[:, 1:], driven - motion)
+    together = np.linalg.norm(drawn, axis=1) <= TOGETHER * (np.linalg.norm(driven, axis=1) + np.linalg.norm(motion))
+    size = np.abs(own.weights) @ np.abs(end.nodes).max(axis=1) + np.abs(np.array(tool.point) + gone.end).max()
     return Touching(
-        node=own,
-        tool=np.full(len(own), k),
-        frames=np.broadcast_to(rows, (len(own), 3, 3)),
+        node=own.node,
+        weights=own.weights,
+        within=own.moved,
+        tool=np.full(len(own.node), k),
+        frames=rows,
         mu=np.where(rubs | ~sliding, mu, 0.0),
-        tied=np.zeros(len(own), dtype=bool),
-        gap=gap[free[:, 0]],
+        tied=np.zeros(len(own.node), dtype=bool),
+        gap=gap,
         blur=EPS * size,
+        places=EPS * size,
         slip=np.where(rubs[:, None], slip, 0.0),
-        dragged=np.where((~sliding & ~together)[:, None], slip, 0.0),
-        motion=np.broadcast_to(motion, (len(own), 3)),
-        opened=du @ rows[0],
-        inside=max(0.0, -float((gap[~free[:, 0]]).min(initial=0.0))),
+        dragged=np.where((~sliding & ~together)[:, None], drawn, 0.0),
+        motion=np.broadcast_to(motion, (len(own.node), 3)),
+        opened=(du - motion) @ normal,
+        inside=max(0.0, -float(inside.min(initial=0.0))),
     )
 
 
@@ -176,12 +213,3 @@ def _exactly(scene: Scene, accepted: Accepted, tool: FlatTool, k: int) -> Floats
     driven = [i for i, other in enumerate(scene.tools) if other.driven_by is not None]
     assert tool.driven_by is not None
     return accepted.state.translated[driven.index(k)] * tool.driven_by.direction
-
-
-def _still(scene: Scene, rows: Floats, own: Ints) -> Bools:
-    """Nodes of which planes of symmetry leave no tangent: slip and shear are zero there."""
-    left = np.broadcast_to(rows[1:], (len(own), 2, 3)).copy()
-    for support in scene.supports:
-        if isinstance(support, Symmetry):
-            left[np.isin(own, np.unique(scene.mesh.boundaries[support.boundary])), :, axis_of(support)] = 0.0
-    return np.asarray((np.abs(left) <= FREE).all(axis=(1, 2)))

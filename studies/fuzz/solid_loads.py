@@ -1,4 +1,4 @@
-"""What holds, moves and loads a body in space at a time, made by the fuzz study itself from the scene's numbers."""
+"""What loads a body in space at a time, made by the fuzz study itself from the scene's numbers."""
 
 from __future__ import annotations
 
@@ -6,37 +6,11 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
-from bipot.paths import Amplitude
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed
-from bipot.typing import Bools, Floats
-from studies.flat import axis_of
+from bipot.typing import Floats
+from studies.fuzz.solid_held import multiple
 from studies.independent.solid import face_forces, place, rule, shape_functions
-
-
-def multiple(amplitude: Amplitude, tau: float) -> float:
-    """That of an amplitude at a time."""
-    taus, multiples = np.transpose(amplitude.points)
-    return float(np.interp(tau, taus, multiples))
-
-
-def held(scene: Scene) -> Bools:
-    """Which components (a, 3) supports along axes hold or drive."""
-    out = np.zeros(scene.mesh.nodes.shape, dtype=bool)
-    for support in scene.supports:
-        out[np.unique(scene.mesh.boundaries[support.boundary]), axis_of(support)] = True
-    return out
-
-
-def prescribed_at(scene: Scene, tau: float) -> Floats:
-    """The displacement (a, 3) that supports ask for at a time, zero elsewhere."""
-    out = np.zeros(scene.mesh.nodes.shape)
-    for support in scene.supports:
-        if isinstance(support, Prescribed):
-            nodes = np.unique(scene.mesh.boundaries[support.boundary])
-            out[nodes, axis_of(support)] = support.displacement * multiple(support.amplitude, tau)
-    return out
 
 
 def loads_at(scene: Scene, accepted: Accepted, end: int) -> Floats:

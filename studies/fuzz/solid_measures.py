@@ -5,7 +5,8 @@ Each measure is over the largest number of its kind, with what double precision 
 * equilibrium: nodal residual where free, over the largest nodal sum of |element forces| and |loads|;
 * yielding: (sigma_eq - sigma_Y(p))+ / sigma_Y(p);
 * elastic: sigma - R sigma_n R' - 2 G dev (de - de_p) - K tr de 1, over the largest stress;
-* penetration: (-gap)+ of every node of the tools' boundaries, held ones too, over the size of the body;
+* penetration: (-gap)+ of every point of the tools' boundaries, and of their nodes that are held along the normal, over
+  the size of the body; points are nodes, or the study's own means of nodes (:mod:`studies.independent.fans`);
 * disc: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the run, u = (gap, slip), K the cone of
   both tangents; what is tied rests. Where supports or planes of symmetry hold both, no friction is of an unknown;
 * orientation: least det J over its element's mean, sampled densely, at the end and at the middle;
@@ -26,11 +27,13 @@ import numpy as np
 from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Symmetry
+from bipot.scene.supports import Prescribed
 from bipot.typing import Floats
-from studies.flat import axis_of, flat_tools
-from studies.fuzz.solid_contacts import Touching, touching
-from studies.fuzz.solid_loads import held, loads_at, prescribed_at
+from studies.flat import flat_tools
+from studies.fuzz.solid_contacts import FREE, Touching, touching
+from studies.fuzz.solid_held import freed, misplaced, planes_of
+from studies.fuzz.solid_loads import loads_at
+from studies.fuzz.solid_points import CUT
 from studies.independent.solid import (
     displacement_gradient,
     element_forces,
@@ -51,7 +54,11 @@ MANDEL = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 @dataclass(frozen=True)
 class SolidMeasures:
-    """The module docstring's numbers; ``sum_of_energies`` is the largest energy so far, of the modelled part."""
+    """The module docstring's numbers.
+
+    ``largest_energy`` is that of the modelled part so far, ``resolution`` the contact force that round-off of the
+    places of bodies and tools can make.
+    """
 
     equilibrium: float
     yielding: float
@@ -66,6 +73,7 @@ class SolidMeasures:
     stated: float
     energies: float
     largest_energy: float
+    resolution: float
 
 
 def full(mandel: Floats) -> Floats:
@@ -86,7 +94,7 @@ def _deviator(t: Floats) -> Floats:
 
 def images(scene: Scene) -> int:
     """How many images make the whole body."""
-    return 2 ** len({axis_of(s) for s in scene.supports if isinstance(s, Symmetry)})
+    return 2 ** len(planes_of(scene))
 
 
 @dataclass(frozen=True)
@@ -140,13 +148,12 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     """
     start, end, elements = accepted.start, accepted.state, scene.mesh.elements
     s, contact = _strained(scene, accepted), touching(scene, accepted)
-    count, fixed = len(scene.mesh.nodes), held(scene)
+    count, pushes = len(scene.mesh.nodes), contact.vectors(end.forces)
     begun, ended = loads_at(scene, accepted, 0), loads_at(scene, accepted, 1)
-    pushed = contact.on_nodes(contact.vectors(end.forces), count)
-    residual = nodal(elements, s.forces, count) - ended - pushed
-    residual[fixed] = 0.0
+    residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes)
+    residual = np.einsum("aij,aj->ai", freed(scene), residual)
     sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)
-    noise = nodal(elements, s.lever, count) + EPS * (np.linalg.norm(pushed, axis=1) + np.linalg.norm(ended, axis=1))
+    noise = nodal(elements, s.lever, count) + EPS * (contact.on_nodes_at_most(pushes) + np.linalg.norm(ended, axis=1))
     elastic, yielding = _material(scene, accepted, s)
     off, gap_off = _law(scene, contact, accepted, s.stiffness, largest)
     parts = _energies(scene, accepted, s, contact, (begun + ended) / 2)
@@ -154,7 +161,6 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     after = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
     own, most = parts * images(scene), max(energy, float(np.abs(parts).max()))
     middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
-    wanted = scene.mesh.nodes + prescribed_at(scene, end.tau)
     lost = _lost(scene, accepted, s, contact)
     driven = any(isinstance(support, Prescribed) for support in scene.supports)
     return SolidMeasures(
@@ -166,16 +172,18 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
         orientation=min(orientation(x, elements) for x in [end.nodes, *middle]),
         plastic=_over(lost[0], most),
         friction=_over(lost[1], most),
-        placed=_over(np.abs((end.nodes - wanted)[fixed]).max(initial=0.0), scene.mesh.size),
+        placed=_over(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), scene.mesh.size),
         balance=_balance(accepted, scene, contact, ended, sizes.sum()),
         stated=_stated(scene, accepted, contact),
         energies=0.0 if driven else _over(np.abs(after - before - own).max(), images(scene) * most),
         largest_energy=most,
+        resolution=float((_stiff(scene, contact, s.stiffness) * contact.places).max(initial=0.0)),
     )
 
 
 def _over(value: float, scale: float) -> float:
-    return float(value / scale) if value else 0.0
+    """0/0 is 0."""
+    return (float(value / scale) if scale > 0 else float("inf")) if value else 0.0
 
 
 def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, float]:
@@ -194,13 +202,25 @@ def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, fl
 
 def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, largest: float) -> tuple[float, float]:
     """Distance to the law over the largest force, and penetration over the size."""
-    normal = c.frames[:, 0]
-    rho = np.einsum("ci,cij,cj->c", normal, stiffness[c.node], normal)
+    rho = _stiff(scene, c, stiffness)
     unsure = (1 + np.where(np.isinf(c.mu), 0.0, c.mu)) * rho * c.blur
     off = np.maximum(c.off(accepted.state.forces, rho) - unsure, 0.0).max(initial=0.0)
     sunk = np.maximum(np.where(c.tied, np.abs(c.gap), -c.gap) - c.blur, 0.0).max(initial=0.0)
     inside = max(0.0, c.inside - EPS * float(np.abs(accepted.state.nodes).max()))
     return _over(off, largest), _over(max(sunk, inside), scene.mesh.size)
+
+
+def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
+    """Of candidates (c,), what a gap costs as their nodes give way as they are loaded, w_a n / sum w^2, others at rest.
+
+    The scale by which lengths are compared with forces; of nodes that cannot give way what they would have.
+    """
+    normal = c.frames[:, 0]
+    gives = np.linalg.norm(np.einsum("aij,cj->cai", freed(scene), normal), axis=-1) > FREE
+    own = c.weights != 0
+    share = np.where(gives | ~(gives & own).any(axis=1, keepdims=True), c.weights, 0.0) ** 2
+    along = np.einsum("ci,aij,cj->ca", normal, stiffness, normal)
+    return (share * along).sum(axis=1) / share.sum(axis=1) ** 2
 
 
 def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load: Floats) -> Floats:
@@ -226,7 +246,7 @@ def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[
     shear = scene.material.elasticity.shear
     unsure = float((s.volume * _size(full(end.stress)) * s.blur).sum()) / (2 * shear)
     plastic = float(np.einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
-    lengths = np.linalg.norm(end.du[c.node], axis=1) + np.linalg.norm(c.motion, axis=1)
+    lengths = c.moved_at_most(end.du) + np.linalg.norm(c.motion, axis=1)
     rubbed = -float(np.vdot(end.forces[:, 1:], c.slip)) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
     return plastic, rubbed
 
@@ -235,7 +255,7 @@ def _balance(accepted: Accepted, scene: Scene, c: Touching, loads: Floats, sizes
     """Resultant and moment of what acts on the modelled part: its supports' part as the library states it."""
     iterate = accepted.solved.iterate
     total = loads + iterate.reactions(accepted.solved.r)
-    total = total + c.on_nodes(c.vectors(c.rubbed(accepted.state.forces)), len(total))
+    total = total + c.on_nodes(c.vectors(c.rubbed(accepted.state.forces)))
     x = iterate.balanced - iterate.balanced.mean(axis=0)
     moment = np.cross(x, total).sum(axis=0) / scene.mesh.size
     scale = max(float(np.linalg.norm(total, axis=1).sum()), float(sizes))
@@ -245,13 +265,12 @@ def _balance(accepted: Accepted, scene: Scene, c: Touching, loads: Floats, sizes
 def _stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
     """Whole tools' forces against sums of nodal ones and against the forces that drive them."""
     worst, vectors = 0.0, c.vectors(c.rubbed(accepted.state.forces))
-    axes = {axis_of(s) for s in scene.supports if isinstance(s, Symmetry)}
     for k, tool in enumerate(flat_tools(scene)):
         own = vectors[c.tool == k]
         force, scale = own.sum(axis=0), float(np.linalg.norm(own, axis=1).sum())
-        for axis in axes:
-            if tool.normal[axis] == 0:
-                force, scale = 2 * force * (np.arange(3) != axis), 2 * scale
+        for way, _ in planes_of(scene):
+            if abs(float(way @ tool.normal)) <= CUT:
+                force, scale = 2 * (force - (force @ way) * way), 2 * scale
         worst = max(worst, _over(np.abs(accepted.tool_force(k) - force).max(), scale))
         if tool.driven_by is not None:
             asked = tool.driven_by.at(accepted.state.tau)

@@ -21,12 +21,14 @@ from bipot.meshes.solids import brick
 from bipot.paths import Amplitude, Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.scene.supports import Prescribed
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.numbers import friction, gap_at_rest
 from studies.fuzz.scenes import Drawn
+from studies.fuzz.solid_points import weighted
+from studies.fuzz.solid_supports import aslant, cut, leaning, supports
 from studies.independent.solid import orientation
 
 Rng = np.random.Generator
@@ -37,12 +39,11 @@ MU, GAP = (0.12, 0.55, 0.23, 0.1), (0.65, 0.2, 0.06, 0.09)
 """How probable each kind of friction and of gap at rest is (:mod:`studies.fuzz.numbers`)."""
 
 ELEMENTS = (Element.H8, Element.H20, Element.T10, Element.T4)
-OF_EACH = (0.55, 0.17, 0.18, 0.1)
+OF_EACH = (0.4, 0.25, 0.25, 0.1)
 
 LEAST_JACOBIAN = 0.05
 """Of a distorted mesh, over the mean of its element."""
 
-SIDES = (("left", 0), ("front", 1), ("base", 2))
 FORMING = 0.09
 """Travels above this times the size are taken in smaller increments."""
 
@@ -51,20 +52,21 @@ def draw_solid(seed: int) -> Drawn:
     """The body in space of ``seed``; always the same."""
     rng = np.random.default_rng([seed, 20])
     size, stress = 10.0 ** rng.uniform(-6, 6), 10.0 ** rng.uniform(-3, 12)
-    mesh = _distorted(rng, _made(rng, size))
+    mesh = leaning(np.random.default_rng([seed, 22]), _distorted(rng, _made(rng, size)))
     travel = size * 10.0 ** float(rng.choice([rng.uniform(-8, -4), rng.uniform(-4, -1), np.log10(0.2)]))
-    tools = _tools(rng, mesh, travel)
+    tools = weighted(np.random.default_rng([seed, 23]), mesh, _tools(rng, mesh, travel))
     scene = Scene(
         mesh=mesh,
         geometry=Geometry.SOLID,
         material=_material(rng, stress),
-        supports=_supports(rng, tools),
+        supports=supports(rng, mesh, tools),
         tools=tools,
         quadrature=Quadrature.GAUSS3 if mesh.element.shape.cube and rng.random() < 0.15 else None,
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
         volume=VOLUMES[mesh.element][rng.integers(len(VOLUMES[mesh.element]))] if rng.random() < 0.4 else None,
     )
-    scene = _pressed(rng, _cut(rng, _loaded(rng, scene, stress)), stress)
+    scene = _pressed(rng, cut(rng, _loaded(rng, scene, stress)), stress)
+    scene = aslant(np.random.default_rng([seed, 24]), scene)
     # What penalised forms and Delassus' refuse by their nature says nothing of bodies in space.
     welded = any(tool.welded for tool in scene.tools)
     form = str(rng.choice(FORMS[:3] if welded else FORMS, p=None if welded else SHARES))
@@ -157,24 +159,6 @@ def _material(rng: Rng, stress: float) -> VonMises:
     return VonMises(Elasticity(young, poisson), curve[rng.integers(3)])
 
 
-def _supports(rng: Rng, tools: tuple[FlatTool, ...]) -> tuple[Support, ...]:
-    """Any of three sides along their normals, some of them, a clamped base, or nothing; no base on a tool."""
-    based = any("base" in tool.candidates for tool in tools)
-    held = [Support(name, axis) for name, axis in SIDES if not (based and name == "base")]
-    kind = rng.choice(
-        ["all", "some", "clamped", "none"], p=[0.6, 0.15, 0.1, 0.15] if based else [0.7, 0.15, 0.13, 0.02]
-    )
-    if kind == "none":
-        return ()
-    if kind == "clamped":
-        return tuple(held) if based else tuple(Support("base", axis) for axis in range(3))
-    if kind == "some":
-        held = [support for support in held if support.boundary == "base" or rng.random() < 0.5]
-    if rng.random() < 0.15:
-        held += [Support(*[("back", 1), ("right", 0), ("back", 0)][rng.integers(3)])]
-    return tuple(held)
-
-
 def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
     """Three of ten scenes with one or two loads, sometimes in small strain."""
     if rng.random() < 0.7:
@@ -199,18 +183,6 @@ def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
     return replace(
         scene, loads=loads, configuration=Configuration.SMALL if rng.random() < 0.25 else scene.configuration
     )
-
-
-def _cut(rng: Rng, scene: Scene) -> Scene:
-    """Sides that are held along their normal, most of them planes of symmetry instead where the scene allows it."""
-    for support in scene.supports:
-        if (support.boundary, support.direction) in SIDES and rng.random() < 0.65:
-            plane = Symmetry(support.boundary, support.direction)
-            try:
-                scene = replace(scene, supports=tuple(plane if s == support else s for s in scene.supports))
-            except SceneError:
-                continue
-    return scene
 
 
 def _pressed(rng: Rng, scene: Scene, stress: float) -> Scene:

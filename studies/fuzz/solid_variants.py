@@ -1,4 +1,4 @@
-"""A body in space seen otherwise: in other units, with its axes exchanged, mirrored, and numbered otherwise."""
+"""A body in space seen otherwise: in other units, with its axes exchanged, mirrored, turned, and numbered otherwise."""
 
 from __future__ import annotations
 
@@ -8,23 +8,27 @@ import numpy as np
 
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.meshes.mesh import Mesh
-from bipot.paths import Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats, Ints
-from studies.flat import axis_of, flat_tools
+from studies.flat import flat_tools
+from studies.fuzz.solid_turned import Turned
 from studies.fuzz.variants import hardened_in
 from studies.independent.solid import places
+
+TURNED = 0.5
+"""Of the scenes are turned by any angle, the others' axes exchanged."""
 
 
 @dataclass(frozen=True)
 class SolidVariant:
     """A scene that is the original seen otherwise: original vectors are vectors[number] @ turn over their unit.
 
-    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection that exchanges axes.
+    ``number`` (a,) is each original node's here, ``turn`` (3, 3) a rotation or reflection. Forces of tools on nodes
+    (tools, a, 3) are ``weight`` times the original ones.
     """
 
     name: str
@@ -33,16 +37,27 @@ class SolidVariant:
     turn: Floats
     length: float = 1.0
     force: float = 1.0
+    weight: Floats | float = 1.0
+
+    def comparable(self, forces: Floats) -> Floats:
+        """What of the original's forces of tools on nodes (tools, a, 3) this has too."""
+        return forces
+
+    def tells(self, nodes: Floats) -> bool:
+        """Whether an answer with these ``nodes`` (a, 3) tells anything of the original."""
+        return True
 
 
 def variants(scene: Scene, seed: int) -> list[SolidVariant]:
-    """One of each kind, drawn from ``seed``."""
+    """One of each kind, drawn from ``seed``; of two scenes one is turned by any angle, the other as axes allow it."""
     rng = np.random.default_rng([seed, 21])
     turn = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+    if rng.random() < TURNED:
+        turn = _any_turn(rng)
     nodes, elements = rng.permutation(len(scene.mesh.nodes)), rng.permutation(len(scene.mesh.elements))
     return [
         in_units(scene, 10.0 ** rng.uniform(-3, 3), 10.0 ** rng.uniform(-6, 6)),
-        exchanged(scene, turn),
+        turned(scene, turn),
         renumbered(scene, nodes, elements, rng),
     ]
 
@@ -85,46 +100,27 @@ def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
     return SolidVariant("units", other, np.arange(len(mesh.nodes)), np.eye(3), length, force)
 
 
-def exchanged(scene: Scene, turn: Floats) -> SolidVariant:
-    """Axes exchanged and reversed: the new vector of v is turn v; frames of friction are others."""
-    mesh = scene.mesh
+def turned(scene: Scene, turn: Floats) -> SolidVariant:
+    """The new vector of v is ``turn`` v: axes exchanged and reversed, or any rotation or reflection.
+
+    Frames of friction are others, and supports along axes are along none where these stay none.
+    """
+    mesh, seen = scene.mesh, Turned(turn)
     order = np.arange(mesh.element.nodes) if np.linalg.det(turn) > 0 else mesh.element.mirrored
-    to, sign = np.argmax(np.abs(turn), axis=0), turn.sum(axis=0)
-
-    def of(vector: tuple[float, ...]) -> tuple[float, ...]:
-        return tuple((turn @ np.array(vector) + 0.0).tolist())
-
-    def path(one: Path) -> Path:
-        # Multiples of components change places, not signs: the travel has these.
-        return tuple((tau, _exchanged(multiple, to)) for tau, multiple in one)
-
-    def tool(one: FlatTool) -> FlatTool:
-        drive = one.driven_by
-        force = None if drive is None else Force(of(drive.vector), drive.amplitude)
-        point, normal, travel = of(one.point), of(one.normal), of(one.travel)
-        return replace(one, point=point, normal=normal, travel=travel, path=path(one.path), driven_by=force)
-
-    def support(one: Support) -> Support:
-        axis = axis_of(one)
-        if isinstance(one, Prescribed):
-            return replace(one, direction=int(to[axis]), displacement=one.displacement * float(sign[axis]) + 0.0)
-        return replace(one, direction=int(to[axis]))
-
-    def load(one: Load) -> Load:
-        return replace(one, vector=of(one.vector)) if isinstance(one, BodyForce | Traction | PointForce) else one
-
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries),
-        tools=tuple(map(tool, flat_tools(scene))),
-        supports=tuple(map(support, scene.supports)),
-        loads=tuple(map(load, scene.loads)),
+        tools=tuple(map(seen.tool, flat_tools(scene))),
+        supports=tuple(map(seen.support, scene.supports)),
+        loads=tuple(map(seen.load, scene.loads)),
     )
-    return SolidVariant("exchanged", other, np.arange(len(mesh.nodes)), turn)
+    return SolidVariant("exchanged" if seen.exchanges else "turned", other, np.arange(len(mesh.nodes)), turn)
 
 
-def _exchanged(multiple: float | tuple[float, ...], to: Ints) -> float | tuple[float, ...]:
-    return multiple if isinstance(multiple, float) else tuple(np.array(multiple)[np.argsort(to)].tolist())
+def _any_turn(rng: np.random.Generator) -> Floats:
+    """Any rotation, or one with a reflection."""
+    Q, R = np.linalg.qr(rng.normal(size=(3, 3)))
+    return Q * np.sign(np.diag(R))
 
 
 def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generator) -> SolidVariant:

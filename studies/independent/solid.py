@@ -167,6 +167,20 @@ def fitted(values: Floats, weight: Floats, rest: Floats, quadrature: str, volume
     return np.einsum("eqk,erk,er,er->eq", Q, Q, root, values) / root
 
 
+def face_rule(count: int) -> tuple[Floats, Floats]:
+    """Points (q, 2) and weights (q,) of the library's rule on faces of so many nodes, as :func:`on_face` has them."""
+    points, weights = flat_rule("triangle7" if count in (3, 6) else "gauss3")
+    return (points, weights) if count in (3, 6) else ((points + 1) / 2, weights / 4)
+
+
+def on_face(count: int, points: Floats) -> tuple[Floats, Floats]:
+    """Values (q, n) and derivatives (q, n, 2) of the shapes of a face of so many nodes at its ``points`` (q, 2)."""
+    of = {3: 4, 6: 10, 4: 8, 8: 20}[count]
+    on = np.flatnonzero(places(of)[:, 2] == 0)
+    values, slopes = shape_functions(np.column_stack([points, np.zeros(len(points))]), of)
+    return values[:, on], slopes[:, on, :2]
+
+
 def face_forces(x: Floats, inside: Floats) -> tuple[Floats, Floats]:
     """int N_a dA (n,) and int N_a n dA (n, 3) of a face with nodes x (n, 3), n away from ``inside`` (3,).
 
@@ -174,13 +188,8 @@ def face_forces(x: Floats, inside: Floats) -> tuple[Floats, Floats]:
     an element of space, whose shapes are taken. On warped faces dA is no polynomial: rules are those of the library,
     Radon's of seven points and Gauss' of three along each axis.
     """
-    points, weights = flat_rule("triangle7" if len(x) in (3, 6) else "gauss3")
-    if len(x) in (4, 8):
-        points, weights = (points + 1) / 2, weights / 4
-    of = {3: 4, 6: 10, 4: 8, 8: 20}[len(x)]
-    on = np.flatnonzero(places(of)[:, 2] == 0)
-    values, slopes = shape_functions(np.column_stack([points, np.zeros(len(points))]), of)
-    values, slopes = values[:, on], slopes[:, on]
+    points, weights = face_rule(len(x))
+    values, slopes = on_face(len(x), points)
     along, across = (slopes[..., d].copy() @ x for d in (0, 1))
     normal = np.asarray(np.cross(along, across) * weights[:, None], dtype=np.float64)
     way = np.sign(normal.sum(axis=0) @ (x.mean(axis=0) - inside))
