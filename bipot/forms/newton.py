@@ -14,7 +14,7 @@ from bipot.forms.memory import Setup
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.factors import LinearSolver, SuperLU
-from bipot.programs.frames import Frames
+from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
 from bipot.typing import Bools, Floats, Ints
@@ -57,15 +57,20 @@ class Search:
     is found by false position such that |g(t)| is at most ``work`` times |g(0)|. Where contacts decide, g(0) says
     nothing: the step is halved until the merit falls. If ``trials`` do not get there the one of least merit is taken:
     active sets change past a bump.
+
+    A tool that a force drives and that few contacts resist would go through all others. Those that were open are taken
+    to push it where it comes upon them, by ``landing`` times the elastic stiffness there, less than all of it as they
+    yield together, and g counts the work of that. How deep they lie in it then says more than how the merit falls.
     """
 
     fall: float = 0.5
     law: float = 0.2
     work: float = 0.4
+    landing: float = 0.3
     trials: int = 5
 
     def __post_init__(self) -> None:
-        for name in ("fall", "law", "work"):
+        for name in ("fall", "law", "work", "landing"):
             value = getattr(self, name)
             require_number(value, f"newton.search.{name}")
             require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
@@ -103,6 +108,12 @@ class Point(NamedTuple):
     def work(self, along: Floats) -> float:
         """Work of the unbalanced forces along a step (n,)."""
         return float(along @ self.balance)
+
+    def landing(self, before: Pieces, driven: Floats) -> float:
+        """Work of the elastic stiffness at contacts open ``before`` on what tools went ``driven`` (n,) into them."""
+        depth = np.where(before.closed, 0.0, np.maximum(-self.motion[:, 0], 0.0))
+        deeper = -(self.iterate.rows.G_n @ driven)
+        return float((before.scale / SOFTENED * depth) @ deeper)
 
 
 @dataclass(frozen=True)
@@ -243,21 +254,29 @@ class _Aim:
     def __init__(self, search: Search, here: Point, along: Floats) -> None:
         self.search, self.here, self.along = search, here, along
         self.work = here.work(along)
+        # What of the step tools that are driven go by themselves.
+        self.driven = along.copy()
+        self.driven[: len(here.iterate.increment.system.body.space.free)] = 0.0
         self.halves = here.miss > search.law * here.merit or not self.work
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
     def rest(self, trial: Point) -> float:
         """g(t)/g(0) of a trial, zero where it says nothing."""
-        return 0.0 if self.halves else trial.work(self.along) / self.work
+        return 0.0 if self.halves else (trial.work(self.along) + self._landing(trial)) / self.work
 
     def meets(self, t: float, trial: Point, rest: float) -> bool:
         """Whether the trial of length t is good enough."""
         if self.halves:
             return trial.merit <= self.here.merit
+        falls = trial.merit <= self.search.fall * self.here.merit and not self._landing(trial)
         # A whole step that is too short is not lengthened.
-        whole = t == 1.0 and (rest > 0 or trial.merit <= self.search.fall * self.here.merit)
+        whole = t == 1.0 and (rest > 0 or falls)
         return whole or abs(rest) <= self.search.work
+
+    def _landing(self, trial: Point) -> float:
+        """What the work of the unbalanced forces grows by where driven tools come upon open contacts."""
+        return self.search.landing * trial.landing(self.here.pieces, self.driven) if self.driven.any() else 0.0
 
     def shorter(self, t: float, rest: float) -> float:
         """The length to try after t."""
