@@ -4,9 +4,12 @@ The meshes are graded: in space the stiffness of a node grows with the size of i
 radius, so that what is far away is many times as stiff as the contact.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from bipot.errors import IncrementFailed
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton
@@ -118,3 +121,22 @@ def test_what_a_tool_comes_upon_tells_how_far_one_contact_lets_it_go(mu):
     assert one.passes <= 5
     assert other.passes > one.passes + 2
     np.testing.assert_allclose(one.solved.r, other.solved.r, atol=1e-6 * np.abs(one.solved.r).max())
+
+
+@pytest.mark.parametrize("gap", [1e-6, 0.1, 3.0])
+def test_a_tool_in_the_air_comes_to_lie_on_the_body_by_newton_alone(gap):
+    """Where nothing resists a tool its matrix is singular; it ends as from where the two touch."""
+    force = Force((0.0, -10.0))
+    (pressed,) = alone(ring(driven_by=force))
+    surface = Circle((0.0, RADIUS + gap), RADIUS)
+    scene = ring(driven_by=force)
+    (fallen,) = alone(replace(scene, tools=(replace(scene.tools[0], surface=surface),)))
+    assert fallen.passes <= pressed.passes + 1
+    np.testing.assert_allclose(fallen.state.translation - gap, pressed.state.translation, rtol=1e-6)
+    np.testing.assert_allclose(fallen.solved.r, pressed.solved.r, atol=1e-6 * np.abs(pressed.solved.r).max())
+
+
+def test_a_tool_that_meets_nothing_stays_in_the_air_and_the_march_ends():
+    scene = ring(driven_by=Force((0.0, 1.0)))
+    with pytest.raises(IncrementFailed, match="singular"):
+        alone(scene)

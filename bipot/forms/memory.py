@@ -36,7 +36,8 @@ class Setup:
 
     ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (for tools' coordinates the mean), SOFTENED: it
     balances forces against motions, alike wherever a run begins. ``spins`` (s,) are the unknowns that are turns of
-    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data.
+    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data, ``pushed`` (m,) the unknowns
+    that tools go by along forces.
     """
 
     space: Space
@@ -46,6 +47,7 @@ class Setup:
     scratch: Scratch
     spins: Ints
     held: Ints
+    pushed: Ints
 
     @staticmethod
     def of(system: System, pattern: Pattern) -> Setup:
@@ -60,7 +62,8 @@ class Setup:
         spins = np.flatnonzero(body.scene.drives.spins)
         held = pattern.place[space.diagonal[spins]]
         stiffness = np.append(SOFTENED * diagonal, 0.0)
-        return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held)
+        along = len(space.free) + np.flatnonzero(body.scene.drives.spins == 0)
+        return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held, along)
 
     def data(self, element: Floats) -> Floats:
         """Sum element matrices (e, dk, dk), or all their entries with those of couplings behind, into row-wise data

@@ -11,13 +11,14 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
+from bipot.forms.touching import resisted, touching
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Floats
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -186,7 +187,7 @@ class Newton:
         """
         clock = Stopwatch()
         began = clock.outside()
-        here = state.here or state.law.point(iterate, r, None)
+        here = state.here or self._first(iterate, r, state)
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)
         linearised = self._linearised(state, here, frames, merits, clock)
@@ -198,6 +199,15 @@ class Newton:
         forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
+
+    def _first(self, iterate: Iterate, r: Floats, state: Memory) -> Point:
+        """Where the first pass begins: tools that forces drive and nothing resists go to what they come upon."""
+        law, pushed = state.law, state.setup.pushed
+        here = law.point(iterate, r, None)
+        loose = pushed[~resisted(iterate.rows, here.pieces.by_motion, pushed)] if pushed.size else pushed
+        if not loose.size or not self.search.landing:
+            return here
+        return law.point(touching(iterate, loose, self.search.landing / SOFTENED * law.scale), r, None)
 
     def _linearised(
         self, state: Memory, here: Point, frames: Frames, merits: tuple[float, ...], clock: Stopwatch
@@ -214,7 +224,7 @@ class Newton:
             element = here.iterate.tangent(here.r, setup.scratch)
         data = setup.data(element)
         if setup.spins.size:
-            setup.hold(data, _resisted(here, setup.spins))
+            setup.hold(data, resisted(here.iterate.rows, here.pieces.by_motion, setup.spins))
         return Linearised.of(data, frames, here.pieces, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
@@ -238,14 +248,6 @@ class Newton:
         if best is None:
             raise failure
         return best
-
-
-def _resisted(here: Point, spins: Ints) -> Bools:
-    """Which of the unknowns ``spins`` (s,) the law of any contact depends on, by its motion."""
-    rows, motion = here.iterate.rows, np.zeros((here.r.shape[0], here.r.shape[1], len(spins)))
-    motion[:, 0] = rows.G_n[:, spins].toarray()
-    motion[rows.frictional, 1] = rows.G_t[:, spins].toarray()
-    return np.asarray((here.pieces.by_motion @ motion).any(axis=(0, 1)))
 
 
 class _Aim:
