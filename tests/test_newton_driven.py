@@ -105,7 +105,7 @@ def test_newton_alone_goes_as_a_path_does_in_about_as_many_passes(scene, mu):
     depth = float(pressed.state.translation[0])
     *_, gone = alone(scene(mu=mu, travel=tuple(depth * d for d in DOWN[scene])))
     assert (pressed.solved.r[:, 0] > 0).sum() > 2
-    assert pressed.passes <= gone.passes + 1
+    assert pressed.passes <= gone.passes + 2
     np.testing.assert_allclose(pressed.solved.r, gone.solved.r, atol=1e-6 * np.abs(gone.solved.r).max())
 
 

@@ -67,7 +67,7 @@ class Search:
     fall: float = 0.5
     law: float = 0.2
     work: float = 0.4
-    landing: float = 0.3
+    landing: float = 0.1
     trials: int = 5
 
     def __post_init__(self) -> None:
