@@ -128,6 +128,7 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Search(trials=2.5), "newton.search.trials = 2.5"),
         (lambda: Search(fall=1.0), "newton.search.fall = 1.0"),
         (lambda: Search(work=INF), "newton.search.work = inf"),
+        (lambda: Search(landing=-0.1), "newton.search.landing = -0.1"),
         (lambda: Reuse("0"), "newton.reuse.fall = '0': must be a number"),
         (lambda: Reuse(near=1.0), "newton.reuse.near = 1.0: must be in"),
         (lambda: Safeguard(patience=1.5), "safeguard.patience = 1.5"),

@@ -34,9 +34,10 @@ def ordered(space: Space) -> Pattern:
 class Setup:
     """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
 
-    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (of tools' coordinates the mean), SOFTENED: it
+    ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (for tools' coordinates the mean), SOFTENED: it
     balances forces against motions, alike wherever a run begins. ``spins`` (s,) are the unknowns that are turns of
-    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data.
+    tools under moments, ``held`` (s,) their places on the diagonal in the row-wise data, ``pushed`` (m,) the unknowns
+    that tools go by along forces.
     """
 
     space: Space
@@ -46,6 +47,7 @@ class Setup:
     scratch: Scratch
     spins: Ints
     held: Ints
+    pushed: Ints
 
     @staticmethod
     def of(system: System, pattern: Pattern) -> Setup:
@@ -60,7 +62,8 @@ class Setup:
         spins = np.flatnonzero(body.scene.drives.spins)
         held = pattern.place[space.diagonal[spins]]
         stiffness = np.append(SOFTENED * diagonal, 0.0)
-        return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held)
+        along = len(space.free) + np.flatnonzero(body.scene.drives.spins == 0)
+        return Setup(space, pattern, scatter, stiffness, scratch, len(space.free) + spins, held, along)
 
     def data(self, element: Floats) -> Floats:
         """Sum element matrices (e, dk, dk), or all their entries with those of couplings behind, into row-wise data
@@ -77,8 +80,14 @@ class Setup:
         data[self.held[~resisted]] += self.stiffness[self.spins[~resisted]]
 
     def scale(self, frames: Frames) -> Floats:
-        """Stiffness (c,) of the contacts' unknowns."""
-        return frames.largest(self.stiffness)
+        """Stiffness (c,) of the contacts' unknowns: of tools' coordinates, which have none, where no other is free.
+
+        A mean over a graded body would be off by orders of magnitude at its contacts.
+        """
+        body = self.stiffness.copy()
+        body[len(self.space.free) :] = 0.0
+        own = frames.largest(body)
+        return np.where(own > 0, own, frames.largest(self.stiffness))
 
 
 @dataclass(frozen=True)

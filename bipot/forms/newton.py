@@ -11,13 +11,14 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
+from bipot.forms.touching import resisted, touching
 from bipot.iterate import Iterate
 from bipot.programs.data import Stopwatch
 from bipot.programs.factors import LinearSolver, SuperLU
-from bipot.programs.frames import Frames
+from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Floats
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -57,15 +58,20 @@ class Search:
     is found by false position such that |g(t)| is at most ``work`` times |g(0)|. Where contacts decide, g(0) says
     nothing: the step is halved until the merit falls. If ``trials`` do not get there the one of least merit is taken:
     active sets change past a bump.
+
+    A tool that a force drives and that few contacts resist would go through all others. Those that were open are taken
+    to push it where it comes upon them, by ``landing`` times the elastic stiffness there, less than all of it as they
+    yield together, and g counts the work of that. How deep they lie in it then says more than how the merit falls.
     """
 
     fall: float = 0.5
     law: float = 0.2
     work: float = 0.4
+    landing: float = 0.1
     trials: int = 5
 
     def __post_init__(self) -> None:
-        for name in ("fall", "law", "work"):
+        for name in ("fall", "law", "work", "landing"):
             value = getattr(self, name)
             require_number(value, f"newton.search.{name}")
             require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
@@ -103,6 +109,12 @@ class Point(NamedTuple):
     def work(self, along: Floats) -> float:
         """Work of the unbalanced forces along a step (n,)."""
         return float(along @ self.balance)
+
+    def landing(self, before: Pieces, driven: Floats) -> float:
+        """Work of the elastic stiffness at contacts open ``before`` on what tools went ``driven`` (n,) into them."""
+        depth = np.where(before.closed, 0.0, np.maximum(-self.motion[:, 0], 0.0))
+        deeper = -(self.iterate.rows.G_n @ driven)
+        return float((before.scale / SOFTENED * depth) @ deeper)
 
 
 @dataclass(frozen=True)
@@ -175,7 +187,7 @@ class Newton:
         """
         clock = Stopwatch()
         began = clock.outside()
-        here = state.here or state.law.point(iterate, r, None)
+        here = state.here or self._first(iterate, r, state)
         merits = (*state.merits, here.merit)
         frames = state.law.frames_at(here.iterate)
         linearised = self._linearised(state, here, frames, merits, clock)
@@ -187,6 +199,15 @@ class Newton:
         forces = there.pieces.at_caps(np.where(there.pieces.none, 0.0, there.r))
         step = Step(there.iterate, forces, Outcome.SOLVED, 1, timing, error=there.error)
         return step, replace(state, linearised=linearised, merits=merits, here=there)
+
+    def _first(self, iterate: Iterate, r: Floats, state: Memory) -> Point:
+        """Where the first pass begins: tools that forces drive and nothing resists go to what they come upon."""
+        law, pushed = state.law, state.setup.pushed
+        here = law.point(iterate, r, None)
+        loose = pushed[~resisted(iterate.rows, here.pieces.by_motion, pushed)] if pushed.size else pushed
+        if not loose.size or not self.search.landing:
+            return here
+        return law.point(touching(iterate, loose, self.search.landing / SOFTENED * law.scale), r, None)
 
     def _linearised(
         self, state: Memory, here: Point, frames: Frames, merits: tuple[float, ...], clock: Stopwatch
@@ -203,7 +224,7 @@ class Newton:
             element = here.iterate.tangent(here.r, setup.scratch)
         data = setup.data(element)
         if setup.spins.size:
-            setup.hold(data, _resisted(here, setup.spins))
+            setup.hold(data, resisted(here.iterate.rows, here.pieces.by_motion, setup.spins))
         return Linearised.of(data, frames, here.pieces, self.linear)
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
@@ -229,35 +250,35 @@ class Newton:
         return best
 
 
-def _resisted(here: Point, spins: Ints) -> Bools:
-    """Which of the unknowns ``spins`` (s,) the law of any contact depends on, by its motion."""
-    rows, motion = here.iterate.rows, np.zeros((here.r.shape[0], here.r.shape[1], len(spins)))
-    motion[:, 0] = rows.G_n[:, spins].toarray()
-    motion[rows.frictional, 1] = rows.G_t[:, spins].toarray()
-    return np.asarray((here.pieces.by_motion @ motion).any(axis=(0, 1)))
-
-
 class _Aim:
     """How far to go along a step: what has been tried of it."""
 
     def __init__(self, search: Search, here: Point, along: Floats) -> None:
         self.search, self.here, self.along = search, here, along
         self.work = here.work(along)
+        # What of the step tools that are driven go by themselves.
+        self.driven = along.copy()
+        self.driven[: len(here.iterate.increment.system.body.space.free)] = 0.0
         self.halves = here.miss > search.law * here.merit or not self.work
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
     def rest(self, trial: Point) -> float:
         """g(t)/g(0) of a trial, zero where it says nothing."""
-        return 0.0 if self.halves else trial.work(self.along) / self.work
+        return 0.0 if self.halves else (trial.work(self.along) + self._landing(trial)) / self.work
 
     def meets(self, t: float, trial: Point, rest: float) -> bool:
         """Whether the trial of length t is good enough."""
         if self.halves:
             return trial.merit <= self.here.merit
+        falls = trial.merit <= self.search.fall * self.here.merit and not self._landing(trial)
         # A whole step that is too short is not lengthened.
-        whole = t == 1.0 and (rest > 0 or trial.merit <= self.search.fall * self.here.merit)
+        whole = t == 1.0 and (rest > 0 or falls)
         return whole or abs(rest) <= self.search.work
+
+    def _landing(self, trial: Point) -> float:
+        """What the work of the unbalanced forces grows by where driven tools come upon open contacts."""
+        return self.search.landing * trial.landing(self.here.pieces, self.driven) if self.driven.any() else 0.0
 
     def shorter(self, t: float, rest: float) -> float:
         """The length to try after t."""

@@ -1,0 +1,55 @@
+"""Where tools that forces drive come to lie on a body from the air: Newton's matrix is singular before."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.iterate import Iterate
+from bipot.programs.data import ContactRows
+from bipot.typing import Bools, Floats, Ints
+
+NEAR_ENOUGH = 0.5, 2.0
+"""What pushes a tool back, over what drives it, at least and at most: a start asks for no more."""
+
+TRIALS = 40
+
+
+def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
+    """Which of the unknowns ``tools`` (s,), their coordinates, the law ``by_motion`` (c, d, d) of any contact knows."""
+    motion = np.zeros((*by_motion.shape[:2], len(tools)))
+    motion[:, 0] = rows.G_n[:, tools].toarray()
+    motion[rows.frictional, 1:] = rows.G_t[:, tools].toarray().reshape(-1, rows.tangents, len(tools))
+    return np.asarray((by_motion @ motion).any(axis=(0, 1)))
+
+
+def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:
+    """The iterate with these of the unknowns, ``coordinates`` (m,) of tools, where contacts push back about as hard.
+
+    By ``stiffness`` (c,) times the depth at which they lie in the tool, the body at rest. What meets nothing stays.
+    """
+    for coordinate in coordinates.tolist():
+        iterate = _gone(iterate, coordinate, stiffness)
+    return iterate
+
+
+def _gone(iterate: Iterate, coordinate: int, stiffness: Floats) -> Iterate:
+    """The iterate with one tool gone."""
+    force = -float(iterate.residual[coordinate])
+    comes = -np.sign(force) * iterate.rows.G_n[:, [coordinate]].toarray()[:, 0]
+    meets = np.flatnonzero(comes > 0)
+    if not meets.size:
+        return iterate
+    # About where the first contact alone carries the force.
+    ways = iterate.motion[meets, 0] / comes[meets] + abs(force) / (stiffness[meets] * comes[meets] ** 2)
+    near, far, way = 0.0, np.inf, float(ways.min())
+    for _ in range(TRIALS):
+        x = iterate.x.copy()
+        x[coordinate] += np.sign(force) * way
+        there = iterate.increment.at(x)
+        pushed = stiffness * np.maximum(-there.motion[:, 0], 0.0)
+        part = -float(pushed @ there.rows.G_n[:, [coordinate]].toarray()[:, 0]) / force
+        if NEAR_ENOUGH[0] <= part <= NEAR_ENOUGH[1]:
+            return there
+        near, far = (way, far) if part < 1 else (near, way)
+        way = (near + far) / 2 if np.isfinite(far) else 2 * way
+    return iterate
