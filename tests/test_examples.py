@@ -213,6 +213,7 @@ def test_a_punch_goes_where_its_force_takes_it(run):
     assert 0.9 * sunk[first] < sunk[least] < sunk[first] <= sunk[-1] < 1.05 * sunk[first]
 
 
+@pytest.mark.slow
 def test_a_wedge_goes_in_by_the_known_force(run):
     depth, force = np.array(run("wedge_indentation", increments=24, elements=10)[0]).T
     assert depth[-1] == pytest.approx(1.0)
@@ -225,6 +226,7 @@ def test_a_billet_is_extruded_by_about_the_known_pressure(run):
     assert np.mean(punch[len(punch) // 2 :]) == pytest.approx(0.761799, rel=0.1)
 
 
+@pytest.mark.slow
 def test_the_stress_that_draws_a_bar_is_between_its_bounds(run):
     found = run("bar_drawing", increments=20, elements=5, shear=(0.0, 0.1))
     assert np.log(1 / 0.7) < found[0.0] < 0.56059

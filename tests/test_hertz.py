@@ -23,6 +23,7 @@ def indented(case, geometry, travel):
     return -last.tool_force(0)[1], *along(last)[:2]
 
 
+@pytest.mark.slow
 def test_a_cylinder_on_a_half_plane():
     force, x, pressure = indented(hertz_cylinder, Geometry.PLANE_STRAIN, hertz_cylinder.TRAVEL)
     star = hertz_cylinder.STAR

@@ -104,7 +104,7 @@ def test_the_force_lies_in_the_rigorous_bracket(mu):
     assert BRACKET[0] < force(tangent[-1]) < BRACKET[1]
 
 
-@pytest.mark.parametrize("mu", [0.1, 0.3])
+@pytest.mark.parametrize("mu", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("form", [FormName.TANGENT, FormName.DISSIPATION])
 def test_every_accepted_increment_is_certified(mu, form):
     for accepted in histories(mu)[form][1]:

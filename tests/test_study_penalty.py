@@ -109,6 +109,7 @@ def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkey
     assert again[3].split(",")[:7] == whole[3].split(",")[:7]
 
 
+@pytest.mark.slow
 def test_an_interrupted_resume_loses_no_row(speed, tmp_path, monkeypatch):
     left = cut(speed, tmp_path, 1, 4)
     calls = iter([None])
@@ -144,7 +145,10 @@ def test_a_penalty_table_is_gone_on_with_where_the_conic_run_has_to_be_made_agai
     assert untimed[0] == untimed[1]
 
 
-@pytest.mark.parametrize(("figure", "name"), [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")])
+@pytest.mark.parametrize(
+    ("figure", "name"),
+    [(fig_penalty_vs_conic, "penalty"), pytest.param(fig_speed_vs_error, "speed", marks=pytest.mark.slow)],
+)
 def test_figures_read_results_only(figure, name, request, tmp_path):
     results = request.getfixturevalue(name)
     figure.main(["--results", str(results), "--out", str(tmp_path / "figures")])

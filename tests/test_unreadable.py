@@ -44,7 +44,10 @@ def test_a_run_file_that_is_none_is_refused(folder, tmp_path):
         assert answer.message.startswith("ResultsError")
 
 
-@pytest.mark.parametrize("field", ["bipot/steps/stress", "bipot/steps/gap", "bipot/mesh/nodes", "VTKHDF/Points"])
+LONG = [pytest.param(field, marks=pytest.mark.slow) for field in ("bipot/steps/gap", "bipot/mesh/nodes")]
+
+
+@pytest.mark.parametrize("field", ["bipot/steps/stress", "VTKHDF/Points", *LONG])
 def test_a_dataset_that_is_not_what_it_should_be_is_refused(folder, tmp_path, field):
     valid = folder / "run.vtkhdf"
     # With that link the group gets a heap, by which it is refused first.
