@@ -6,14 +6,19 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.contact.closeness import TOUCHES, carries
+from bipot.contact.overlap import edges_of, least
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import norm
+from bipot.tools.tool import Sampling
 from bipot.typing import Floats
 
 MOST_TURNED = float(np.pi) / 6
 """The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
+
+UNFELT = 0.05
+"""How deep in an edge a tool may be of which no mean feels anything, over the edge: curves come so near before."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -44,6 +49,8 @@ def refuse_motion(iterate: Iterate, r: Floats) -> None:
         _refuse_crossed(iterate)
         _refuse_beyond(iterate, r)
         _refuse_between(iterate)
+    if iterate.increment.system.candidates.weighted:
+        _refuse_unfelt(iterate, r)
     _refuse_image(iterate)
 
 
@@ -97,6 +104,21 @@ def _refuse_between(iterate: Iterate) -> None:
             one, other = passed
             said = f"tools[{k}] comes into the body between nodes {one} and {other}"
             raise Refused(said, "Refine the boundary there, or make it a candidate: it does not feel the tool.")
+
+
+def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
+    """Refuse flat tools that are deep in an edge of which no weighted mean feels anything, such as at a corner."""
+    increment, contacts = iterate.increment, iterate.increment.system.candidates
+    nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
+    felt = np.asarray(np.abs(contacts.means.weights).T @ carries(r)) > 0
+    for k, tool in enumerate(scene.tools):
+        edges = edges_of(scene.mesh, tool)
+        depth = -least(tool.distance(nodes[edges], iterate.placed[k]))
+        deep = depth > UNFELT * norm(nodes[edges[:, -1]] - nodes[edges[:, 0]])
+        found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
+        if tool.sampling is Sampling.WEIGHTED and len(found):
+            said = f"tools[{k}] is {depth[found[0]]:.2g} deep in an edge at node {edges[found[0], 0]} and feels nothing"
+            raise Refused(said, "Meet that boundary at its nodes (Sampling.NODES), or refine it there.")
 
 
 def _refuse_image(iterate: Iterate) -> None:

@@ -41,7 +41,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
-        edges = nodes[_edges(scene.mesh, tool)]
+        edges = nodes[edges_of(scene.mesh, tool)]
         gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
         deepest = max(deepest, -float(gap.min()))
         if scene.mesh.dimension == 3 and not tool.flat:
@@ -50,7 +50,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     return deepest / scene.mesh.size
 
 
-def _edges(mesh: Mesh, tool: Tool) -> Ints:
+def edges_of(mesh: Mesh, tool: Tool) -> Ints:
     """Edges (f, n) of the boundaries of a tool, end (middle) end; those of faces one by one, shared ones twice."""
     facets = mesh.edges(*tool.candidates)
     if mesh.dimension == 2:
