@@ -126,10 +126,12 @@ def extrapolated(values: Sequence[float]) -> tuple[float, float]:
 
     >>> [round(found, 6) for found in extrapolated([1.16, 1.04, 1.01])]
     [2.0, 1.0]
+    >>> extrapolated([math.inf, math.nan, math.nan])
+    (nan, nan)
     """
     order = observed_order(list(values)) if all(map(math.isfinite, values)) else None
     if order is None:
-        return math.nan, math.inf if min(values) == math.inf else math.nan
+        return math.nan, math.inf if all(value == math.inf for value in values) else math.nan
     return order, values[-1] - (values[-2] - values[-1]) / (2**order - 1)
 
 
