@@ -30,7 +30,7 @@ STEEL = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
 def askew(mesh, sampling, travel):
     """A body held at its base under a tool that comes upon one end of its top."""
     d = mesh.dimension
-    lean = np.array([-0.4, -1.0]) if d == 2 else np.array([-0.3, -0.3, -1.0])
+    lean = np.array([-2.0, -1.0]) if d == 2 else np.array([-1.0, -1.0, -1.0])
     normal = lean / np.linalg.norm(lean)
     first = mesh.nodes[np.argmin(mesh.nodes @ normal)]
     tool = FlatTool(tuple(first), tuple(normal), (*[0.0] * (d - 1), -travel), ("top",), 0.2, sampling=sampling)
@@ -52,12 +52,12 @@ def forces(mesh, sampling, travel):
 
 @pytest.mark.parametrize("mesh", BODIES.values(), ids=BODIES)
 def test_a_corner_that_no_mean_feels_is_refused_where_a_tool_is_deep_in_it(mesh):
-    with pytest.raises(IncrementFailed, match=r"tools\[0\] is 0.0\d+ deep in an edge at node \d+ and feels nothing"):
-        forces(mesh, Sampling.WEIGHTED, 0.2)
+    with pytest.raises(IncrementFailed, match=r"tools\[0\] is 0.[23]\d* deep in an edge at node \d+ and feels nothing"):
+        forces(mesh, Sampling.WEIGHTED, 0.8)
 
 
 @pytest.mark.parametrize("mesh", BODIES.values(), ids=BODIES)
 def test_it_is_felt_at_nodes_and_not_refused_where_it_is_hardly_deep(mesh):
     felt = forces(mesh, Sampling.NODES, 0.2)
     assert all(a < b for a, b in pairwise([0.0, *felt]))
-    assert len(forces(mesh, Sampling.WEIGHTED, 0.02)) == 4
+    assert len(forces(mesh, Sampling.WEIGHTED, 0.1)) == 4

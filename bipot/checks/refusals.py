@@ -17,8 +17,8 @@ from bipot.typing import Floats
 MOST_TURNED = float(np.pi) / 6
 """The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
 
-UNFELT = 0.05
-"""How deep in an edge a tool may be of which no mean feels anything, over the edge: curves come so near before."""
+UNFELT = 0.25
+"""How deep in an edge a tool may be of which no mean feels anything, over the edge, as between nodes."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -118,7 +118,7 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
         if tool.sampling is Sampling.WEIGHTED and len(found):
             said = f"tools[{k}] is {depth[found[0]]:.2g} deep in an edge at node {edges[found[0], 0]} and feels nothing"
-            raise Refused(said, "Meet that boundary at its nodes (Sampling.NODES), or refine it there.")
+            raise Refused(said, "Meet that boundary at its nodes (Sampling.NODES).")
 
 
 def _refuse_image(iterate: Iterate) -> None:
