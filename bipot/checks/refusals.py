@@ -110,7 +110,7 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
     """Refuse flat tools that are deep in an edge of which no weighted mean feels anything, such as at a corner."""
     increment, contacts = iterate.increment, iterate.increment.system.candidates
     nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
-    felt = np.asarray(np.abs(contacts.means.weights).T @ carries(r)) > 0
+    felt = np.asarray(abs(contacts.means.weights).T @ carries(r)) > 0
     for k, tool in enumerate(scene.tools):
         edges = edges_of(scene.mesh, tool)
         depth = -least(tool.distance(nodes[edges], iterate.placed[k]))
