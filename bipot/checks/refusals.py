@@ -9,6 +9,7 @@ from bipot.contact.closeness import TOUCHES, carries
 from bipot.contact.overlap import edges_of, least
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
+from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import norm
 from bipot.tools.tool import Sampling
@@ -16,9 +17,6 @@ from bipot.typing import Floats
 
 MOST_TURNED = float(np.pi) / 6
 """The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
-
-UNFELT = 0.25
-"""How deep in an edge a tool may be of which no mean feels anything, over the edge, as between nodes."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -107,16 +105,19 @@ def _refuse_between(iterate: Iterate) -> None:
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
-    """Refuse flat tools that are deep in an edge of which no weighted mean feels anything, such as at a corner."""
+    """Refuse flat tools that are deep in an edge of which no weighted mean feels them, such as at a corner."""
     increment, contacts = iterate.increment, iterate.increment.system.candidates
     nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
-    felt = np.asarray(abs(contacts.means.weights).T @ carries(r)) > 0
+    carrying, weights = carries(r), abs(contacts.means.weights)
     for k, tool in enumerate(scene.tools):
+        if tool.sampling is not Sampling.WEIGHTED:
+            continue
+        felt = np.asarray(weights.T @ (carrying & (contacts.tool == k))) > 0
         edges = edges_of(scene.mesh, tool)
         depth = -least(tool.distance(nodes[edges], iterate.placed[k]))
-        deep = depth > UNFELT * norm(nodes[edges[:, -1]] - nodes[edges[:, 0]])
+        deep = depth > DEPTH * norm(nodes[edges[:, -1]] - nodes[edges[:, 0]])
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
-        if tool.sampling is Sampling.WEIGHTED and len(found):
+        if len(found):
             said = f"tools[{k}] is {depth[found[0]]:.2g} deep in an edge at node {edges[found[0], 0]} and feels nothing"
             raise Refused(said, "Meet that boundary at its nodes (Sampling.NODES).")
 

@@ -27,7 +27,7 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
 DEPTH = 0.25
-"""Of an edge, or of the tool's thickness: deeper in the body no part of a tool may be."""
+"""Of an edge, of a face the longest, or of the tool's thickness: deeper in the body no part of a tool may be."""
 
 ON = 1e-6
 """Of an edge: who is no farther outside the tool is on its surface, and who no farther past an edge is at its end."""

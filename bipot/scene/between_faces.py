@@ -23,14 +23,12 @@ import numpy as np
 from bipot.errors import require
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
+from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import Plane as Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Plane, Surface, Tips
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
-
-DEPTH = 0.25
-"""Of a face's longest edge, or of the tool's thickness: deeper in the body no part of a tool may be."""
 
 THIN = 0.25
 """Of a candidate's longest edge: thinner tools might come in unseen between the points of its faces."""

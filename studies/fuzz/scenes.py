@@ -7,7 +7,7 @@ held by tools alone or by nothing.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +27,7 @@ from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.tool import FlatTool, Sampling
+from bipot.typing import Vector
 from studies.fuzz.driven import forced, prescribed
 from studies.fuzz.meshes import Rng, distorted, in_other_elements, made, rule, volume
 from studies.fuzz.numbers import friction, gap_at_rest
@@ -123,11 +124,19 @@ def _loaded(rng: Rng, scene: Scene, stress: float) -> Scene:
     )
 
 
-def cut_by_planes(rng: Rng, scene: Scene) -> Scene:
-    """Sides that are held along their normal, half of them planes of symmetry instead where the scene allows it."""
-    normals = {"left": 0, "base": 1}
+HELD = ("left", 0), ("base", 1)
+"""Sides and the normals along which they are held."""
+
+
+def cut_by_planes(
+    rng: Rng,
+    scene: Scene,
+    normals: Collection[tuple[str, int | Vector]] = (("left", 0), ("base", 1)),
+    part: float = 0.5,
+) -> Scene:
+    """Sides that are held along their normal, a ``part`` of them planes of symmetry where the scene allows it."""
     for support in scene.supports:
-        if normals.get(support.boundary) == support.direction and rng.random() < 0.5:
+        if (support.boundary, support.direction) in normals and rng.random() < part:
             plane = Symmetry(support.boundary, support.direction)
             try:
                 scene = replace(scene, supports=tuple(plane if s == support else s for s in scene.supports))

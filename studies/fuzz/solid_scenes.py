@@ -26,9 +26,9 @@ from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.numbers import friction, gap_at_rest
-from studies.fuzz.scenes import Drawn
+from studies.fuzz.scenes import Drawn, cut_by_planes
 from studies.fuzz.solid_points import weighted
-from studies.fuzz.solid_supports import aslant, cut, leaning, supports
+from studies.fuzz.solid_supports import aslant, leaning, sides, supports
 from studies.independent.solid import orientation
 
 Rng = np.random.Generator
@@ -65,7 +65,7 @@ def draw_solid(seed: int) -> Drawn:
         configuration=Configuration(rng.choice(["midpoint", "paper"], p=[0.75, 0.25])),
         volume=VOLUMES[mesh.element][rng.integers(len(VOLUMES[mesh.element]))] if rng.random() < 0.4 else None,
     )
-    scene = _pressed(rng, cut(rng, _loaded(rng, scene, stress)), stress)
+    scene = _pressed(rng, cut_by_planes(rng, _loaded(rng, scene, stress), sides(scene.mesh), 0.65), stress)
     scene = aslant(np.random.default_rng([seed, 24]), scene)
     # What penalised forms and Delassus' refuse by their nature says nothing of bodies in space.
     welded = any(tool.welded for tool in scene.tools)

@@ -63,19 +63,6 @@ def supports(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[Support
     return tuple(held)
 
 
-def cut(rng: Rng, scene: Scene) -> Scene:
-    """Sides that are held along their normal, most of them planes of symmetry instead where the scene allows it."""
-    normals = sides(scene.mesh)
-    for support in scene.supports:
-        if (support.boundary, support.direction) in normals and rng.random() < 0.65:
-            plane = Symmetry(support.boundary, support.direction)
-            try:
-                scene = replace(scene, supports=tuple(plane if s == support else s for s in scene.supports))
-            except SceneError:
-                continue
-    return scene
-
-
 def aslant(rng: Rng, scene: Scene) -> Scene:
     """Some scenes with a support that is, or is now, between the axes, at rest or driven.
 
