@@ -131,7 +131,7 @@ HELD = ("left", 0), ("base", 1)
 def cut_by_planes(
     rng: Rng,
     scene: Scene,
-    normals: Collection[tuple[str, int | Vector]] = (("left", 0), ("base", 1)),
+    normals: Collection[tuple[str, int | Vector]] = HELD,
     part: float = 0.5,
 ) -> Scene:
     """Sides that are held along their normal, a ``part`` of them planes of symmetry where the scene allows it."""
