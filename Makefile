@@ -12,6 +12,8 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 export MPLBACKEND := Agg
+# A hundred tests start processes of their own: what these import is compiled once, by the first, wherever that is off.
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test suite lint types bench docs check-long test-lowest clean
 

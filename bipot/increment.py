@@ -22,10 +22,10 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.errors import NotConverged, require, require_count, require_number, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
+from bipot.prediction import begin
 from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
-from bipot.schedule import SAME
 from bipot.system import System as System
 from bipot.typing import Floats
 
@@ -159,7 +159,7 @@ def solve_increment(
     watch, iterations, almost = _Watch(limits), 0, 0
     began = time.perf_counter()
     if near_to is None:
-        iterate, r = increment.at(_predicted(increment, cache)), increment.start.forces
+        iterate, r = begin(increment, cache.pace, limits.bounds), increment.start.forces
     else:
         iterate, r = increment.at(near_to.response.x), near_to.r
     timing = Timing(assembly=time.perf_counter() - began)
@@ -240,23 +240,3 @@ def advance(start: State, solved: Solved) -> State:
     """The state after the increment that was ``solved`` from the accepted state ``start``, with its flow carried on."""
     increment, gap = solved.iterate.increment, solved.iterate.motion[:, 0]
     return increment.system.body.advance(start, solved.response, increment.tau, solved.r, gap)
-
-
-def _predicted(increment: Increment, cache: Cache) -> Floats:
-    """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
-
-    Where no tool, support or load moves or changes, nothing drives it: it stays, for its material knows no time. Where
-    tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
-    it over the last motion, which opens them further. From a corner of a path or an amplitude on, the last motion says
-    nothing of the next: what was fast may be slow.
-    """
-    start, rows = increment.start, increment.rows
-    x = increment.system.body.space.gather(cache.pace.predict(start, increment.tau))
-    if any(abs(kink - start.tau) <= SAME for kink in increment.system.body.scene.kinks):
-        return np.zeros_like(x)
-    same = np.array_equal(rows.gap, start.gap) and not increment.new_load.any()
-    if same and not rows.slip.any() and not increment.driven.any():
-        return np.zeros_like(x)
-    carried = float(start.forces[:, 0] @ start.gap)
-    going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))
-    return np.zeros_like(x) if going_on > staying > 0 else x

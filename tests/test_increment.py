@@ -5,10 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from bipot.forms import Cache, Newton
-from bipot.increment import Limits, _predicted
+from bipot.certificate import Bounds
+from bipot.forms import Newton
+from bipot.forms.memory import Pace, Paced
+from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
+from bipot.prediction import begin, predicted
 from tests.scenes import scene, tool
 
 
@@ -33,23 +36,36 @@ def test_an_observer_sees_what_every_pass_was_given_and_what_it_answered():
 
 
 @pytest.mark.parametrize(
-    ("after", "predicted"), [(2.0, 1.0), (0.0, 0.0), (1.0, 0.0)], ids=["goes on", "turns back", "stays"]
+    ("after", "share"), [(2.0, 1.0), (0.0, 0.0), (1.0, 0.0)], ids=["goes on", "turns back", "stays"]
 )
-def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back_or_stays(after, predicted):
+def test_the_last_motion_is_predicted_to_go_on_but_not_where_the_tool_turns_back_or_stays(after, share):
     """The same pressed state, before the second half of two paths; the first half has the velocity of the last."""
     moving = scene(tools=(tool(path=((0.0, 0.0), (0.5, 1.0), (1.0, after))),))
     state = next(march(moving, Schedule(2), Control(Newton()))).state
     assert state.forces.any()
     system = system_of(moving)
     going_on = (0.25 * state.velocity).ravel()[system.body.space.free]
-    found = _predicted(Increment(system, state, 0.75), Cache())
+    found = predicted(Increment(system, state, 0.75), Pace())
     assert going_on.any()
-    np.testing.assert_array_equal(found, predicted * going_on)
+    np.testing.assert_array_equal(found, share * going_on)
 
 
 def test_nothing_is_predicted_from_rest():
     system = system_of(scene())
-    assert not _predicted(Increment(system, system.rest(), 1.0), Cache()).any()
+    assert not predicted(Increment(system, system.rest(), 1.0), Pace()).any()
+
+
+@pytest.mark.parametrize(("change", "kept"), [(1e-3, False), (0.2, True)])
+def test_a_velocity_that_leads_away_is_kept_instead_of_extrapolated(change, kept):
+    """What the velocity turned by, node by node, would turn it as much again."""
+    *_, step, _ = march(scene(), Schedule(40), Control(Newton()))
+    state, system = step.state, system_of(scene())
+    turned = np.random.default_rng(1).normal(size=state.rates.shape)
+    turned *= change * np.linalg.norm(state.rates) / np.linalg.norm(turned)
+    before = Paced(state.tau - state.length, state.tau - 1.5 * state.length, state.rates - turned)
+    iterate = begin(Increment(system, state, state.tau + state.length), Pace(before), Bounds())
+    expected = state.rates if kept else state.rates + turned
+    np.testing.assert_allclose(iterate.x, system.body.space.gather(expected * state.length), rtol=1e-9)
 
 
 @pytest.mark.parametrize("early", [1e-1, 1e-3, 1e-6])

@@ -21,6 +21,7 @@ LAYERS = (
     ("iterate",),
     ("checks", "limit_analysis", "traction"),
     ("forms",),
+    ("prediction",),
     ("increment",),
     ("energy",),
     ("control",),
