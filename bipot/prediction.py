@@ -22,7 +22,7 @@ NEARER = 0.5
 
 
 def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
-    """The iterate predicted; where that is far off, and nearer to balance, that of the last velocity kept.
+    """The iterate predicted; where that is far off its bound, the last velocity kept if that is nearer to balance.
 
     Next to a landing the velocity turns from increment to increment: extrapolated, it may lead away from the answer.
 
@@ -38,7 +38,7 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     if not going.x.any():
         return going
     off = unbalanced(going)
-    if off > FAR:
+    if off > max(FAR, bounds.equilibrium):
         with suppress(InvertedElement, NotConverged):
             kept = increment.at(increment.system.body.space.gather(start.rates * (increment.tau - start.tau)))
             if unbalanced(kept) < NEARER * off:
