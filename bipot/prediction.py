@@ -17,7 +17,7 @@ from bipot.typing import Floats
 FAR = 0.3
 """Equilibrium (:class:`bipot.certificate.Balance`) from which on a start is so far off that another one is tried."""
 
-NEARER = 0.5
+NEARER = 0.7
 """What that must be of it to be taken: equilibrium does not tell how far the tools have still to go."""
 
 

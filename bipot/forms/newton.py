@@ -39,7 +39,7 @@ class Reuse:
 
     fall: float = 0.03
     turn: float = 0.005
-    near: float = 1e-5
+    near: float = 3e-5
 
     def __post_init__(self) -> None:
         for name in ("fall", "turn", "near"):
