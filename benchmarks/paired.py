@@ -32,6 +32,7 @@ from scipy.stats import binom
 from benchmarks.rows import write
 from bipot.basics.undisturbed import undisturbed
 from bipot.errors import BipotError
+from studies.accuracy.spent import COMPILED
 from studies.command import command, say
 from studies.files import require_writable
 from studies.options import count
@@ -118,7 +119,7 @@ def started(tree: Path, task: str, size: int) -> Iterator[Callable[[], Taken]]:
     The call raises Failed where the process failed (it says why on stderr) or has a library from elsewhere.
     """
     asked = [sys.executable, "-P", str(TASKS), task, str(size)]
-    env = os.environ | THREADS | {"PYTHONPATH": str(tree)}
+    env = os.environ | COMPILED | THREADS | {"PYTHONPATH": str(tree)}
     # Ctrl-C is this process's to answer; the one started would print where it was.
     with undisturbed():
         run = subprocess.Popen(asked, env=env, cwd=tree, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

@@ -1,6 +1,7 @@
 """The study of the total error in fast mode: deck for CalculiX, rows with and without it, errors, ratios, figure."""
 
 import math
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from studies.accuracy.alone import run
 from studies.accuracy.choice import FOREIGN, OWN, Choice, Pace
 from studies.accuracy.deck import FACES, NODES, Deck
 from studies.accuracy.limits import Limit
-from studies.accuracy.spent import Ended
+from studies.accuracy.spent import Ended, ended
 from studies.accuracy.total_plan import FAST, Plan
 from studies.accuracy.total_row import MARKS, SOLVED, Ratio, Row, errors, front, key, limits_of, ratios
 from studies.tables import read_rows
@@ -214,3 +215,10 @@ def test_the_kept_ratios_are_as_the_page_says():
         own = min(one.seconds for one in kept(OWN, element="q8", quadrature="gauss2", elements=side))
         other = min(one.seconds for one in kept(FOREIGN, element="CAX8R", elements=side))
         assert 25 < other / own < 40
+
+
+def test_a_process_that_is_measured_keeps_what_it_compiles(monkeypatch):
+    """Whatever the environment says: else every process would be charged for compiling all that it imports."""
+    monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")
+    asked = "import sys; print(sys.dont_write_bytecode)"
+    assert ended([sys.executable, "-c", asked]).said.split() == ["False"]

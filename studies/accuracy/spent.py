@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 from collections.abc import Sequence
@@ -10,6 +11,10 @@ from pathlib import Path
 
 LONGEST = 600.0
 """Seconds that a command is waited for."""
+
+COMPILED = {"PYTHONDONTWRITEBYTECODE": ""}
+"""Environment in which Python keeps what it compiles, as it does where nobody says otherwise: a process that is
+measured starts as a user's does."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,7 @@ def ended(command: Sequence[str], folder: Path | None = None) -> Ended:
         done = subprocess.run(
             command,
             cwd=folder,
+            env=os.environ | COMPILED,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
