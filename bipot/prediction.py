@@ -14,6 +14,9 @@ from bipot.iterate import Increment, Iterate
 from bipot.schedule import SAME
 from bipot.typing import Floats
 
+SHORT = 0.01
+"""Motion over the body's size up to which a start is looked at: in longer increments a smooth motion is as far off."""
+
 FAR = 0.3
 """Equilibrium (:class:`bipot.certificate.Balance`) from which on a start is so far off that another one is tried."""
 
@@ -22,7 +25,7 @@ NEARER = 0.7
 
 
 def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
-    """The iterate predicted; where that is far off its bound, the last velocity kept if that is nearer to balance.
+    """The iterate predicted; of a short increment, where that is far off, the last velocity kept if nearer to balance.
 
     Next to a landing the velocity turns from increment to increment: extrapolated, it may lead away from the answer.
 
@@ -35,7 +38,7 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
 
     start = increment.start
     going = increment.at(predicted(increment, pace))
-    if not going.x.any():
+    if not going.x.any() or increment.units.length > SHORT * increment.units.size:
         return going
     off = unbalanced(going)
     if off > max(FAR, bounds.equilibrium):
