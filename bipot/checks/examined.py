@@ -91,10 +91,10 @@ class Examined:
         Of a force itself; of a moment the sum of the contact forces times their arms where that is larger, which is
         above zero where a tool rolls freely: over its lever, which no unknown changes.
         """
-        own, drives = (
-            np.abs(self.increment.system.body.space.beside(self.iterate.load)),
-            self.increment.system.body.scene.drives,
-        )
+        drives = self.increment.system.body.scene.drives
+        if not drives:
+            return np.zeros(0)
+        own = np.abs(self.increment.system.body.space.beside(self.iterate.load))
         if not drives.spins.any():
             return own
         arms = norm(self.iterate.meeting.arm) * norm(self.r)
