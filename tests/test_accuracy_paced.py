@@ -73,7 +73,7 @@ def test_the_kept_rows_are_all_that_the_plan_asks_for():
 
 
 def test_the_kept_costs_are_as_the_page_says():
-    """No equal increments are cheaper by more than three passes down to 3e-4, at 1e-4 those of three by up to a sixth."""
+    """None equal are cheaper by more than three passes down to 3e-4, at 1e-4 those of three by up to a sixth."""
     rows = read_rows(KEPT / "paced.csv", Row)
     assert not any(row.passes > row.uniform_passes + 3 for row in rows if row.accuracy > 1e-4)
     finest = {row.scene: row.ratio for row in rows if row.accuracy == 1e-4}
