@@ -180,6 +180,11 @@ def test_energies_of_a_body_that_a_gap_of_round_off_moves_are_not_compared(seed)
     assert fuzz_judge.judge_shaped(seed).outcome is Outcome.CERTIFIED
 
 
+def test_a_weld_without_a_lever_beside_a_tool_that_a_moment_turns_is_diagnosed_in_numbers():
+    """What is tied holds whatever is asked; 0 times inf is no moment, and a warning is an error here."""
+    assert fuzz_judge.judge_shaped(910011).outcome is Outcome.REFUSED
+
+
 def test_shaped_tools_of_all_sorts_are_drawn():
     scenes = [drawn for seed in range(750000, 750050) if (drawn := taken(seed)) is not None]
     kinds = " ".join(drawn.kind for drawn in scenes)

@@ -108,7 +108,11 @@ def _spun(system: System, state: State, tau: float) -> str | None:
         return None
     levers = np.vecdot(here.frames, across(here.meeting.arm)[:, None])
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
-    by_friction = contacts.driven_sums(np.abs(levers[:, 1]) * here.rows.limit(state.forces))
+    lever, held = np.abs(levers[:, 1]), here.rows.limit(state.forces)
+    # What is tied holds any moment where it has a lever; without one, or of another tool, it holds none.
+    ties = np.isinf(held)
+    by_friction = contacts.driven_sums(lever * np.where(ties, 0.0, held))
+    by_friction[contacts.driven_sums(ties * lever) > 0] = np.inf
     asked = drives.at(tau) / np.where(drives.spins > 0, drives.spins, np.inf)
     coming = scene.travel(state.tau, tau).any(axis=1) | np.array([tool.driven_by is not None for tool in scene.tools])
     told = (contacts.driven_sums(state.forces[:, 0]) > 0) | ~coming[drives.tool]
