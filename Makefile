@@ -12,7 +12,7 @@ export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 export MKL_NUM_THREADS := 1
 export MPLBACKEND := Agg
-# A hundred tests start processes of their own: what these import is compiled once, by the first, wherever that is off.
+# Many tests start processes of their own: what these import is compiled once, even where the environment says otherwise.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test suite lint types bench docs check-long test-lowest clean

@@ -181,7 +181,7 @@ def test_energies_of_a_body_that_a_gap_of_round_off_moves_are_not_compared(seed)
 
 
 def test_a_weld_without_a_lever_beside_a_tool_that_a_moment_turns_is_diagnosed_in_numbers():
-    """What is tied holds whatever is asked; 0 times inf is no moment, and a warning is an error here."""
+    """What is tied holds whatever is asked of its lever; 0 times inf is no moment, and a warning is an error here."""
     assert fuzz_judge.judge_shaped(910011).outcome is Outcome.REFUSED
 
 
