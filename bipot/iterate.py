@@ -264,9 +264,12 @@ class Iterate:
 
     def rubbed(self, r: Floats) -> Floats:
         """Contact forces r (c, d) with the friction -s slip/|slip| where the slip is known: of tool and support."""
+        dragged = self.increment.dragged
+        if not dragged.any():
+            return r
         s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
         out = r.copy()
-        out[:, 1:] -= s[:, None] * unit(self.increment.dragged)
+        out[:, 1:] -= s[:, None] * unit(dragged)
         return out
 
     def tool_forces(self, r: Floats) -> Floats:

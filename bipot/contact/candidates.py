@@ -221,13 +221,27 @@ class Candidates:
         return ContactRows(
             normal_rows,
             motion[:, 0].copy(),
-            rows_of(tangent_rows, np.repeat(rubs, motion.shape[1] - 1)),
+            self._slipping(tangent_rows, np.repeat(rubs, motion.shape[1] - 1)),
             motion[rubs, 1:],
             np.flatnonzero(rubs),
             np.where(acts, mu, np.where(tied, np.inf, 0.0)),
             np.full(len(mu), np.inf),
             tied,
         )
+
+    def _slipping(self, tangents: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
+        """The chosen rows; of flat tools those of the last increment, where no weld took hold since."""
+        if self.curved:
+            return rows_of(tangents, chosen)
+        key = chosen.tobytes()
+        if key not in self._slipped:
+            self._slipped.clear()
+            self._slipped[key] = rows_of(tangents, chosen)
+        return self._slipped[key]
+
+    @cached_property
+    def _slipped(self) -> dict[bytes, sp.csr_matrix]:
+        return {}
 
     @cached_property
     def weighted(self) -> bool:

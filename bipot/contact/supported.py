@@ -40,11 +40,13 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
     for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):
+        if not len(nodes):
+            continue
         held = nodes_at[nodes]
         # What round-off of the two positions makes of their difference is no depth.
         depth = -tool.distance(held, pose) - ROUND_OFF * tool.places(held, pose)
         depth[tool.face.beyond(tool.own(held, pose))] = 0.0
-        if len(nodes) and depth.max() > worst.depth:
+        if depth.max() > worst.depth:
             worst = DrivenInto(k, int(nodes[np.argmax(depth)]), float(depth.max()))
     return worst
 

@@ -135,7 +135,8 @@ class Law:
         largest = max(float(np.abs(r).max(initial=0.0)), self.present)
         gap = np.minimum(BAND_GAP * iterate.increment.units.size, BAND_LAW * largest / self.scale)
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
-        pieces = replace(pieces, measured=iterate.measured)
+        if iterate.measured is not None:
+            pieces = replace(pieces, measured=iterate.measured)
         balance, law = residual - rows.forces(r), pieces.value(motion, r)
         merit, miss = float(np.sqrt(balance @ balance + np.vdot(law, law))), float(np.linalg.norm(law))
         return Point(iterate, r, motion, pieces, balance, merit, miss)

@@ -191,7 +191,14 @@ class Mesh:
 
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""
-        return np.unique(self.edges(*names))
+        if names not in self._on_boundaries:
+            self._on_boundaries[names] = read_only(np.unique(self.edges(*names)), np.intp)
+        return self._on_boundaries[names]
+
+    @cached_property
+    def _on_boundaries(self) -> dict[tuple[str, ...], Ints]:
+        """The nodes of :meth:`boundary_nodes` by names asked for before: every increment asks for its tools'."""
+        return {}
 
     @cached_property
     def size(self) -> float:
