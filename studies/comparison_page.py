@@ -103,13 +103,16 @@ def written(page: str, results: Path, tables: dict[str, Callable[[Path], str]] =
     """The page with its ``tables`` made anew.
 
     Raises:
-        ResultsError: a results file or a table's place in the page is missing.
+        ResultsError: a results file or a table's place in the page is missing, or a table has no row.
     """
     for name, make in tables.items():
         place = re.compile(re.escape(f"<!-- table: {name} -->") + ".*?" + re.escape("<!-- end -->"), re.DOTALL)
         if not place.search(page):
             raise ResultsError(f"the page has no place for the table {name}: <!-- table: {name} --> ... <!-- end -->")
-        block = BLOCK.format(name=name, table=make(results))
+        text = make(results)
+        if text.count("\n") < 2:
+            raise ResultsError(f"the table {name} has no row: what it shows is not in {results}")
+        block = BLOCK.format(name=name, table=text)
         page = place.sub(lambda found, block=block: block, page)
     return page
 

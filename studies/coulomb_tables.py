@@ -12,7 +12,7 @@ from studies.tables import read_rows
 FOLDER = "coulomb"
 """Of ``docs/results``."""
 
-ONE = "pile_mu1p0-00060"
+ONE = "pile_mu1p0-00060-nc53"
 """A problem of 53 contacts, hyperstatic, mu = 1."""
 
 

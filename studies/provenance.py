@@ -74,8 +74,8 @@ def stored(results: Path) -> dict[str, Row]:
 
 
 def tables(results: Path) -> list[str]:
-    """The tables that there are."""
-    return sorted(path.name for path in results.glob("*.csv") if path.stem != NAME)
+    """The tables that there are, by their paths in the folder."""
+    return sorted(path.relative_to(results).as_posix() for path in results.rglob("*.csv") if path.stem != NAME)
 
 
 def _lines(path: Path) -> list[str]:

@@ -13,7 +13,8 @@ def test_every_table_of_the_repository_has_a_row():
 
 
 def test_a_table_made_here_is_of_this_machine_and_today(tmp_path):
-    for name in ("one.csv", "other.csv"):
+    (tmp_path / "in").mkdir()
+    for name in ("one.csv", "in/other.csv"):
         (tmp_path / name).write_text("a\n1\n")
     assert provenance.main(["one.csv", "--results", str(tmp_path)]) == 0
     (row,) = provenance.stored(tmp_path).values()
@@ -21,9 +22,9 @@ def test_a_table_made_here_is_of_this_machine_and_today(tmp_path):
     assert "numpy" in row.versions
     with pytest.raises(ResultsError, match=r"other\.csv: has no row"):
         site_tables.of_provenance(tmp_path)
-    provenance.main(["other.csv", "--results", str(tmp_path)])
+    provenance.main(["in/other.csv", "--results", str(tmp_path)])
     head, rows = site_tables.of_provenance(tmp_path)
-    assert [cells[0] for cells in rows] == ["[one.csv](results/one.csv)", "[other.csv](results/other.csv)"]
+    assert [cells[0] for cells in rows] == ["[in/other.csv](results/in/other.csv)", "[one.csv](results/one.csv)"]
     assert all(len(cells) == len(head) for cells in rows)
 
 

@@ -62,3 +62,9 @@ def test_a_table_without_a_place_or_results_is_refused(tmp_path):
         comparison_page.written(page.replace("table: optimisers", ""), comparison_page.RESULTS)
     with pytest.raises(ResultsError, match=r"run: python -m studies\.optimisers"):
         comparison_page.written(page, tmp_path)
+
+
+def test_a_table_without_a_row_is_refused(tmp_path):
+    tables = {"a": comparison_page.tabled(lambda results: (["x"], []))}
+    with pytest.raises(ResultsError, match="the table a has no row"):
+        comparison_page.written("<!-- table: a -->\n<!-- end -->", tmp_path, tables)
