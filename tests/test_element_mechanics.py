@@ -24,7 +24,9 @@ from bipot.meshes.sections import block, ring
 from bipot.response import Body, body_space, rest
 from bipot.scene.loads import Loading, Pressure
 from bipot.scene.scene import Scene, Support
-from bipot.tools.tool import FlatTool
+from bipot.scene.supports import Symmetry
+from bipot.tools.circle import Circle
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.scenes import PLANES, refused, scene
 
 ELASTIC = Elasticity(210e3, 0.3)
@@ -260,3 +262,26 @@ def test_a_rule_that_is_none_of_the_element_is_refused_by_name():
         refused(lambda mesh=mesh, rule=rule: scene(mesh=mesh, quadrature=rule), f"scene.quadrature = .*{element.name}")
     for element in elements_of(2):
         assert scene(mesh=block(1.0, 1.0, 2, 2, element=element)).rule is RULES[element][0]
+
+
+@pytest.mark.parametrize(
+    ("element", "rule"),
+    [(Element.Q8, None), (Element.Q8, Quadrature.GAUSS3), (Element.Q9, None), (Element.Q4, None)],
+)
+def test_seven_points_know_where_an_element_begins(element, rule):
+    """The same body numbered from each corner in turn, under a round tool."""
+    mesh, forces = block(10.0, 6.0, 6, 4, element=element), []
+    tool = ShapedTool(Circle((0.0, 9.0), 3.0), (0.0, -0.6), ("top",), 0.2)
+    for first in range(4):
+        turned = [(k + first) % 4 for k in range(4)]
+        order = [*turned, *(4 + k for k in turned), 8][: mesh.elements.shape[1]]
+        begun = Mesh(mesh.nodes, mesh.elements[:, order], mesh.boundaries)
+        supports = (Support("base", 1), Symmetry("left", 0))
+        scene = Scene(begun, Geometry.PLANE_STRAIN, STEEL, supports, (tool,), quadrature=rule)
+        *_, last = march(scene, Schedule(7, first=0.01), Control(Newton()))
+        forces.append(last.tool_force(0)[1])
+    off = abs(np.array(forces) / forces[0] - 1)
+    knows = element is Element.Q8 and rule is None
+    assert 2e-3 < off[1] < 6e-3 if knows else off[1] < 1e-8
+    assert off[2] < 1e-8
+    np.testing.assert_allclose(off[3], off[1], atol=1e-8)

@@ -10,8 +10,8 @@ part, such a plane makes that on the whole body,
 one plane after the other: two are at a right angle. The mirror image of any other tool is another tool, with a force of
 its own, which meets the mirror images of the candidates alone: where it meets the modelled part too
 (:func:`image_depth`), the scene is refused, or the increment. In a point of the plane a force and its mirror image act
-both: of a point force there the whole body bears twice what the scene is given. Parts of the body that meet their
-mirror image do not feel it.
+both: of a point force there the whole body bears twice what the scene is given. A body that comes into its mirror image
+is refused (:mod:`bipot.scene.itself`).
 """
 
 from __future__ import annotations
