@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from bipot.conic.problem import ConicProgram, ConicSolution
 from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_number
@@ -25,6 +25,7 @@ class Accuracy:
         require_count(self.iterations, "iterations")
 
 
+@runtime_checkable
 class ConicSolver(Protocol):
     """Solves one program after another. What it claims is recorded; the solution measures itself."""
 

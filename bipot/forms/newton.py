@@ -172,6 +172,7 @@ class Newton:
     def __post_init__(self) -> None:
         require_type(self.reuse, Reuse, "newton.reuse")
         require_type(self.search, Search, "newton.search")
+        require_type(self.linear, LinearSolver, "newton.linear")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
         """Nothing is kept of another attempt."""
