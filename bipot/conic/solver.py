@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from bipot.conic.problem import ConicProgram, ConicSolution
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_number
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
+from bipot.typing import make_floats
 
 Handle = Any
 """What a solver keeps of its last program, to be handed back with the next: its own affair."""
@@ -20,7 +21,7 @@ class Accuracy:
     iterations: int = 100
 
     def __post_init__(self) -> None:
-        require_number(self.tolerance, "tolerance")
+        make_floats(self, "tolerance")
         require(0 < self.tolerance < 1e-2, "tolerance", self.tolerance, "in (0, 0.01)")
         require_count(self.iterations, "iterations")
 

@@ -122,12 +122,12 @@ def cone_solvers() -> tuple[str, ...]:
 
 
 def _takes_cones(name: str) -> bool:
-    """Whether the solver of that name solves min t with |1| <= t."""
+    """Whether min t with |1| <= t can be posed to the solver of that name."""
     import cvxpy as cp
 
     t = cp.Variable(2)
     try:
-        cp.Problem(cp.Minimize(t[0]), [cp.SOC(t[0], t[1:]), t[1] == 1]).solve(solver=name)
+        cp.Problem(cp.Minimize(t[0]), [cp.SOC(t[0], t[1:]), t[1] == 1]).get_problem_data(name)
     except (cp.SolverError, ValueError):
         return False
     return True
