@@ -21,7 +21,7 @@ from bipot.meshes.layout import Layout
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
 from bipot.programs.fixed_point import Safeguard
-from tests.scenes import scene
+from tests.scenes import refused, scene
 
 KINDS = (np.float16, np.float32, np.longdouble)
 
@@ -32,7 +32,6 @@ MADE = (
     lambda t: Voce(t(0.3), t(0.1), t(9.7), t(0.2)),
     lambda t: Swift(t(0.3), t(0.1), t(0.2)),
     lambda t: Tabulated((t(0.0), t(0.1)), (t(0.3), t(0.4))),
-    lambda t: Tabulated(np.array([0.0, t(0.1)], t), np.array([t(0.3), t(0.4)], t)),
     lambda t: Schedule(3, first=t(0.1), growth=t(1.7), landings=(t(0.9),)),
     lambda t: Schedule(accuracy=t(0.01)),
     lambda t: Limits(Bounds(t(0.1)), progress=t(0.7)),
@@ -64,7 +63,7 @@ def numbers(made):
 def test_scalars_become_plain_floats(make, kind):
     made = make(kind)
     assert {type(value) for value in numbers(made)} == {float}
-    assert made == make(lambda value: float(kind(value)) if np.ndim(value) == 0 else value) or np.ndim(made)
+    assert made == make(lambda value: float(kind(value)))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -118,5 +117,4 @@ def test_counts_of_numpy_do_not_overflow_in_their_own_type():
 @pytest.mark.parametrize("make", [lambda v: Tabulated(v, (1.0, 2.0)), lambda v: Tabulated((0.0, 1.0), v)])
 def test_an_array_of_no_axis_is_no_table(make):
     for junk in (np.array("q"), np.array(1.0), np.zeros((2, 2))):
-        with pytest.raises(ValueError, match="must be a tuple of numbers"):
-            make(junk)
+        refused(lambda junk=junk: make(junk), "must be a tuple of numbers")
