@@ -64,8 +64,17 @@ class Advance:
         return np.hstack([travel, angles])
 
     def swept(self, advance: Floats) -> Floats:
-        """How far (c, d) their turns take the points of tools, whose poses ``advance`` (k, 3), at the candidates."""
+        """How far (c, d) turns take the points of tools, whose poses ``advance`` (k, p), where candidates start."""
         return self.candidates.faces.swept(self.candidates.means.places(self.start.nodes), self.placed, advance)
+
+    def carried(self, du: Floats, advance: Floats) -> Floats:
+        """How far (c, d) turns take the points of tools, whose poses ``advance`` (k, p), that candidates are at.
+
+        Half the way of displacements ``du`` (a, d): the forces of an increment do the tools' work there.
+        """
+        means = self.candidates.means
+        middle = means.places(self.start.nodes) + means.motion(du) / 2
+        return self.candidates.faces.carried(middle, self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""

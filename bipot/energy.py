@@ -7,11 +7,11 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
     friction  - sum_c r_t . du_t,
 
-with f the forces of tools, loads and supports on what they move, r those of the candidates, de_p as the states carry
-it, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The term r_n dgap
-takes out what the mean force of a contact that opens or closes would do across its gap; it is zero elsewhere. Of one
-that comes to a curved tool from afar the work is f . du - r_t . du_t, of what the body takes up: the same where the
-tool is flat.
+with f the forces of tools, loads and supports on what they move (of tools that turn, the points that candidates are at
+half the way), r those of the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or w_1 in the
+``paper`` configuration, whose strain is that of x_n. The term r_n dgap takes out what the mean force of a contact that
+opens or closes would do across its gap; it is zero elsewhere. Of one that comes to a curved tool from afar the work is
+f . du - r_t . du_t, of what the body takes up: the same where the tool is flat.
 
 Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
 (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -100,7 +100,7 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     opened = motion[:, 0] - start.gap
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
-    gone = travel[contacts.tool] + increment.tools.swept(solved.iterate.advance)
+    gone = travel[contacts.tool] + increment.tools.carried(solved.response.du, solved.iterate.advance)
     taken = np.vecdot(pushed, contacts.means.motion(solved.response.du)) - np.vecdot(r[:, 1:], motion[:, 1:])
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())

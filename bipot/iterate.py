@@ -299,7 +299,8 @@ class Iterate:
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
         if self.increment.system.body.scene.turning.any():
             contacts = increment.system.candidates
-            tools += np.vdot(contacts.vectors(r, self.frames), increment.tools.swept(self.advance))
+            carried = increment.tools.carried(self.response.du, self.advance)
+            tools += np.vdot(contacts.vectors(r, self.frames), carried)
         driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
         loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

@@ -95,8 +95,11 @@ def test_a_turned_tool_sees_points_where_they_would_be_if_it_rested():
     np.testing.assert_allclose(own.seen(x, begun), turn.own(x, begun), atol=1e-14)
     np.testing.assert_allclose(own.way(x, by), turn.own(x + by, begun + gone) - turn.own(x, begun), atol=1e-14)
     np.testing.assert_allclose(own.placed(own.seen(x, begun), begun), x, atol=1e-14)
-    swept = gone[:2] + turn.carried(x, begun, gone)
-    np.testing.assert_allclose(own.swept(x), swept, atol=1e-14)
+    # Of a point of the tool the way is known: from where it is in one pose to where it is in the other.
+    ends = own.placed(x, begun), own.placed(x, begun + gone)
+    np.testing.assert_allclose(own.carried(sum(ends) / 2), ends[1] - ends[0], atol=1e-14)
+    np.testing.assert_allclose(gone[:2] + turn.carried(sum(ends) / 2, begun, gone), ends[1] - ends[0], atol=1e-14)
+    np.testing.assert_allclose(gone[:2] + turn.swept(ends[0], begun, gone), ends[1] - ends[0], atol=1e-14)
 
 
 @pytest.mark.parametrize("axisymmetric", [False, True])

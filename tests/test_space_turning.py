@@ -60,11 +60,10 @@ def test_what_the_tool_sees_is_the_difference_of_places(by):
     seen = turn.own(at[0] + moved, pose + advance) - turn.own(at[0], pose)
     np.testing.assert_allclose(turn.going(at[0], moved, pose, advance), seen, atol=1e-14)
     np.testing.assert_allclose(rotation(pose[3:]), turned(0.7), atol=1e-15)
-    # Half the way on is the chord that the turn alone goes.
-    still = np.array([0.0, 0.0, 0.0, *advance[3:]])
-    middle = at[0] + turn.arm(at[0], pose) @ (turned(0.2) - np.eye(3)).T
-    chord = turn.arm(at[0], pose) @ (turned(0.4) - np.eye(3)).T
-    np.testing.assert_allclose(turn.carried(middle, pose, still), chord, atol=1e-14)
+    # A point of the tool goes along the chord, beside what the centre goes.
+    chord = at[1] - at[0] - advance[:3]
+    np.testing.assert_allclose(turn.swept(at[0], pose, advance), chord, atol=1e-14)
+    np.testing.assert_allclose(turn.carried((at[0] + at[1]) / 2, pose, advance), chord, atol=1e-14)
 
 
 def twisted(n: int = 2, angle: float = 0.02, turn: bool = True) -> Scene:

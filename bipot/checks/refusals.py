@@ -39,7 +39,7 @@ def refuse_motion(iterate: Iterate, r: Floats) -> None:
     """Refuse what no motion may do, r (c, d) the forces of all candidates.
 
     It may not run away, spin a tool, go through it or let one between nodes, touch it past an open end, nor a mirror
-    image.
+    image, nor go through itself.
     """
     _refuse_runaway(iterate)
     _refuse_spun(iterate)
@@ -50,6 +50,7 @@ def refuse_motion(iterate: Iterate, r: Floats) -> None:
     if iterate.increment.system.candidates.weighted:
         _refuse_unfelt(iterate, r)
     _refuse_image(iterate)
+    _refuse_itself(iterate)
 
 
 def _refuse_runaway(iterate: Iterate) -> None:
@@ -132,3 +133,12 @@ def _refuse_image(iterate: Iterate) -> None:
             if depth > TOUCHES * scene.mesh.size:
                 said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
                 raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")
+
+
+def _refuse_itself(iterate: Iterate) -> None:
+    """Refuse bodies that go through themselves, or through their mirror images: they do not feel it."""
+    increment = iterate.increment
+    found = increment.system.body.scene.itself.through(increment.start.nodes + iterate.response.du)
+    if found is not None:
+        said = f"the body goes through itself: {found}"
+        raise Refused(said, "End the path before: contact is known with tools alone.")

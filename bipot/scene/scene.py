@@ -39,6 +39,7 @@ from bipot.scene.between_faces import Skin
 from bipot.scene.drives import Drives
 from bipot.scene.fitting import Fitted, require_fitting
 from bipot.scene.holding import Holding
+from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.scene.symmetry import PLANAR, Plane, planes_of, require_mirrored
@@ -80,6 +81,7 @@ class Scene:
         except InvertedElement as inverted:
             ordered = "anticlockwise, keep r > 0" if self.mesh.dimension == 2 else IN_SPACE
             raise SceneError(f"mesh: {inverted}: number nodes {ordered}") from inverted
+        self.itself.require_apart()
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
         self._check_axis()
@@ -144,6 +146,11 @@ class Scene:
     def surroundings(self) -> Surroundings | Skin:
         """The whole body's surface: beyond its mirrors by mirror image."""
         return (Skin if self.mesh.dimension == 3 else Surroundings).of(self.mesh, self.mirrors)
+
+    @cached_property
+    def itself(self) -> Itself:
+        """What tells whether the body goes through itself."""
+        return Itself.of(self.mesh, self.mirrors)
 
     @property
     def images(self) -> int:

@@ -181,11 +181,19 @@ class Faces:
         return out
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (c, d) turns take the tools' points at x (c, d), half an ``advance`` (k, 3) on."""
+        """How far (c, d) turns take the tools' points that are at x (c, d), as these ``advance`` (k, p)."""
         out = np.zeros_like(x)
         for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
             if tool.turn is not None:
-                out[mine] = tool.turn.carried(x[mine], pose, by)
+                out[mine] = tool.turn.swept(x[mine], pose, by)
+        return out
+
+    def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
+        """How far (c, d) turns take the tools' points whose ways have their ``middle`` (c, d), as :meth:`swept`."""
+        out = np.zeros_like(middle)
+        for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
+            if tool.turn is not None:
+                out[mine] = tool.turn.carried(middle[mine], pose, by)
         return out
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:

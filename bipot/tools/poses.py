@@ -96,10 +96,17 @@ class Turn:
         moved = (by - advance[: len(self.centre)]) @ rotation(_angles(pose + advance))
         return moved + self.arm(x, pose) @ rotation(_angles(pose)) @ turned_by(_angles(advance))
 
-    def carried(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
-        """How far (…, d) the turn alone takes the tool's points at x (…, d), half the way from ``pose`` on."""
-        half = 2 * np.sin(float(_angles(advance) @ self.about) / 2)
-        return half * self.swirl(self.arm(x, pose) - advance[: len(self.centre)] / 2)
+    def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
+        """How far (…, d) the turn alone takes the tool's points that are at x (…, d) in the ``pose``."""
+        return self.arm(x, pose) @ turned_by(_angles(advance)).T
+
+    def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
+        """How far (…, d) the turn alone takes points of the tool whose way from ``pose`` on has its ``middle`` (…, d).
+
+        (Q - 1) v = 2 tan(theta/2) e x (Q + 1) v/2 of a turn Q by theta < pi about the axis e.
+        """
+        chord = 2 * np.tan(float(_angles(advance) @ self.about) / 2)
+        return chord * self.swirl(self.arm(middle, pose) - advance[: len(self.centre)] / 2)
 
     def swirl(self, arm: Floats) -> Floats:
         """How points seen at ``arm`` (…, d) go (…, d) as the tool begins to turn, by the angle."""

@@ -53,10 +53,10 @@ class Rigid:
         arm = (x - self.centre - self.begun[:2]) @ old
         return (by - self.gone[:2]) @ old @ turning(angle) + arm @ np.array([[near, -across], [across, near]])
 
-    def swept(self, x: Floats) -> Floats:
-        """How far (c, 2) the tool's points at x (c, 2) go, about where the tool is half the way on."""
-        arm = x - self.centre - self.begun[:2] - self.gone[:2] / 2
-        return self.gone[:2] + 2 * np.sin(self.gone[2] / 2) * np.column_stack([-arm[:, 1], arm[:, 0]])
+    def carried(self, middle: Floats) -> Floats:
+        """How far (c, 2) the tool's points go whose ways have their ``middle`` (c, 2): chords of circles."""
+        arm = middle - self.centre - self.begun[:2] - self.gone[:2] / 2
+        return self.gone[:2] + 2 * np.tan(self.gone[2] / 2) * np.column_stack([-arm[:, 1], arm[:, 0]])
 
     @property
     def extent(self) -> float:
@@ -120,7 +120,7 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
         past=other.past,
         opened=opened,
         slip=grown[:, 1] - air,
-        gone=tool.swept(start),
+        gone=tool.carried((start + end) / 2),
         blurred=moved | jumped,
     )
 

@@ -1,0 +1,157 @@
+r"""Whether a body goes through itself, or through its mirror image: contact is known with tools alone.
+
+Of each node on the surface a place :data:`BENEATH` it, in its element, is looked at. It is in another element, one that
+has no node in common with any of the node's, where that one's map x(xi) has it inside the reference shape,
+
+    x(xi) = x,    found by Newton's method for the few places in the box around an element.
+
+Beneath the surface, no place of a part that only touches another is in it, and none slips in along a side of it. Of the
+mirror image a node is in the other half where it is past the plane. Neighbours that overlap are a matter of orientation
+(:mod:`bipot.fem.orientation`). Surfaces that cross between nodes, none of which comes into the other part, are not
+seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bipot.errors import require
+from bipot.fem.elements import tabulated_at
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.scene.symmetry import PLANAR, Plane
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats, Ints
+
+BENEATH = 1e-3
+"""Of the way from a node to the middle of its element."""
+
+ROUND_OFF = 1e-9
+"""Of the reference shape, and of an element's size."""
+
+GENERIC = np.array([1.0, np.sqrt(2), np.sqrt(3)])
+
+STEPS = 20
+"""Of Newton's method: in an element that is not folded it takes a few."""
+
+
+@dataclass(frozen=True)
+class Itself:
+    """Nodes on the ``surface`` (s,) of a mesh, an element ``own`` (s,) of each, and sorted keys ``near`` (p,).
+
+    These are of the elements next to a node: that of surface[i] and the element e is i times the number of elements,
+    plus e. ``mirrors`` are planes beyond which the body goes on, ``beside`` (m,) the sides of them, 1 or -1, on which
+    it is.
+    """
+
+    mesh: Mesh
+    surface: Ints
+    own: Ints
+    near: Ints
+    mirrors: Sequence[Plane]
+    beside: Floats
+
+    @staticmethod
+    def of(mesh: Mesh, mirrors: Sequence[Plane]) -> Itself:
+        """Of a body at rest."""
+        # What merely imports the library need not load them.
+        import scipy.sparse as sp
+
+        count, width = mesh.elements.shape
+        rows = np.repeat(np.arange(count), width)
+        has = sp.csr_array((np.ones(rows.size), (rows, mesh.elements.ravel())), shape=(count, len(mesh.nodes)))
+        surface = np.unique(mesh.outline)
+        _, first = np.unique(mesh.elements, return_index=True)
+        # Node to its elements, to their nodes, to the elements of these.
+        near = (has[:, surface].T @ (has @ has.T)).tocoo()
+        side = np.array([np.sign(plane.side(mesh.nodes).sum()) for plane in mirrors])
+        keys = np.sort(near.row.astype(np.intp) * count + near.col)
+        return Itself(mesh, surface, first[surface] // width, keys, mirrors, side)
+
+    def require_apart(self) -> None:
+        """Refuse a body that is in itself at rest, or has two nodes of its surface at one place.
+
+        Raises:
+            SceneError: naming the nodes, or the node and the element.
+        """
+        x, tolerance = self.mesh.nodes[self.surface], PLANAR * self.mesh.size
+        # Along a direction that no mesh has, few are at one place that are not.
+        along = x @ GENERIC[: x.shape[1]]
+        one, other = _within(along, along - tolerance, along + tolerance)
+        same = np.flatnonzero((one < other) & (norm(x[one] - x[other]) <= tolerance))[:1]
+        twice = self.surface[np.append(one[same], other[same])].tolist() if same.size else None
+        what = "different places on the surface: merge them, or open a crack between them, whose faces know no contact"
+        require(twice is None, "mesh.nodes", f"nodes {twice} at one place", what)
+        found = self.through(self.mesh.nodes)
+        require(found is None, "mesh", found, "a body no part of which is in another, or beyond a plane of symmetry")
+
+    def through(self, nodes: Floats) -> str | None:
+        """What is in what where the ``nodes`` (a, d) are, in words; None where nothing is."""
+        for plane, beside in zip(self.mirrors, self.beside, strict=True):
+            past = -beside * plane.side(nodes[self.surface])
+            if past.max() > plane.roundoff:
+                node = self.surface[np.argmax(past)]
+                return f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
+        x = nodes[self.surface]
+        x += BENEATH * (nodes[self.mesh.elements[self.own]].mean(axis=1) - x)
+        number, element = self._boxed(nodes, x)
+        if not number.size:
+            return None
+        inside = _inside(self.mesh.element, nodes[self.mesh.elements[element]], x[number])
+        if not inside.any():
+            return None
+        return f"node {self.surface[number[np.argmax(inside)]]} is in element {element[np.argmax(inside)]}"
+
+    def _boxed(self, nodes: Floats, x: Floats) -> tuple[Ints, Ints]:
+        """Which of the places x (s, d) are in the box of which element (p,), but for those next to their nodes."""
+        low, high = self._boxes(nodes)
+        # Slab by slab along the first axis: few pairs are left for the others.
+        element, number = _within(x[:, 0], low[:, 0], high[:, 0])
+        for axis in range(x.shape[1]):
+            seen = x[number, axis]
+            boxed = (seen >= low[element, axis]) & (seen <= high[element, axis])
+            number, element = number[boxed], element[boxed]
+        key = number * len(self.mesh.elements) + element
+        apart = self.near[np.searchsorted(self.near, key) % len(self.near)] != key
+        return number[apart], element[apart]
+
+    def _boxes(self, nodes: Floats) -> tuple[Floats, Floats]:
+        """The least and the largest coordinates (e, d) of elements."""
+        of = self.mesh.elements.T
+        low, high = nodes[of[0]], nodes[of[0]]
+        for k in of[1:]:
+            low, high = np.minimum(low, nodes[k]), np.maximum(high, nodes[k])
+        return low, high
+
+
+def _within(values: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints]:
+    """Pairs (p,): which of the intervals, and the number of a value in it.
+
+    >>> [pair.tolist() for pair in _within(np.array([2.0, 1.0, 5.0]), np.array([0.0, 4.0]), np.array([3.0, 6.0]))]
+    [[0, 0, 1], [1, 0, 2]]
+    """
+    order = np.argsort(values)
+    first, last = np.searchsorted(values[order], low), np.searchsorted(values[order], high, side="right")
+    counts = np.maximum(last - first, 0)
+    interval = np.repeat(np.arange(len(counts)), counts)
+    return interval, order[np.arange(len(interval)) - np.repeat(np.cumsum(counts) - counts - first, counts)]
+
+
+def _inside(element: Element, corners: Floats, x: Floats) -> Bools:
+    """Which of the points x (p, d) are inside elements whose nodes are at ``corners`` (p, k, d)."""
+    middle = np.array(element.shape.corners).mean(axis=0)
+    xi, across = np.tile(middle, (len(x), 1)), np.ptp(corners, axis=1).max(axis=1)
+    off = np.zeros_like(x)
+    for _ in range(STEPS):
+        at = tabulated_at(element, xi)
+        off = x - np.vecdot(at.values[:, :, None], corners, axis=1)
+        slope = corners.transpose(0, 2, 1) @ at.gradients
+        singular = np.abs(np.linalg.det(slope)) < 1e-300
+        slope[singular] = np.eye(x.shape[1])
+        # What leaves the reference shape by far is not inside, and would only run away.
+        xi = np.clip(xi + np.linalg.solve(slope, off[..., None])[..., 0], -1.0, 2.0)
+    inner = np.concatenate([xi, 1 - (xi if element.shape.cube else xi.sum(axis=1, keepdims=True))], axis=1).min(axis=1)
+    return (norm(off) < ROUND_OFF * across) & (inner > -ROUND_OFF)
