@@ -33,11 +33,11 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.errors import require, require_number
+from bipot.errors import require
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, make_floats
 
 EPS = 8 * float(np.finfo(float).eps)
 """Round-off of a short sum of products."""
@@ -180,8 +180,8 @@ class Bounds:
 
     def __post_init__(self) -> None:
         for bound in fields(self):
+            make_floats(self, bound.name, of="bounds.")
             value = getattr(self, bound.name)
-            require_number(value, f"bounds.{bound.name}")
             require(value > 0, f"bounds.{bound.name}", value, "> 0")
 
     @staticmethod

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from enum import Enum
 from numbers import Integral, Real
+from pathlib import Path
 from typing import Any
 
 LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
@@ -179,6 +180,11 @@ def require_count(value: object, field: str, least: int = 1, most: int = LARGEST
     number = int(value)  # type: ignore[call-overload]
     require(number >= least, field, _shown(number), f">= {least}")
     require(number <= most, field, _shown(number), f"<= {most}")
+
+
+def require_path(value: object) -> None:
+    """Raise :class:`SceneError` unless ``value`` is the path of a file or folder."""
+    require(isinstance(value, str | Path), "path", value, "a path")
 
 
 def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:

@@ -19,7 +19,7 @@ from bipot.checks.determinacy import least_moved
 from bipot.checks.examined import Examined
 from bipot.checks.refusals import refuse_blocked, refuse_motion
 from bipot.conic.problem import Outcome, Timing
-from bipot.errors import NotConverged, require, require_count, require_number, require_type
+from bipot.errors import NotConverged, require, require_count, require_type
 from bipot.forms import OWN, Cache, Form, Step
 from bipot.iterate import Increment, Iterate
 from bipot.prediction import begin
@@ -27,7 +27,7 @@ from bipot.programs.data import ContactRows
 from bipot.programs.fixed_point import Coupled
 from bipot.response import Response, State
 from bipot.system import System as System
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class Limits:
         require_type(self.bounds, Bounds, "limits.bounds")
         require_count(self.passes, "limits.passes")
         require_count(self.patience, "limits.patience")
-        require_number(self.progress, "limits.progress")
+        make_floats(self, "progress", of="limits.")
         require(0 < self.progress <= 1, "limits.progress", self.progress, "in (0, 1]")
 
 

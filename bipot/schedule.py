@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import require, require_count, require_number
+from bipot.typing import make_floats
 
 SAME = 1e-9
 """Pseudo-times nearer to each other are one."""
@@ -47,19 +48,20 @@ class Schedule:
         if self.accuracy is None:
             require_count(self.increments, "increments", most=MOST)
         else:
+            make_floats(self, "accuracy")
             self._require_accuracy(self.accuracy)
         require_count(self.settling, "settling", most=MOST)
-        require_number(self.growth, "growth")
-        require_number(self.first, "first")
+        make_floats(self, "growth", "first")
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
-        object.__setattr__(self, "landings", tuple(self.landings))
+        for landing in self.landings:
+            require_number(landing, "landing")
+        object.__setattr__(self, "landings", tuple(float(landing) for landing in self.landings))
         require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
         require(self.first == 0 or self.first >= SAME, "first", self.first, f"zero, or at least {SAME:g}")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
         begin = self._start_up()[-1]
         for landing in self.landings:
-            require_number(landing, "landing")
             allowed = f"in ({begin:.4g}, 1), after the start-up, and {SAME:g} from its ends"
             require(begin + SAME < landing < 1 - SAME, "landing", landing, allowed)
         apart = np.diff(sorted(self.landings)).min(initial=1.0)
@@ -67,7 +69,6 @@ class Schedule:
 
     def _require_accuracy(self, accuracy: float) -> None:
         """Refuse one that is none, and what it leaves nothing to say for."""
-        require_number(accuracy, "accuracy")
         require(FINEST <= accuracy <= COARSEST, "accuracy", accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
         alone = "left out with an accuracy, which finds the lengths of increments"
         require(self.increments is None, "increments", self.increments, alone)

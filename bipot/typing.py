@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bipot.errors import SceneError, require
+from bipot.errors import SceneError, require, require_number
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.intp]
@@ -36,6 +36,20 @@ def as_numbers(values: object, field: str) -> Floats:
     array = as_array(values, field)
     require(array.dtype.kind in "fiu", field, f"of type {array.dtype}", "numbers")
     return array.astype(np.float64)
+
+
+def make_floats(made: object, *fields: str, of: str = "") -> None:
+    """Make floats of the numbers in these ``fields`` of a frozen object, called ``of`` + field in messages.
+
+    A scalar of NumPy would bring its own precision to all that is computed with it.
+
+    Raises:
+        SceneError: one is no number that a float can hold.
+    """
+    for field in fields:
+        value = getattr(made, field)
+        require_number(value, of + field)
+        object.__setattr__(made, field, float(value))
 
 
 def read_only(values: ArrayLike, kind: type[Scalar]) -> NDArray[Scalar]:

@@ -26,7 +26,7 @@ from bipot.conic.problem import ConicProgram
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.stored import load
-from bipot.conic.through_cvxpy import Cvxpy
+from bipot.conic.through_cvxpy import Cvxpy, cone_solvers
 from bipot.errors import ProgramError, ResultsError, require
 from bipot.progress import terminal
 from studies.command import command, say
@@ -59,25 +59,11 @@ class Row:
 
 def installed() -> dict[str, ConicSolver]:
     """The solvers of second-order cone programs that are there, by name."""
-    import cvxpy as cp
-
     direct: dict[str, ConicSolver] = {"clarabel": Clarabel()}
     if find_spec("qoco"):
         direct["qoco"] = Qoco()
-    others = [name for name in cp.installed_solvers() if name.lower() not in direct and takes_cones(name)]
+    others = [name for name in cone_solvers() if name.lower() not in direct]
     return direct | {name.lower(): Cvxpy(name) for name in others}
-
-
-def takes_cones(name: str) -> bool:
-    """Whether the solver of that name in cvxpy solves min t with |1| <= t."""
-    import cvxpy as cp
-
-    t = cp.Variable(2)
-    try:
-        cp.Problem(cp.Minimize(t[0]), [cp.SOC(t[0], t[1:]), t[1] == 1]).solve(solver=name)
-    except (cp.SolverError, ValueError):
-        return False
-    return True
 
 
 def measure(id: str, program: ConicProgram, optimum: float, name: str, solver: ConicSolver) -> Row:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import dataclass
 
-from bipot.fem.elements import Quadrature
+from bipot.fem.elements import RULES
 from bipot.forms import FormName
 from bipot.meshes.layout import Layout
 from bipot.scene.scene import Scene, upsetting
@@ -58,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
     p = OPTIONS.parser()
     kinds = [kind.value for kind in ElementType]
     p.add_argument("--element-type", choices=kinds, default=ElementType.Q8.value, help="q8 (default) is the paper's")
-    rules = [rule.value for rule in Quadrature]
+    rules = sorted({rule.value for kind in ElementType for rule in RULES[kind.element]})
     p.add_argument("--quadrature", choices=rules, help="default the element's own: radon7 of q8, the paper's")
     layouts = [layout.value for layout in Layout]
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help="fanned: two elements in the corner")

@@ -11,7 +11,7 @@ from typing import Any
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import ConicSolver
-from bipot.conic.through_cvxpy import Cvxpy
+from bipot.conic.through_cvxpy import Cvxpy, cone_solvers
 from bipot.errors import SceneError, require
 from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
@@ -63,9 +63,7 @@ def solver_of(text: str) -> ConicSolver:
         return DIRECT[text]
     name = text.removeprefix(THROUGH).upper()
     if text.startswith(THROUGH):
-        import cvxpy
-
-        installed = cvxpy.installed_solvers()
+        installed = cone_solvers()
         require(name in installed, "--solver", text, f"{THROUGH} and one of {', '.join(installed).lower()}")
         return Cvxpy(name)
     raise SceneError(f"--solver = {text!r}: must be one of {', '.join(DIRECT)}, or {THROUGH}NAME")

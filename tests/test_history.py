@@ -63,6 +63,31 @@ def test_unknown_names_are_refused_with_the_known_ones(recorded):
         history.nodal("temperature")
 
 
+@pytest.mark.parametrize("row", [1.5, "a", None, True, 10**400])
+def test_rows_that_are_no_whole_numbers_are_refused(recorded, row):
+    history = open_results(recorded)
+    for asked in (history.snapshot, history.state, history.course):
+        with pytest.raises(SceneError, match=r"row = .*: must be"):
+            asked(row)
+    for asked in (history.nodal, history.cell, history.points):
+        with pytest.raises(SceneError, match=r"row = .*: must be"):
+            asked("mises", row)
+    assert history.snapshot(np.int64(0)).step == 1
+
+
+@pytest.mark.parametrize("name", [[], None, 1, {}, np.array(["tau", "mises"])])
+def test_names_that_are_no_strings_are_refused(recorded, name):
+    history = open_results(recorded)
+    with pytest.raises(SceneError, match=r"column = .*: must be a str"):
+        history[name]
+    for asked in (history.at().nodal, history.at().cell, history.at().points):
+        with pytest.raises(SceneError, match=r"field = .*: must be a str"):
+            asked(name)
+    if name is not None:
+        with pytest.raises(SceneError, match=r"by = .*: must be a str or None"):
+            history.at(0.5, name)
+
+
 def test_text_with_commas_and_lines_survives(tmp_path, marched):
     said = 'tangent: 3 passes left equilibrium = 2, "cone" = 1;\ncut'
     columns = (INCREMENT, Column("reason", "", lambda _, a: said), Column("x", "", lambda _, a: np.float64(0.1)))

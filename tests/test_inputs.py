@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.certificate import Bounds
+from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.control.landing import Locate
 from bipot.fem.elements import Quadrature
@@ -22,6 +23,7 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.paper import unreturned
+from bipot.programs.factors import SuperLU
 from bipot.programs.fixed_point import Safeguard
 from bipot.scene.scene import upsetting
 from bipot.scene.supports import Support, Symmetry
@@ -79,6 +81,9 @@ def test_a_string_is_no_member_of_an_enumeration(make, words):
         (lambda: Dissipation(polished=0), "dissipation.polished = 0: must be a bool"),
         (lambda: Newton(reuse=0.05), "newton.reuse = 0.05: must be a Reuse"),
         (lambda: Newton(search=4), "newton.search = 4: must be a Search"),
+        (lambda: Newton(linear="superlu"), "newton.linear = 'superlu': must be a LinearSolver"),
+        (lambda: Newton(linear=SuperLU), "newton.linear = .*: must be a LinearSolver"),
+        (lambda: Tangent(solver=Clarabel), "tangent.solver = .*: must be a ConicSolver"),
         (lambda: Delassus(solver="newton"), "delassus.solver = 'newton': must be a Solver or None"),
         (lambda: Delassus(limits=Limits()), "delassus.limits = .*: must be a Limits of bipot.coulomb"),
         (lambda: march(scene(), Schedule(2), Newton()), r"control = Newton\(.*must be a Control"),
@@ -120,7 +125,7 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Limits(patience=0), "limits.patience = 0"),
         (lambda: Limits(progress=-0.1), "limits.progress = -0.1: must be in"),
         (lambda: Limits(progress=NAN), "limits.progress = nan"),
-        (lambda: Bounds(-1), "bounds.equilibrium = -1: must be > 0"),
+        (lambda: Bounds(-1), "bounds.equilibrium = -1.0: must be > 0"),
         (lambda: Bounds(relative_gap=NAN), "bounds.relative_gap = nan"),
         (lambda: Bounds(cone_violation=0.0), "bounds.cone_violation = 0.0: must be > 0"),
         (lambda: Bounds(penetration="1e-9"), "bounds.penetration = '1e-9': must be a number"),

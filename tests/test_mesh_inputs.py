@@ -110,6 +110,17 @@ def test_meshes_that_are_none_are_refused_by_name(changes, words):
     refused(lambda: renumbered(SQUARE, **changes), words)
 
 
+@pytest.mark.parametrize("name", [[], None, 1, {}])
+def test_names_of_boundaries_that_are_no_strings_are_refused(name):
+    for asked in (SQUARE.boundary, SQUARE.boundary_nodes, SQUARE.edges, SQUARE.surface):
+        refused(lambda asked=asked: asked(name), "boundary = .*: must be a str")
+
+
+def test_no_boundary_at_all_is_refused():
+    for asked in (SQUARE.boundary_nodes, SQUARE.edges, SQUARE.owners):
+        refused(asked, r"boundaries = \(\): must be at least one name")
+
+
 def test_a_mesh_cannot_be_changed_and_does_not_follow_what_it_was_made_of():
     nodes, edges = SQUARE.nodes.copy(), {"top": TOP.copy()}
     mesh = Mesh(nodes, SQUARE.elements, edges)

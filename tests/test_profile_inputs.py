@@ -44,6 +44,11 @@ SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))
     ("make", "words"),
     [
         (lambda: Profile("line"), "profile.points = 'line': must be pairs of numbers"),
+        (lambda: Profile(np.array("q")), "profile.points = array.*: must be pairs of numbers"),
+        (
+            lambda: Profile(((5.0, 1.0), (0.0, 1.0), (0.0, 5.0)), np.array(1.0)),
+            "profile.fillets = array.*: must be a number",
+        ),
         (lambda: Profile(((0.0, 0.0),)), "profile.points = .*: must be at least 2"),
         (lambda: Profile(SQUARE[:2], closed=True), "profile.points = .*: must be at least 3"),
         (lambda: Profile((*SQUARE, (1.0, "up"))), r"profile.points\[4\]"),

@@ -10,7 +10,7 @@ import pytest
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.qoco import Qoco
 from bipot.conic.solver import Accuracy
-from bipot.conic.through_cvxpy import Cvxpy
+from bipot.conic.through_cvxpy import BROUGHT, Cvxpy, cone_solvers
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import FormName
 from bipot.programs.data import Term
@@ -59,6 +59,32 @@ def test_what_qoco_cannot_solve_is_a_program_error():
 def test_a_method_that_clarabel_does_not_know_is_refused():
     with pytest.raises(SceneError, match=r"clarabel\.method = 'lu'"):
         Clarabel("lu")
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Clarabel(np.zeros(2)), r"clarabel\.method = array.*: must be a str"),
+        (lambda: Clarabel(seconds="1"), r"clarabel\.seconds = '1': must be a number"),
+        (lambda: Clarabel(seconds=True), r"clarabel\.seconds = True"),
+        (lambda: Clarabel(seconds=float("nan")), r"clarabel\.seconds = nan: must be > 0"),
+        (lambda: Cvxpy(None), r"cvxpy\.name = None: must be a str"),
+        (lambda: Cvxpy("superlu"), r"cvxpy\.name = 'superlu': must be one of CLARABEL, SCS.*, which are installed"),
+        (lambda: Cvxpy("scs"), r"cvxpy\.name = 'scs': must be one of CLARABEL, SCS"),
+        (lambda: Cvxpy("OSQP"), r"cvxpy\.name = 'OSQP': must be one of"),
+    ],
+)
+def test_what_names_no_solver_and_limits_no_time_is_refused(make, words):
+    """Of a name that is none a march went on by its fallbacks, in silence."""
+    with pytest.raises(SceneError, match=words):
+        make()
+
+
+def test_what_cvxpy_brings_along_is_known_without_importing_it():
+    code = "import sys; from bipot import Cvxpy; Cvxpy(), Cvxpy('SCS'); print('cvxpy' in sys.modules)"
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.strip() == "False"
+    assert set(BROUGHT) <= set(cone_solvers())
 
 
 @pytest.mark.parametrize("method", ["qdldl", "faer"])

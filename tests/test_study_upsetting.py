@@ -124,7 +124,14 @@ def test_bad_input_is_refused_at_once_naming_field_value_and_range(arguments, wo
 
 
 @pytest.mark.parametrize(
-    "arguments", [["--form", "magic"], ["--quadrature", "simpson"], ["--configuration", "end"], ["--layout", "fan"]]
+    "arguments",
+    [
+        ["--form", "magic"],
+        ["--quadrature", "simpson"],
+        ["--quadrature", "tetrahedron1"],
+        ["--configuration", "end"],
+        ["--layout", "fan"],
+    ],
 )
 def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, capsys):
     with pytest.raises(SystemExit) as stop:

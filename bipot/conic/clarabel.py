@@ -17,8 +17,8 @@ import scipy.sparse as sp
 
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Rows, Timing, stacked
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
-from bipot.errors import ProgramError, require
-from bipot.typing import Floats, Ints
+from bipot.errors import ProgramError, require, require_type
+from bipot.typing import Floats, Ints, make_floats
 
 # The extension module carries no annotations.
 clarabel: Any = _clarabel
@@ -44,7 +44,9 @@ class Clarabel:
     seconds: float = math.inf
 
     def __post_init__(self) -> None:
+        require_type(self.method, str, "clarabel.method")
         require(self.method in METHODS, "clarabel.method", self.method, f"one of {', '.join(METHODS)}")
+        make_floats(self, "seconds", of="clarabel.")
         require(self.seconds > 0, "clarabel.seconds", self.seconds, "> 0")
 
     def solve(

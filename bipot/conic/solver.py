@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from bipot.conic.problem import ConicProgram, ConicSolution
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count, require_number
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
+from bipot.typing import make_floats
 
 Handle = Any
 """What a solver keeps of its last program, to be handed back with the next: its own affair."""
@@ -20,11 +21,12 @@ class Accuracy:
     iterations: int = 100
 
     def __post_init__(self) -> None:
-        require_number(self.tolerance, "tolerance")
+        make_floats(self, "tolerance")
         require(0 < self.tolerance < 1e-2, "tolerance", self.tolerance, "in (0, 0.01)")
         require_count(self.iterations, "iterations")
 
 
+@runtime_checkable
 class ConicSolver(Protocol):
     """Solves one program after another. What it claims is recorded; the solution measures itself."""
 

@@ -6,6 +6,7 @@ import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,7 +14,7 @@ import numpy as np
 from bipot.basics.undisturbed import undisturbed
 from bipot.conic.problem import Cone, ConicProgram, ConicSolution, Outcome, Timing
 from bipot.conic.solver import Accuracy, infeasible, unbounded, unsolved
-from bipot.errors import ProgramError, require
+from bipot.errors import ProgramError, require, require_type
 from bipot.typing import Floats
 
 if TYPE_CHECKING:
@@ -63,11 +64,26 @@ class Stated:
         return constant
 
 
+BROUGHT = ("CLARABEL", "SCS")
+"""Solvers that cvxpy itself requires: known to be there without importing it, which takes long."""
+
+
 @dataclass(frozen=True)
 class Cvxpy:
-    """The solver called ``name`` in cvxpy; of those not in OPTIONS the tolerance is their own."""
+    """The solver called ``name`` in cvxpy; of those not in OPTIONS the tolerance is their own.
+
+    Raises:
+        SceneError: cvxpy finds no solver of that name installed, or one that takes no second-order cones.
+    """
 
     name: str = "CLARABEL"
+
+    def __post_init__(self) -> None:
+        require_type(self.name, str, "cvxpy.name")
+        # Met in a march, a name that is none would be one more failed attempt, and another form would go on in silence.
+        if self.name not in BROUGHT:
+            known = cone_solvers()
+            require(self.name in known, "cvxpy.name", self.name, f"one of {', '.join(known)}, which are installed")
 
     def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
         """As :meth:`~bipot.conic.solver.ConicSolver.solve`."""
@@ -95,6 +111,26 @@ OPTIONS: Mapping[str, Any] = {
     "SCS": lambda a: {"eps_abs": a.tolerance, "eps_rel": a.tolerance, "max_iters": a.iterations},
 }
 """The asked accuracy in the words of each solver."""
+
+
+@cache
+def cone_solvers() -> tuple[str, ...]:
+    """Names of the solvers of second-order cone programs that cvxpy finds installed."""
+    import cvxpy as cp
+
+    return tuple(name for name in cp.installed_solvers() if _takes_cones(name))
+
+
+def _takes_cones(name: str) -> bool:
+    """Whether min t with |1| <= t can be posed to the solver of that name."""
+    import cvxpy as cp
+
+    t = cp.Variable(2)
+    try:
+        cp.Problem(cp.Minimize(t[0]), [cp.SOC(t[0], t[1:]), t[1] == 1]).get_problem_data(name)
+    except (cp.SolverError, ValueError):
+        return False
+    return True
 
 
 def written(program: ConicProgram) -> Stated:

@@ -18,10 +18,10 @@ import numpy as np
 
 from bipot.contact.closeness import carries
 from bipot.control.carrying import Attempt
-from bipot.errors import require, require_count, require_number
+from bipot.errors import require, require_count
 from bipot.increment import Solved
 from bipot.iterate import Increment
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, make_floats
 
 FIRST_LOOK = 0.9
 """Where to look for the event between an open start and a first trial that is closed."""
@@ -43,8 +43,7 @@ class Locate:
     margin: float = 0.02
 
     def __post_init__(self) -> None:
-        require_number(self.tolerance, "locate.tolerance")
-        require_number(self.margin, "locate.margin")
+        make_floats(self, "tolerance", "margin", of="locate.")
         require(0 < self.tolerance < 1, "locate.tolerance", self.tolerance, "in (0, 1)")
         require_count(self.solves, "locate.solves")
         require(0 < self.margin < 0.5, "locate.margin", self.margin, "in (0, 0.5)")

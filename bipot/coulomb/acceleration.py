@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require, require_count
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,6 +22,7 @@ class Memory:
     trusted: float = field(default=float("inf"))
 
 
+@runtime_checkable
 class Acceleration(Protocol):
     """From x and G(x) to the next x."""
 
@@ -40,6 +42,7 @@ class Damped:
     weight: float = 1.0
 
     def __post_init__(self) -> None:
+        make_floats(self, "weight")
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
 
     def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
@@ -61,7 +64,8 @@ class Anderson:
     growth: float = 2.0
 
     def __post_init__(self) -> None:
-        require(self.depth >= 1, "depth", self.depth, ">= 1")
+        require_count(self.depth, "depth")
+        make_floats(self, "weight", "growth")
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
         require(self.growth >= 1, "growth", self.growth, ">= 1")
 

@@ -17,7 +17,7 @@ from bipot.coulomb.conic import ConicSettings, force_program, polish
 from bipot.coulomb.functions import ConeMap
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import scale
-from bipot.errors import require
+from bipot.errors import require, require_type
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
 
@@ -56,6 +56,8 @@ def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = N
 
     Raises SceneError for an unsymmetric W, InfeasibleProgram where the program is unbounded.
     """
+    require_type(problem, CoulombProblem, "problem")
+    require_type(settings, ConicSettings, "settings", optional=True)
     asymmetry, settings = problem.asymmetry, settings or ConicSettings()
     require(asymmetry <= _SYMMETRIC, "asymmetry of W", asymmetry, f"<= {_SYMMETRIC}: the relaxation is an energy")
     scaled = scale(problem)

@@ -23,8 +23,9 @@ from bipot.coulomb.newton import Newton, merit
 from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.coulomb.solver import Solver
-from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require
+from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, require, require_count
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 # Least weight of the polish's proximal term, and the |F| of scaled numbers at which nothing is left to polish.
 _LIGHTEST, _EXACT = 1e-10, 1e-15
@@ -48,10 +49,11 @@ class ConicSettings:
     polish: int = 100
 
     def __post_init__(self) -> None:
+        make_floats(self, "tol", "seconds", "regularisation")
         require(0 < self.tol < 1e-2, "tol", self.tol, "in (0, 0.01)")
         require(self.seconds > 0, "seconds", self.seconds, "> 0")
-        require(self.polish >= 0, "polish", self.polish, ">= 0")
-        require(self.regularisation >= 0, "regularisation", self.regularisation, ">= 0")
+        require(0 <= self.regularisation < math.inf, "regularisation", self.regularisation, "finite and >= 0")
+        require_count(self.polish, "polish", 0)
 
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
         """What the interior points are asked."""

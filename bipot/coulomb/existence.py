@@ -19,7 +19,7 @@ from scipy import sparse
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
 from bipot.conic.solver import Accuracy
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
 from bipot.errors import ProgramError
 from bipot.tensors import FloatArray
 
@@ -99,6 +99,7 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = m
     >>> existence(CoulombProblem(W=opposed, q=[-1, 0, -1, 0], mu=0.1, dim=2)).verdict.value
     'none exists'
     """
+    require_problem(problem)
     dim, mu = problem.dim, problem.mu
     local = problem if isinstance(problem, CoulombProblem) else None
     if local is not None and np.all(local.q[::dim] >= 0):

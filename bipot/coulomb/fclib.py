@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem
-from bipot.errors import BipotError, SceneError
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, require_problem
+from bipot.errors import BipotError, SceneError, require_count, require_path, require_type
 from bipot.hdf5.checked import INTEGERS, LARGEST, Checked, opened
 from bipot.hdf5.isolated import isolated as run_isolated
 from bipot.tensors import FloatArray
@@ -110,7 +110,11 @@ def read_fclib(
 
     Raises:
         FclibError: any other layout, or a number that no problem can have; names the file, the field and its value.
+        SceneError: ``path`` is no path, ``largest`` no count.
     """
+    require_path(path)
+    require_count(largest, "largest")
+    require_type(isolated, bool, "isolated")
     if isolated:
         # Made anew, because what comes from another process may be written to.
         return replace(run_isolated(f"{__name__}:read_problem", path, FclibError, largest=largest))
@@ -154,6 +158,7 @@ def _friction(vectors: Checked, name: str, rows: int, dim: int) -> FloatArray:
 
 def reduced(problem: CoulombProblem | GlobalCoulombProblem) -> CoulombProblem:
     """The reduced form of either form."""
+    require_problem(problem)
     return problem.reduced() if isinstance(problem, GlobalCoulombProblem) else problem
 
 
@@ -162,7 +167,10 @@ def read_solution(path: str | Path, *, largest: int = LARGEST) -> dict[str, Floa
 
     Raises:
         FclibError: no file of this layout, or vectors that are not of the length of its problem, or not finite.
+        SceneError: ``path`` is no path, ``largest`` no count.
     """
+    require_path(path)
+    require_count(largest, "largest")
     with opened(path, FclibError, largest) as file:
         form = _form(file)
         if SOLUTION not in file:

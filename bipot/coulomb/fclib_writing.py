@@ -12,8 +12,10 @@ from scipy import sparse
 
 from bipot.basics.replacing import replace
 from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, Form, Storage, solution_lengths
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
+from bipot.errors import require_path, require_type
 from bipot.tensors import FloatArray
+from bipot.typing import as_numbers
 
 if TYPE_CHECKING:
     import h5py
@@ -48,7 +50,7 @@ def _write_info(parent: h5py.Group, title: str, description: str) -> None:
 def _write_solution(file: h5py.File, solution: Mapping[str, FloatArray], lengths: Mapping[str, int | None]) -> None:
     group = file.create_group(SOLUTION)
     for key, given in solution.items():
-        vector = np.asarray(given, dtype=np.float64)
+        vector = as_numbers(given, f"solution[{key!r}]")
         fits = key in lengths and vector.ndim == 1 and lengths[key] in (None, vector.size)
         if not fits or not np.isfinite(vector).all():
             words = f"of {', '.join(lengths)}, finite and of the length of the problem"
@@ -71,9 +73,13 @@ def write_fclib(
 
     Raises:
         FclibError: the file cannot be written, or the problem is larger than such a file can hold.
+        SceneError: no path, no problem, or a solution that is no mapping of numbers.
     """
     import h5py
 
+    require_path(path)
+    require_problem(problem)
+    require_type(solution, Mapping, "solution", optional=True)
     content = BytesIO()
     with h5py.File(content, "w") as file:
         local = isinstance(problem, CoulombProblem)

@@ -12,6 +12,7 @@ from bipot.coulomb.acceleration import Acceleration, Anderson, Memory
 from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
+from bipot.errors import require_type
 from bipot.tensors import FloatArray, norm
 
 
@@ -34,6 +35,10 @@ class _FixedPoint:
     acceleration: Acceleration = field(default_factory=Anderson)
     settings: ConicSettings = field(default_factory=ConicSettings)
     label: ClassVar[str]
+
+    def __post_init__(self) -> None:
+        require_type(self.acceleration, Acceleration, "acceleration")
+        require_type(self.settings, ConicSettings, "settings")
 
     @property
     def name(self) -> str:

@@ -6,14 +6,15 @@ Both are r - P(r, u) with P a projection; ``step`` plays the part of rho (the pr
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require_positive
 from bipot.laws import coulomb
 from bipot.laws.projections import DiscSlope, cone_slope, project_cone, project_disc, unit
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 
 class Linearised(NamedTuple):
@@ -24,6 +25,7 @@ class Linearised(NamedTuple):
     dr: FloatArray
 
 
+@runtime_checkable
 class ContactFunction(Protocol):
     """F(r, u) for r, u (c, d) and mu (c,), zero exactly where Coulomb's law holds."""
 
@@ -56,7 +58,8 @@ class AlartCurnier:
     step: float = 1.0
 
     def __post_init__(self) -> None:
-        require(self.step > 0, "step", self.step, "> 0")
+        make_floats(self, "step")
+        require_positive(step=self.step)
 
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d)."""
@@ -80,7 +83,8 @@ class NaturalMap:
     step: float = 1.0
 
     def __post_init__(self) -> None:
-        require(self.step > 0, "step", self.step, "> 0")
+        make_floats(self, "step")
+        require_positive(step=self.step)
 
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d)."""

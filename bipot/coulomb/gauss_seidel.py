@@ -15,10 +15,11 @@ from scipy import sparse
 
 from bipot.coulomb.problem import columns
 from bipot.coulomb.scaling import ScaledProblem
-from bipot.errors import require
+from bipot.errors import require, require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +91,10 @@ class GaussSeidel:
     sweeps: int = 10
 
     def __post_init__(self) -> None:
-        require(self.local >= 1, "local", self.local, ">= 1")
+        require_count(self.local, "local")
+        require_count(self.sweeps, "sweeps")
+        make_floats(self, "relaxation")
         require(0 < self.relaxation < 2, "relaxation", self.relaxation, "in (0, 2)")
-        require(self.sweeps >= 1, "sweeps", self.sweeps, ">= 1")
 
     @property
     def name(self) -> str:

@@ -22,7 +22,7 @@ from bipot.coulomb.proximal import ProximalPoint
 from bipot.coulomb.scaling import scale
 from bipot.coulomb.solution import CoulombSolution, Outcome, residual
 from bipot.coulomb.solver import Limits, run
-from bipot.errors import require
+from bipot.errors import require, require_count, require_number, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
@@ -149,6 +149,10 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
 
     Different means velocities ``apart`` relative to |q|; forces may differ at the same velocity where W is singular.
     """
+    require_type(problem, CoulombProblem, "problem")
+    require_number(tol, "tol")
+    require(tol > 0, "tol", tol, "> 0")
+    _require_apart(apart)
     require(problem.dim == 2, "dim", problem.dim, "2, where modes are finite in number")
     require(problem.contacts <= MOST_CONTACTS, "contacts", problem.contacts, f"<= {MOST_CONTACTS}")
     scaled, began = scale(problem), perf_counter()
@@ -178,6 +182,11 @@ def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     return [np.zeros(problem.size), *(project_cone(r, problem.mu).ravel() for r in guesses)]
 
 
+def _require_apart(apart: float) -> None:
+    require_number(apart, "apart")
+    require(apart >= 0, "apart", apart, ">= 0")
+
+
 def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[CoulombSolution, ...]:
     """Every velocity that solves a plane problem, mode by mode (open, stick, slip either way at each contact).
 
@@ -192,6 +201,10 @@ def multiplicity(
 ) -> MultiplicityReport:
     """Solve from no force, from full stick and from ``starts`` random forces; plane problems of c <= 6 by
     all modes."""
+    require_type(problem, CoulombProblem, "problem")
+    require_type(limits, Limits, "limits", optional=True)
+    require_count(starts, "starts", 0)
+    _require_apart(apart)
     if problem.dim == 2 and problem.contacts <= MOST_CONTACTS:
         return every_mode(problem, apart=apart)
     answers = [run(ProximalPoint(), problem, limits, start) for start in _starts(problem, starts)]

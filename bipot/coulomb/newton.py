@@ -12,8 +12,9 @@ from scipy import linalg, sparse
 from bipot.coulomb.functions import AlartCurnier, ContactFunction, Linearised
 from bipot.coulomb.linear import factorised, jacobian, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
-from bipot.errors import require
+from bipot.errors import require, require_count, require_type
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 _SHORTEST = 1e-3
 _DECREASE = 0.1
@@ -30,7 +31,7 @@ class LineSearch:
     memory: int = 4
 
     def __post_init__(self) -> None:
-        require(self.memory >= 1, "memory", self.memory, ">= 1")
+        require_count(self.memory, "memory")
 
     def __call__(
         self, merit: Callable[[FloatArray], float], r: FloatArray, step: FloatArray, past: tuple[float, ...]
@@ -98,8 +99,11 @@ class Newton:
     patience: int = 50
 
     def __post_init__(self) -> None:
-        require(self.levenberg >= 0, "levenberg", self.levenberg, ">= 0")
-        require(self.patience >= 1, "patience", self.patience, ">= 1")
+        require_type(self.function, ContactFunction, "function")
+        make_floats(self, "levenberg")
+        require(0 <= self.levenberg < np.inf, "levenberg", self.levenberg, "finite and >= 0")
+        require_type(self.search, LineSearch, "search")
+        require_count(self.patience, "patience")
 
     @property
     def name(self) -> str:

@@ -30,7 +30,7 @@ def _matrix(value: object, field: str) -> sparse.csr_array:
     matrix.sum_duplicates()
     matrix.data.flags.writeable = False
     require(bool(np.all(np.isfinite(matrix.data))), field, "a matrix with NaN or inf", "finite")
-    _require_sizes(np.asarray(matrix.data, dtype=np.float64), field)
+    require_sizes(np.asarray(matrix.data, dtype=np.float64), field)
     return matrix
 
 
@@ -39,7 +39,7 @@ def columns(matrix: sparse.csr_array) -> int:
     return int(np.array(matrix.shape)[1])
 
 
-def _require_sizes(numbers: FloatArray, field: str) -> None:
+def require_sizes(numbers: FloatArray, field: str) -> None:
     """Numbers whose squares are numbers too."""
     largest = float(np.abs(numbers).max(initial=0.0))
     require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
@@ -49,7 +49,7 @@ def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
     vector = as_numbers(value, field).ravel()
     require(vector.size == size, f"len({field})", vector.size, f"{size}")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
-    _require_sizes(vector, field)
+    require_sizes(vector, field)
     vector.flags.writeable = False
     return vector
 
@@ -59,6 +59,12 @@ def _friction(value: ArrayLike, contacts: int) -> FloatArray:
     vector = _vector(np.full(contacts, float(given.flat[0])) if given.size == 1 else given, "mu", contacts)
     require(bool(np.all(vector >= 0)), "mu", float(vector.min(initial=0.0)), ">= 0")
     return vector
+
+
+def require_problem(problem: object) -> None:
+    """Raise SceneError unless ``problem`` is one of either form."""
+    either = isinstance(problem, CoulombProblem | GlobalCoulombProblem)
+    require(either, "problem", problem, "a CoulombProblem or a GlobalCoulombProblem")
 
 
 def _require_contacts(rows: int, dim: int) -> None:
@@ -207,7 +213,7 @@ class GlobalCoulombProblem:
 
     def state(self, r: FloatArray) -> FloatArray:
         """V = M⁻¹ (H r + f), (m,)."""
-        return self._factorised().solve(self.H @ r + self.f)
+        return self._factorised().solve(self.H @ _vector(r, "r", self.w.size) + self.f)
 
     def _factorised(self) -> sparse_linalg.SuperLU:
         try:

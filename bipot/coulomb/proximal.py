@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 from bipot.coulomb.functions import AlartCurnier, ContactFunction
 from bipot.coulomb.linear import newton_direction
 from bipot.coulomb.newton import LineSearch, linearise, merit
 from bipot.coulomb.scaling import ScaledProblem
-from bipot.errors import require
+from bipot.errors import require, require_count, require_positive, require_type
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 _LIGHTEST, _HEAVIEST = 1e-13, 1e3
 # Newton passes: a quick success; and how many to wait for |F| to be halved in nine.
@@ -53,13 +55,17 @@ class ProximalPoint:
     search: LineSearch = field(default_factory=LineSearch)
 
     def __post_init__(self) -> None:
-        require(self.weight > 0, "weight", self.weight, "> 0")
+        require_type(self.function, ContactFunction, "function")
+        require_type(self.search, LineSearch, "search")
+        require_count(self.memory, "memory", 0)
+        require_count(self.inner, "inner")
+        make_floats(self, "weight", "accuracy", "relax", "cautious", "tighten")
+        require_positive(weight=self.weight)
         require(0 < self.accuracy < 1, "accuracy", self.accuracy, "in (0, 1)")
-        require(self.relax > 1, "relax", self.relax, "> 1")
+        for name in ("relax", "tighten"):
+            value = getattr(self, name)
+            require(1 < value < math.inf, name, value, "finite and > 1")
         require(1 < self.cautious <= self.relax, "cautious", self.cautious, "in (1, relax]")
-        require(self.memory >= 0, "memory", self.memory, ">= 0")
-        require(self.tighten > 1, "tighten", self.tighten, "> 1")
-        require(self.inner >= 1, "inner", self.inner, ">= 1")
 
     @property
     def name(self) -> str:

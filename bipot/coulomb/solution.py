@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 
 from bipot.coulomb.judgement import judge
 from bipot.coulomb.problem import CoulombProblem
+from bipot.errors import require, require_type
 from bipot.laws import coulomb
 from bipot.tensors import FloatArray
+from bipot.typing import as_numbers
 
 
 class Outcome(Enum):
@@ -33,11 +35,21 @@ def _natural_error(problem: CoulombProblem, r: FloatArray, u: FloatArray, q: Flo
     return error / scale if scale > np.finfo(np.float64).eps else error
 
 
+def known_force(problem: CoulombProblem, r: object, field: str = "r") -> FloatArray:
+    """``r`` as a force of the problem; raises SceneError unless it is one of finite numbers (dc,)."""
+    require_type(problem, CoulombProblem, "problem")
+    force = as_numbers(r, field)
+    require(force.shape == (problem.size,), f"{field}.shape", force.shape, f"({problem.size},)")
+    require(bool(np.isfinite(force).all()), field, "a force with NaN or inf", "finite")
+    return force
+
+
 def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
     """The usual criterion: |r - P_K(r - (u + mu |u_t| n))| / max(|q|, |r|, |u|), 2-norms over all contacts.
 
     It mixes units (step 1) and forgives any error where |r| runs away: a figure to report, not one to judge by.
     """
+    r = known_force(problem, r)
     return _natural_error(problem, r, problem.velocity(r), problem.q)
 
 
@@ -46,6 +58,7 @@ def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
 
     |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It forgives a runaway r like the other.
     """
+    r = known_force(problem, r)
     length = float(np.linalg.norm(problem.q)) or 1.0
     force = problem.force_scale * length
     return _natural_error(problem, r / force, problem.velocity(r) / length, problem.q / length)
@@ -53,7 +66,7 @@ def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
 
 def residual(problem: CoulombProblem, r: FloatArray) -> float:
     """Distance to the law relative to the load, what "solved" is judged by: :func:`bipot.coulomb.judgement.judge`."""
-    return judge(problem, r).residual
+    return judge(problem, known_force(problem, r)).residual
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from bipot.coulomb.solution import CoulombSolution, Outcome
 from bipot.coulomb.solver import Limits, Solver, run
 from bipot.errors import InfeasibleProgram, require, require_tuple, require_type
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,12 @@ class Stage:
     solver: Solver[Any]
     share: float
     warm: bool
+
+    def __post_init__(self) -> None:
+        require_type(self.solver, Solver, "stage.solver")
+        make_floats(self, "share", of="stage.")
+        require(0 < self.share <= 1, "stage.share", self.share, "in (0, 1]")
+        require_type(self.warm, bool, "stage.warm")
 
 
 DEFAULT_CHAIN = (

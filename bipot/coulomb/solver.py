@@ -11,17 +11,17 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Protocol, TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
 from bipot.coulomb.judgement import NOWHERE, Judgement, judge
-from bipot.coulomb.problem import LARGEST, CoulombProblem
+from bipot.coulomb.problem import CoulombProblem, require_sizes
 from bipot.coulomb.scaling import ScaledProblem, scale
-from bipot.coulomb.solution import CoulombSolution, Outcome
-from bipot.errors import ProgramError, require, require_count, require_number, require_type
+from bipot.coulomb.solution import CoulombSolution, Outcome, known_force
+from bipot.errors import ProgramError, require, require_count, require_type
 from bipot.tensors import FloatArray
-from bipot.typing import as_numbers
+from bipot.typing import make_floats
 
 
 class State(Protocol):
@@ -41,6 +41,7 @@ class State(Protocol):
 S = TypeVar("S", bound=State)
 
 
+@runtime_checkable
 class Solver(Protocol[S]):
     """init and step; ``name`` labels results."""
 
@@ -72,8 +73,7 @@ class Limits:
     patience: int = 1000
 
     def __post_init__(self) -> None:
-        require_number(self.tol, "tol")
-        require_number(self.seconds, "seconds")
+        make_floats(self, "tol", "seconds")
         require(self.tol > 0, "tol", self.tol, "> 0")
         require(self.seconds > 0, "seconds", self.seconds, "> 0")
         require_count(self.iterations, "iterations", 0)
@@ -110,14 +110,13 @@ def run(
     The iterate with the smallest residual is returned, converged or not; a step that raises ProgramError or
     LinAlgError ends the run with outcome FAILED and its message.
     """
+    require_type(solver, Solver, "solver")
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     began, limits = clock(), limits or Limits()
     scaled = scale(problem)
-    given = np.zeros(problem.size) if start is None else as_numbers(start, "start")
-    require(given.shape == (problem.size,), "start.shape", given.shape, f"({problem.size},)")
-    known = bool(np.isfinite(given).all()) and float(np.abs(given).max()) <= LARGEST
-    require(known, "start", "a force with NaN, inf or beyond", f"finite, at most {LARGEST:g}")
+    given = np.zeros(problem.size) if start is None else known_force(problem, start, "start")
+    require_sizes(given, "start")
     r = given / scaled.force
     best, lowest = r, judge(problem, scaled.unscale(r))
     outcome, detail, done = Outcome.ITERATION_LIMIT, "", 0

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.coulomb.scaling import ScaledProblem
-from bipot.errors import require
+from bipot.errors import require_count, require_type
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
@@ -39,7 +39,8 @@ class Uzawa:
     passes: int = 20
 
     def __post_init__(self) -> None:
-        require(self.passes >= 1, "passes", self.passes, ">= 1")
+        require_type(self.corrector, bool, "corrector")
+        require_count(self.passes, "passes")
 
     @property
     def name(self) -> str:

@@ -114,4 +114,5 @@ def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
 
 def require_solver(solver: object, field: str) -> None:
     """Raise SceneError where the ``solver`` of a form is none."""
-    require(callable(getattr(solver, "solve", None)), field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")
+    made = isinstance(solver, ConicSolver) and not isinstance(solver, type)
+    require(made, field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 from bipot.conic.problem import Outcome, Timing
 from bipot.coulomb import DEFAULT_CHAIN, CoulombSolution, GaussSeidel, Limits, Solver, run, solve
-from bipot.errors import NotConverged, require
+from bipot.errors import NotConverged, require, require_type
 from bipot.forms.answers import tangent_program
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.posed import Posed
@@ -44,8 +44,7 @@ class Delassus:
     name: ClassVar[FormName] = FormName.DELASSUS
 
     def __post_init__(self) -> None:
-        runs = all(callable(getattr(self.solver, verb, None)) for verb in ("init", "step"))
-        require(self.solver is None or runs, "delassus.solver", self.solver, "a Solver or None")
+        require_type(self.solver, Solver, "delassus.solver", optional=True)
         require(isinstance(self.limits, Limits), "delassus.limits", self.limits, "a Limits of bipot.coulomb")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:

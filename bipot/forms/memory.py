@@ -7,14 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.errors import require_number
 from bipot.fem.assembly import Space
 from bipot.fem.strain import Scratch
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.ordering import Pattern
 from bipot.response import State
 from bipot.system import System
-from bipot.typing import Bools, Floats, Ints, as_numbers, read_only
+from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
 
 BOUNDED = 0.3
 
@@ -101,8 +100,7 @@ class Paced:
     velocity: Floats
 
     def __post_init__(self) -> None:
-        for name in ("tau", "middle"):
-            require_number(getattr(self, name), f"paced.{name}")
+        make_floats(self, "tau", "middle", of="paced.")
         velocity = as_numbers(self.velocity, "paced.velocity")
         object.__setattr__(self, "velocity", read_only(velocity, np.float64))
 

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from bipot.conic.problem import Outcome, Timing
-from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_number, require_type
+from bipot.errors import BipotError, InvertedElement, NotConverged, require, require_count, require_type
 from bipot.forms.base import Cache, FormName, Step
 from bipot.forms.memory import Setup
 from bipot.forms.touching import resisted, touching
@@ -18,7 +18,7 @@ from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -42,9 +42,9 @@ class Reuse:
     near: float = 3e-5
 
     def __post_init__(self) -> None:
+        make_floats(self, "fall", "turn", "near", of="newton.reuse.")
         for name in ("fall", "turn", "near"):
             value = getattr(self, name)
-            require_number(value, f"newton.reuse.{name}")
             require(0 <= value < 1, f"newton.reuse.{name}", value, "in [0, 1)")
 
 
@@ -71,9 +71,9 @@ class Search:
     trials: int = 5
 
     def __post_init__(self) -> None:
+        make_floats(self, "fall", "law", "work", "landing", of="newton.search.")
         for name in ("fall", "law", "work", "landing"):
             value = getattr(self, name)
-            require_number(value, f"newton.search.{name}")
             require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
         require_count(self.trials, "newton.search.trials", 0)
 
@@ -172,6 +172,7 @@ class Newton:
     def __post_init__(self) -> None:
         require_type(self.reuse, Reuse, "newton.reuse")
         require_type(self.search, Search, "newton.search")
+        require_type(self.linear, LinearSolver, "newton.linear")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Memory:
         """Nothing is kept of another attempt."""

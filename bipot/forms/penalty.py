@@ -28,7 +28,7 @@ from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
 from bipot.traction import on_line
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, make_floats
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
 """Of the interior points, tried in turn: asked for what round-off forbids, they give up at less than they can."""
@@ -74,6 +74,7 @@ class Penalty:
     name: ClassVar[FormName] = FormName.PENALTY
 
     def __post_init__(self) -> None:
+        make_floats(self, "K_n", "K_t")
         _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
@@ -113,6 +114,7 @@ class Uzawa:
     name: ClassVar[FormName] = FormName.UZAWA
 
     def __post_init__(self) -> None:
+        make_floats(self, "K_n", "K_t")
         _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
@@ -175,7 +177,6 @@ def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: Tange
     require_type(optimiser, Optimiser, "penalty.optimiser")
     require_type(kind, TangentKind, "penalty.kind")
     for field, value in (("K_n", K_n), ("K_t", K_t)):
-        require_number(value, field)
         require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
 
 

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from bipot.errors import LARGEST_STRESS, require, require_magnitude, require_number, require_positive
 from bipot.laws.table_file import two_columns
 from bipot.tensors import FloatArray
+from bipot.typing import make_floats
 
 _WHY = "(softening makes the energy of an increment non-convex)"
 
@@ -42,14 +43,14 @@ def _require_positive(field: str, value: float) -> None:
 
 
 def _require_rising(field: str, value: float) -> None:
-    require_number(value, field)
     require(math.isfinite(value) and value >= 0, field, value, f"finite and >= 0 {_WHY}")
     require(value <= LARGEST_STRESS, field, value, f"at most {LARGEST_STRESS:g}: choose other units")
 
 
 def _require_numbers(field: str, values: tuple[float, ...]) -> tuple[float, ...]:
     """The values as a tuple of numbers."""
-    require(isinstance(values, tuple | list | np.ndarray), field, values, "a tuple of numbers")
+    listed = isinstance(values, tuple | list) or (isinstance(values, np.ndarray) and values.ndim == 1)
+    require(listed, field, values, "a tuple of numbers")
     for value in values:
         require_number(value, field)
     return tuple(float(value) for value in values)
@@ -78,6 +79,7 @@ class Linear:
     modulus: float
 
     def __post_init__(self) -> None:
+        make_floats(self, "sigma_y", "modulus")
         _require_positive("sigma_y", self.sigma_y)
         _require_rising("modulus", self.modulus)
 
@@ -115,6 +117,7 @@ class Voce:
     modulus: float = 0.0
 
     def __post_init__(self) -> None:
+        make_floats(self, "sigma_y", "saturation", "rate", "modulus")
         _require_positive("sigma_y", self.sigma_y)
         _require_rising("saturation", self.saturation)
         _require_positive("rate", self.rate)
@@ -144,9 +147,9 @@ class Swift:
     exponent: float
 
     def __post_init__(self) -> None:
+        make_floats(self, "strength", "offset", "exponent")
         _require_positive("strength", self.strength)
         _require_positive("offset", self.offset)
-        require_number(self.exponent, "exponent")
         require(0 <= self.exponent <= 1, "exponent", self.exponent, "in [0, 1]")
         _require_positive("sigma_y", float(self.yield_stress(0.0)))
 

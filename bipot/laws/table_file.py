@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
-from bipot.errors import SceneError, require
+from bipot.errors import SceneError, require, require_path
 
 LARGEST = 2**22
 """Bytes of a file that is read."""
@@ -29,7 +29,7 @@ def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None 
         SceneError: a file that cannot be read as text or is larger than LARGEST, a line without two columns, a value
             that is no number (named with file and line), fewer than two rows of numbers.
     """
-    require(isinstance(path, str | Path), "path", path, "a path")
+    require_path(path)
     given = delimiter is None or (isinstance(delimiter, str) and len(delimiter) == 1 and delimiter not in "#.+-\r\n")
     require(given, "delimiter", delimiter, "one character that is in no number or comment, or None")
     rows: list[tuple[int, float, float]] = []

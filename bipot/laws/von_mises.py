@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_number, require_type
+from bipot.errors import LARGEST_STRESS, NotConverged, require, require_magnitude, require_type
 from bipot.laws.hardening import Hardening
 from bipot.tensors import (
     BoolArray,
@@ -30,6 +30,7 @@ from bipot.tensors import (
     norm,
     trace,
 )
+from bipot.typing import make_floats
 
 _MAX_ITERATIONS = 200
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
@@ -63,8 +64,7 @@ class Elasticity:
     poisson: float
 
     def __post_init__(self) -> None:
-        require_number(self.young, "young")
-        require_number(self.poisson, "poisson")
+        make_floats(self, "young", "poisson")
         require(math.isfinite(self.young) and self.young > 0, "young", self.young, "finite and > 0")
         require_magnitude(self.young, "young", LARGEST_STRESS)
         require(-1 < self.poisson < 0.5, "poisson", self.poisson, "in the open interval (-1, 0.5)")

@@ -12,7 +12,7 @@ from bipot.basics.machine import require_memory
 from bipot.errors import require, require_count, require_positive
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets, edges_of
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, make_floats
 
 CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 """The centre of an eight-node quadrilateral from its nodes."""
@@ -39,8 +39,10 @@ class Fine:
     elements: int
 
     def __post_init__(self) -> None:
+        make_floats(self, "length", of="fine.")
         require_positive(**{"fine.length": self.length})
         require_count(self.elements, "fine.elements")
+        object.__setattr__(self, "elements", int(self.elements))
 
     def ends(self, start: float, end: float, count: int) -> Floats:
         """Ends (count + 1,) of the elements along a side from ``start`` to ``end``.
@@ -52,6 +54,7 @@ class Fine:
         >>> Fine(1.0, 2).ends(0.0, 4.0, 4).round(3).tolist()
         [0.0, 2.0, 3.0, 3.5, 4.0]
         """
+        start, end = float(start), float(end)
         whole, others = end - start, count - self.elements
         require(self.length < whole, "fine.length", self.length, f"below that of the side, {whole:g}")
         require(others > 0, "fine.elements", self.elements, f"below the side's own number, {count}")
@@ -99,6 +102,8 @@ def require_room(boxes: int, element: Element, field: str, value: int) -> None:
 def graded(start: float, end: float, count: int, ratio: float) -> Floats:
     """Ends (count + 1,) of elements whose sizes grow by one factor, the last ``ratio`` times the first."""
     require_positive(grading=ratio)
+    # Of whole numbers beyond an array's, and in any other precision, the ends would not be floats.
+    start, end = float(start), float(end)
     ends = np.linspace(start, end, count + 1)
     if ratio != 1 and count > 1:
         # Of the largest size, so that no ratio is too large for a number.

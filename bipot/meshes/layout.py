@@ -73,6 +73,8 @@ def rectangle(
     fields = ("elements along the first axis", "elements along the second axis")
     for count, field_name in zip(counts, fields, strict=True):
         require_count(count, field_name)
+    # One of NumPy would overflow in its own type.
+    counts = int(counts[0]), int(counts[1])
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
     require_layout_room(counts, element, layout, fields)

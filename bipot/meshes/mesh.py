@@ -178,11 +178,13 @@ class Mesh:
 
     def boundary(self, name: str) -> Ints:
         """Facets (f, n) of the boundary ``name``; raises SceneError naming the known ones."""
+        require_type(name, str, "boundary")
         require(name in self.boundaries, "boundary", name, f"one of {sorted(self.boundaries)}")
         return self.boundaries[name]
 
     def edges(self, *names: str) -> Ints:
-        """Facets (f, n) of the named boundaries, one after the other."""
+        """Facets (f, n) of the named boundaries, at least one, one after the other."""
+        require(len(names) > 0, "boundaries", names, "at least one name")
         return np.concatenate([self.boundary(name) for name in names])
 
     def owners(self, *names: str) -> Ints:
@@ -191,6 +193,8 @@ class Mesh:
 
     def boundary_nodes(self, *names: str) -> Ints:
         """Sorted node numbers on the union of the named boundaries."""
+        for name in names:
+            require_type(name, str, "boundary")
         if names not in self._on_boundaries:
             self._on_boundaries[names] = read_only(np.unique(self.edges(*names)), np.intp)
         return self._on_boundaries[names]

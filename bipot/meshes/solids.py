@@ -40,12 +40,11 @@ def brick(
     ['back', 'base', 'front', 'left', 'right', 'top']
     """
     require_positive(width=width, depth=depth, height=height)
-    counts = {"n_x": n_x, "n_y": n_y, "n_z": n_z}
-    for name, count in counts.items():
-        require_count(count, name)
+    counts = _counts(n_x=n_x, n_y=n_y, n_z=n_z)
+    n_x, n_y, n_z = counts.values()
     _require_solid(element, grading, 3)
     largest = max(counts, key=lambda name: counts[name])
-    require_room(int(n_x) * int(n_y) * int(n_z), element, largest, counts[largest])
+    require_room(n_x * n_y * n_z, element, largest, counts[largest])
     names = "left", "right", "front", "back"
     sides = (0.0, width), (0.0, depth)
     flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], Layout.TENSOR)
@@ -80,17 +79,16 @@ def cylinder_3d(
     (24, 8)
     """
     require_positive(radius=radius, height=height)
-    counts = {"n_square": n_square, "n_r": n_r, "n_z": n_z}
-    for name, count in counts.items():
-        require_count(count, name)
+    counts = _counts(n_square=n_square, n_r=n_r, n_z=n_z)
+    n_square, n_r, n_z = counts.values()
     for name, value in {"quarter": quarter, "curved": curved, "inscribed": inscribed}.items():
         require_type(value, bool, name)
     _require_solid(element, grading, 2)
-    a_quarter = int(n_square) * (int(n_square) + 2 * int(n_r)) * int(n_z)
+    a_quarter = n_square * (n_square + 2 * n_r) * n_z
     largest = max(counts, key=lambda name: counts[name])
     require_room(a_quarter * (1 if quarter else 4), element, largest, counts[largest])
     arcs = curved and element.quadratic
-    outer = radius * (1.0 if inscribed else _widened(2 * n_square, arcs))
+    outer = float(radius) * (1.0 if inscribed else _widened(2 * n_square, arcs))
     flat = disc(outer, n_square, graded(0.0, 1.0, n_r, grading[0]), quarter, FLAT[element.shape])
     parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
     return Mesh(*(_rounded(parts, {"side": outer}) if arcs else parts))
@@ -124,19 +122,26 @@ def ring_3d(
     """
     require_positive(inner=inner, outer=outer, height=height)
     require(inner < outer, "inner", inner, f"< outer = {outer}")
-    counts = {"n_around": n_around, "n_r": n_r, "n_z": n_z}
-    for name, count in counts.items():
-        require_count(count, name)
+    counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
+    n_around, n_r, n_z = counts.values()
     for name, value in {"curved": curved, "inscribed": inscribed}.items():
         require_type(value, bool, name)
     _require_solid(element, grading, 2)
     largest = max(counts, key=lambda name: counts[name])
-    require_room(int(n_around) * int(n_r) * int(n_z), element, largest, counts[largest])
+    require_room(n_around * n_r * n_z, element, largest, counts[largest])
     arcs = curved and element.quadratic
     wider = 1.0 if inscribed else _widened(n_around, arcs)
-    flat = annulus(graded(inner * wider, outer * wider, n_r, grading[0]), n_around, FLAT[element.shape])
+    bore, side = float(inner) * wider, float(outer) * wider
+    flat = annulus(graded(bore, side, n_r, grading[0]), n_around, FLAT[element.shape])
     parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
-    return Mesh(*(_rounded(parts, {"bore": inner * wider, "side": outer * wider}) if arcs else parts))
+    return Mesh(*(_rounded(parts, {"bore": bore, "side": side}) if arcs else parts))
+
+
+def _counts(**counts: int) -> dict[str, int]:
+    """The counts by name; raises SceneError where one is none. One of NumPy would overflow in its own type."""
+    for name, count in counts.items():
+        require_count(count, name)
+    return {name: int(count) for name, count in counts.items()}
 
 
 def _widened(count: int, arcs: bool) -> float:

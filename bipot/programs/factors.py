@@ -5,7 +5,7 @@ from __future__ import annotations
 import weakref
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import scipy.sparse as sp
@@ -43,6 +43,7 @@ class Factor(Protocol):
         ...
 
 
+@runtime_checkable
 class LinearSolver(Protocol):
     """Factorises what stands in an order of elimination."""
 

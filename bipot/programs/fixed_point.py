@@ -20,9 +20,9 @@ from enum import Enum
 import numpy as np
 
 from bipot.coulomb.acceleration import Anderson, Memory
-from bipot.errors import require, require_count, require_number, require_type
+from bipot.errors import require, require_count, require_type
 from bipot.programs.data import ContactRows
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 SETTLED = 1e-10
 """Relative residual below which the rest is the programs' own accuracy: nothing is concluded from it."""
@@ -93,11 +93,10 @@ class Safeguard:
 
     def __post_init__(self) -> None:
         require_type(self.first, Frozen, "safeguard.first")
-        require_number(self.falls, "safeguard.falls")
+        make_floats(self, "falls", "least", of="safeguard.")
         require(self.falls > 0, "safeguard.falls", self.falls, "> 0")
         require_count(self.patience, "safeguard.patience")
         require_count(self.depth, "safeguard.depth")
-        require_number(self.least, "safeguard.least")
         require(0 < self.least <= 1, "safeguard.least", self.least, "in (0, 1]")
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bipot.control.course import Course
-from bipot.errors import ResultsError, require, require_number
+from bipot.errors import LARGEST_COUNT, ResultsError, require, require_count, require_number, require_path, require_type
 from bipot.fem.reduction import Geometry
 from bipot.hdf5.journal import journal_of, pages_in
 from bipot.meshes.mesh import Mesh
@@ -62,6 +62,7 @@ class History:
         return self.file.parent
 
     def __getitem__(self, name: str) -> NDArray[Any]:
+        require_type(name, str, "column")
         require(name in self.columns, "column", name, f"one of {list(self.columns)}")
         return self.columns[name]
 
@@ -108,6 +109,7 @@ class History:
             SceneError: an unknown column, one that does not increase throughout, a value that is no number or outside
                 of what is recorded; the message says the range.
         """
+        require_type(by, str, "by", optional=True)
         if value is None and by is None:
             return self._step(len(self))
         by = by if by is not None else REDUCTION if REDUCTION in self.columns else TAU
@@ -122,7 +124,12 @@ class History:
         return self._step(int(np.argmin(np.abs(known - value))) + (by != TAU))
 
     def snapshot(self, row: int = -1) -> Snapshot:
-        """The step after the increment of ``row`` (negative: from the end)."""
+        """The step after the increment of ``row`` (negative: from the end).
+
+        Raises:
+            SceneError: a row that is no whole number, or none of the run's.
+        """
+        require_count(row, "row", -LARGEST_COUNT)
         count = len(self)
         require(-count <= row < count, "row", row, f"in [{-count}, {count}), an accepted increment")
         return self._step(1 + row % count)
@@ -199,7 +206,7 @@ def run_file(path: str | Path) -> Path:
         ResultsError: it is one of an older version, which is not read; or the system refuses the name.
         SceneError: no path.
     """
-    require(isinstance(path, str | Path), "path", path, "a path")
+    require_path(path)
     path = Path(path)
     old = path if path.name == OLD else path / OLD
     new = old.with_name(FIELDS)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from bipot.fem.components import NAMES
-from bipot.errors import require
+from bipot.errors import require, require_type
 from bipot.fem.reduction import Geometry
 
 
@@ -115,6 +115,7 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
     >>> split(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)
     ('stress', 'rz')
     """
+    require_type(name, str, "field")
     known = FIELDS[place]
     if name in known:
         return name, ""

@@ -7,8 +7,10 @@ and gaps are distances to one line that ends nowhere.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -62,8 +64,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         require_type(self.closed, bool, "profile.closed")
-        given = isinstance(self.points, tuple | list | np.ndarray)
-        require(given, "profile.points", self.points, "pairs of numbers")
+        require(_listed(self.points), "profile.points", self.points, "pairs of numbers")
         points = tuple(place(point, f"profile.points[{k}]") for k, point in enumerate(self.points))
         least = 3 if self.closed else 2
         require(len(points) >= least, "profile.points", points, f"at least {least}")
@@ -192,7 +193,7 @@ class Profile:
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
-        if not isinstance(self.fillets, tuple | list | np.ndarray):
+        if not _listed(self.fillets):
             return _radius(self.fillets, "profile.fillets")
         count = len(self.points) - 2 * (not self.closed)
         require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
@@ -203,6 +204,11 @@ class Profile:
         """Of the inner points."""
         count = len(self.points) - 2 * (not self.closed)
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
+
+
+def _listed(value: object) -> TypeGuard[Sequence[Any]]:
+    """Whether there are items in it: an array without an axis has none."""
+    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _radius(value: object, field: str) -> float:
