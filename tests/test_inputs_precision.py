@@ -21,6 +21,7 @@ from bipot.meshes.layout import Layout
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.meshes.solids import brick, cylinder_3d, ring_3d
 from bipot.programs.fixed_point import Safeguard
+from bipot.tools.tool import FlatTool
 from tests.scenes import refused, scene
 
 KINDS = (np.float16, np.float32, np.longdouble)
@@ -64,6 +65,12 @@ def test_scalars_become_plain_floats(make, kind):
     made = make(kind)
     assert {type(value) for value in numbers(made)} == {float}
     assert made == make(lambda value: float(kind(value)))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_friction_becomes_plain_floats(kind):
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.1), ("top",), kind(0.1), shear=kind(0.3))
+    assert (type(tool.mu), type(tool.shear)) == (float, float)
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -147,7 +147,7 @@ def _inside(element: Element, corners: Floats, x: Floats) -> Bools:
     off = np.zeros_like(x)
     for _ in range(STEPS):
         at = tabulated_at(element, xi)
-        off = x - np.vecdot(at.values[:, :, None], corners, axis=1)
+        off = x - np.einsum("pk,pkd->pd", at.values, corners)
         slope = corners.transpose(0, 2, 1) @ at.gradients
         singular = np.abs(np.linalg.det(slope)) < 1e-300
         slope[singular] = np.eye(x.shape[1])

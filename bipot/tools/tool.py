@@ -25,7 +25,7 @@ from bipot.tensors import norm
 from bipot.tools.driving import Force
 from bipot.tools.poses import Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
-from bipot.typing import Floats
+from bipot.typing import Floats, make_floats
 
 LARGEST_MU = 1e12
 
@@ -100,12 +100,11 @@ class Tool:
         require(different, "tool.candidates", self.candidates, "different boundaries")
 
     def _check_friction(self) -> None:
+        make_floats(self, "mu", "shear")
         for name, largest in (("mu", LARGEST_MU), ("shear", LARGEST_SHEAR)):
             value = getattr(self, name)
-            require_number(value, name)
             said = f">= 0, to {largest:g} (inf {'welds' if name == 'mu' else 'caps nothing'})"
             require(0 <= value <= largest or value == math.inf, name, value, said)
-            object.__setattr__(self, name, float(value))
         object.__setattr__(self, "mu_at", self._by_node("mu_at", LARGEST_MU, "finite and ", ()))
         object.__setattr__(self, "shear_at", self._by_node("shear_at", LARGEST_SHEAR, "", (math.inf,)))
         for name in ("mu_at", "shear_at"):
