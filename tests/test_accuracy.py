@@ -166,9 +166,9 @@ def test_it_goes_on_from_a_file_to_the_last_bit(tmp_path):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"accuracy": 0}, r"accuracy = 0: must be in \[0.0001, 0.1\]"),
+        ({"accuracy": 0}, r"accuracy = 0.0: must be in \[0.0001, 0.1\]"),
         ({"accuracy": float("nan")}, "accuracy = nan: must be in"),
-        ({"accuracy": 2}, "accuracy = 2: must be in"),
+        ({"accuracy": 2}, "accuracy = 2.0: must be in"),
         ({"accuracy": -1e-3}, "accuracy = -0.001: must be in"),
         ({"accuracy": "1e-3"}, "accuracy = '1e-3': must be a number"),
         ({"accuracy": True}, "accuracy = True: must be a number"),
