@@ -62,6 +62,7 @@ class Measure:
 MEASURES = (
     Measure("import bipot", "importing", 0, 0, 1, 0.5),
     Measure("newton pass", "newton", 10, 3, 12, 1.05),
+    Measure("newton march", "newton_march", 10, 3, 12, 1.05),
     Measure("tangent pass, 2 size + 1 contact nodes", "tangent_wide", 100, 5, 1, 3.0, against="newton_wide"),
     Measure("delassus pass, 4 size rows", "delassus", 7, 2, 2, float("inf")),
 )
@@ -72,7 +73,7 @@ class Failed(BipotError, RuntimeError):
 
 
 class Taken(NamedTuple):
-    """Processor seconds of a pass, and how many there were."""
+    """Processor seconds of a pass or of a march, and how many passes there were."""
 
     seconds: float
     passes: int
@@ -242,7 +243,8 @@ def line(row: Row) -> str:
     verdict = f"{'met ' if row.met else 'MISS'} " if row.most < float("inf") else "     "
     ratio = f"{row.ratio:.3f} ({row.low:.3f} .. {row.high:.3f})"
     limit = f", at most {row.most:g}" if row.most < float("inf") else ""
-    times = f"{1e3 * row.seconds:.3g} ms to {1e3 * row.seconds_against:.3g} ms"
+    sides = ((row.seconds, row.passes), (row.seconds_against, row.passes_against))
+    times = " to ".join(f"{1e3 * seconds:.3g} ms ({passes} passes)" for seconds, passes in sides)
     return f"{verdict}{row.name} (size {row.size}) / {row.against}: {ratio}{limit}; {times}"
 
 

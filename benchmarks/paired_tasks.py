@@ -1,9 +1,9 @@
 """The side of a pair that is measured, in a process of its own: ``python -P benchmarks/paired_tasks.py TASK SIZE``.
 
 To every line on stdin it answers with processor seconds of a pass (of ``importing``: of the import, which can be asked
-once), the passes they were taken from, and which ``bipot`` was measured. It runs on other states of the library too, so
-it uses public names alone, and imports nothing early that ``bipot`` would import itself. A history's first increment,
-which sets everything up, is not timed.
+once; of a march: of all its passes), the passes they were taken from, and which ``bipot`` was measured. It runs on
+other states of the library too, so it uses public names alone, and imports nothing early that ``bipot`` would import
+itself. A history's first increment, which sets everything up, is not timed.
 """
 
 from __future__ import annotations
@@ -34,6 +34,12 @@ def newton(size: int) -> tuple[float, int]:
 
     schedule = Schedule(8, first=SMALL / 0.45, settling=1, growth=2.4)
     return _passes(upsetting(mu=0.1, reduction=0.45, elements=size), schedule, Newton())
+
+
+def newton_march(size: int) -> tuple[float, int]:
+    """The same march as a whole: passes of one state may be fewer and cost more than those of another."""
+    seconds, count = newton(size)
+    return seconds * count, count
 
 
 def newton_wide(size: int) -> tuple[float, int]:
@@ -92,7 +98,7 @@ def _passes(scene: Scene, schedule: Schedule, form: Form) -> tuple[float, int]:
     return (time.process_time() - began) / passes, passes
 
 
-TASKS = {f.__name__: f for f in (importing, newton, newton_wide, tangent_wide, delassus)}
+TASKS = {f.__name__: f for f in (importing, newton, newton_march, newton_wide, tangent_wide, delassus)}
 
 if __name__ == "__main__":
     for _ in sys.stdin:
