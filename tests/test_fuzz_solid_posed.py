@@ -86,8 +86,12 @@ def drawn(name: str) -> tuple[Drawn, Ran]:
     """A scene and its run."""
     mesh = brick(2.0, 2.0, 2.0, 1, 1, 1, element=Element.H20)
     tool = replace(punch(names=("top",), travel=(0.0, 0.08, -0.02)), mu=0.1)
+    if name == "capped":
+        mesh, shear_at = brick(2.0, 2.0, 2.0, 2, 2, 2), {26: 0.2, 25: np.inf}
+        tool = replace(tool, sampling=Sampling.NODES, mu=0.5, shear=0.1, shear_at=shear_at, candidates=("top", "right"))
     supports = {
         "weighted": PLANES[:1] + tuple(Support("base", d) for d in range(3)),
+        "capped": PLANES[:1] + tuple(Support("base", d) for d in range(3)),
         "aslant": (Support("left", 0), Support("base", 2), Prescribed("right", (0.6, 0.8, 0.0), 0.002)),
     }[name]
     scene = Scene(mesh, Geometry.SOLID, STEEL, supports, (tool,))
@@ -103,7 +107,7 @@ def planted(name: str, **changes) -> Ran:
     return replace(ran, steps=[*ran.steps[:-1], with_course(last, state=replace(last.state, **changes))])
 
 
-@pytest.mark.parametrize("name", ["weighted", "aslant"])
+@pytest.mark.parametrize("name", ["weighted", "aslant", "capped"])
 def test_what_is_right_is_passed(name):
     found, ran = drawn(name)
     assert (ran.reason, len(ran.steps)) == ("", 2)
@@ -123,13 +127,13 @@ def test_what_is_right_is_passed(name):
         ("penetration", lambda end: {"nodes": end.nodes * (1, 1, 1 + 1e-6), "gap": end.gap - 2e-6}),
     ],
 )
-@pytest.mark.parametrize("name", ["weighted", "aslant"])
+@pytest.mark.parametrize("name", ["weighted", "aslant", "capped"])
 def test_planted_errors_are_found(name, measure, change):
     end = drawn(name)[1].steps[-1].state
     assert getattr(measured(planted(name, **change(end)))[-1], measure) > 2 * LIMITS[measure]
 
 
-@pytest.mark.parametrize("name", ["weighted", "aslant"])
+@pytest.mark.parametrize("name", ["weighted", "aslant", "capped"])
 def test_turned_by_any_angle_a_body_has_the_same_forces(name):
     found, ran = drawn(name)
     seen = turned(found.scene, Q * (1.0, -1.0, 1.0))
@@ -138,6 +142,24 @@ def test_turned_by_any_angle_a_body_has_the_same_forces(name):
     assert faults(other, exact=True)[0] == []
     assert disagreement(ran, other, seen, 0.0) < 1e-7
     assert disagreement(planted(name, forces=1.001 * ran.steps[-1].state.forces), other, seen, 0.0) > 5e-4
+
+
+@pytest.mark.parametrize("element", [Element.H8, Element.H20, Element.T10], ids=lambda element: element.value)
+def test_caps_are_those_of_the_library(element):
+    """Of constant shear where the upper side leans and comes down on one edge, and is curved, a part at each node."""
+    mesh = curved(element) if element.quadratic else brick(2.0, 2.0, 2.0, 2, 2, 2)
+    top = mesh.boundary_nodes("top")
+    tool = punch(
+        (-0.05, 0.0, -1.0), ("top", "right", "back"), (0.0, 0.02, -0.05), shear=0.3, shear_at={int(top[0]): 0.7}
+    )
+    tool = replace(
+        tool, sampling=Sampling.NODES, mu=np.inf, point=tuple(mesh.nodes[mesh.nodes[:, 2].argmax()].tolist())
+    )
+    scene = Scene(mesh, Geometry.SOLID, STEEL, tuple(Support("base", d) for d in range(3)), (tool,))
+    *_, last = run(replace(draw_solid(2), scene=scene, schedule=Schedule(4), form="newton"), scene).steps
+    found, cap = touching(scene, last).cap, last.solved.rows.cap
+    assert 0 < np.sum(cap > 0) < len(cap)
+    np.testing.assert_allclose(found, cap, rtol=1e-9, atol=1e-12 * cap.max())
 
 
 def test_paths_whose_components_go_apart_are_turned_with_their_tools():

@@ -2,17 +2,19 @@ r"""The shear yield stress of the body at its contacts: what caps friction, |r_t
 
     cap_p = m_p sum_e w_e k_e A_ep,    k_e = <sigma_Y(p)>_e / sqrt 3,
 
-over the edges e of the tool's boundaries at the point p. sigma_Y is hardened, that of the end of the increment, and
-<.>_e its mean over the volume of the element behind the edge. The A_ep are what belongs to the point of the edge's
-area, where equilibrium is asked, and never negative:
+over the facets e of the tool's boundaries, edges or faces, at the point p. sigma_Y is hardened, that of the end of the
+increment, and <.>_e its mean over the volume of the element behind the facet. The A_ep are what belongs to the point of
+the facet's area, where equilibrium is asked, and never negative:
 
-    at nodes    int N_p dA, and max(int N_p dA, 0), all times one factor that keeps the sum, where a middle node out of
-                place makes one negative (on straight quadratic edges they are 1, 4, 1 sixths, and 0 on the axis),
+    at nodes    int N_p dA, and max(int N_p dA, 0), all times one factor that keeps the sum, where one is negative:
+                corners of quadratic faces, and where a middle node is out of place (on straight quadratic edges they
+                are 1, 4, 1 sixths, and 0 on the axis),
     weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`).
 
-An edge counts as far as it lies on the tool: with g the largest gap of its points and h its length,
-w_e = min(max(1 - g/(LIES h), 0), 1). So a free side that meets a punch at a corner adds nothing to the area there, one
-that folds onto it comes in without a jump, and an edge of which one node has come to a circle does so in part.
+A facet counts as far as it lies on the tool: with g the largest gap of its points and h the largest distance of its
+ends, w_e = min(max(1 - g/(LIES h), 0), 1). So a free side that meets a punch at a corner adds nothing to the area
+there, one that folds onto it comes in without a jump, and an edge of which one node has come to a circle does so in
+part.
 
 A cap is that of an iterate, and frozen in the pass that begins from it: it depends on the displacement through area and
 hardening alone, which change by as much as the strain does. The certificate asks for the law with the cap of the very
@@ -33,7 +35,7 @@ from bipot.tensors import norm
 from bipot.typing import Floats, Ints
 
 LIES = 0.25
-"""An edge is off the tool where a node of it is farther from that than this fraction of its length."""
+"""A facet is off the tool where a node of it is farther from that than this fraction of its length."""
 
 
 class Strength(NamedTuple):
@@ -54,12 +56,13 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
     Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, 3).
     """
     scene, k = candidates.scene, strength.shear
+    ends = scene.mesh.element.ends
     carried = np.zeros(len(candidates.node))
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         own, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
         gap = tool.distance(np.asarray(points.weights @ nodes), pose)[points.edges]
-        flat = lying(nodes[lines], gap) * k[scene.mesh.owners(*tool.candidates)]
+        flat = lying(nodes[lines[:, ends]], gap) * k[scene.mesh.owners(*tool.candidates)]
         total = np.zeros(len(own))
         np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))
         carried[own[own >= 0]] = total[own >= 0]
@@ -68,7 +71,7 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
 
 
 def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
-    """What belongs to the nodes of the area of edges ``lines`` (f, n), none of it negative (f, n).
+    """What belongs to the nodes of the area of facets ``lines`` (f, n), none of it negative (f, n).
 
     >>> x = np.array([[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]])
     >>> (6 * nodal_areas(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN)).round(12)
@@ -80,11 +83,11 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
     return part * np.divide(own.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
 
 
-def lying(x: Floats, gap: Floats) -> Floats:
-    """How far edges at x (f, n, d) with gaps (f, p) of their points lie on the tool (f,): w_e (module docstring).
+def lying(ends: Floats, gap: Floats) -> Floats:
+    """How far facets with ``ends`` (f, k, d) and gaps (f, p) of their points lie on the tool (f,): w_e (module docstring).
 
     Those of no length, of trial iterates, do not.
     """
-    most = LIES * norm(x[:, -1] - x[:, 0])
+    most = LIES * norm(ends[:, :, None] - ends[:, None]).max(axis=(1, 2))
     steep = np.divide(gap.max(axis=1), most, out=np.full_like(most, np.inf), where=most > 0)
     return np.clip(1.0 - steep, 0.0, 1.0)

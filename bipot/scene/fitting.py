@@ -59,7 +59,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     if tool.turn is not None:
         require_components(tool.turn.centre, d, f"{label}.turn")
     if d == 3:
-        _require_known_in_space(body.mesh, tool, label)
+        require_thick(body.mesh, tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
     # Of a curved tool the normal turns as it comes along.
     holding = body.holding
@@ -74,12 +74,6 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
         require(not body.ring, f"{label}.turn", tool.turn, "None where a tool is all around an axis")
     _require_driven(body, tool, x, label)
     _require_coefficients(body, tool, label)
-
-
-def _require_known_in_space(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Friction without a cap: others are of a plane alone so far."""
-    require(not tool.capped, f"{label}.shear", tool.shear, "inf on a body in space")
-    require_thick(mesh, tool, label)
 
 
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:

@@ -8,13 +8,18 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.control.accepted import Accepted
+from bipot.fem.strain import Configuration
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.tool import FlatTool
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import flat_tools
 from studies.fuzz.solid_held import freed, prescribed_at
-from studies.fuzz.solid_points import posed
+from studies.fuzz.solid_points import faces_of, owners, posed
+from studies.independent.data import CARRIES
+from studies.independent.shear import mean_shear
+from studies.independent.solid import place
+from studies.independent.solid_shear import carried
 
 EPS = 64 * float(np.finfo(np.float64).eps)
 """Round-off of a gap over the numbers that it is the difference of."""
@@ -38,8 +43,9 @@ class Touching:
 
     Each is the mean of nodes by its ``weights`` (c, a), of whose motion planes of symmetry leave ``within`` (c, 3, 3).
     ``gap`` (c,) is that of the end and ``blur`` (c,) its round-off, ``places`` (c,) that of positions; ``slip`` (c, 2)
-    is zero where friction is of no unknown. Where supports hold both tangents ``dragged`` (c, 2) is what the tool slips
-    by along them. ``motion`` (c, 3) is the tool's, ``inside`` how deep nodes held along the normal are in tools.
+    is zero where friction is of no unknown, ``cap`` (c,) what the shear yield stress lets it carry, inf where none is.
+    Where supports hold both tangents ``dragged`` (c, 2) is what the tool slips by along them. ``motion`` (c, 3) is the
+    tool's, ``inside`` how deep nodes held along the normal are in tools.
     """
 
     node: Ints
@@ -48,6 +54,7 @@ class Touching:
     tool: Ints
     frames: Floats
     mu: Floats
+    cap: Floats
     tied: Bools
     gap: Floats
     blur: Floats
@@ -77,16 +84,34 @@ class Touching:
     def rubbed(self, r: Floats) -> Floats:
         """Forces r (c, 3) with the friction of tools on what supports hold."""
         out, size = r.copy(), np.linalg.norm(self.dragged, axis=1, keepdims=True)
-        mu = np.where(np.isinf(self.mu), 0.0, self.mu)[:, None]
-        out[:, 1:] -= mu * r[:, :1] * self.dragged / np.where(size > 0, size, 1.0)
+        out[:, 1:] -= self.most(r)[:, None] * self.dragged / np.where(size > 0, size, 1.0)
         return out
+
+    def most(self, r: Floats) -> Floats:
+        """Largest friction (c,) under forces r (c, 3); without a coefficient the cap where a point carries at all."""
+        carries = r[:, 0] > CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
+        constant, finite = np.isinf(self.mu) & np.isfinite(self.cap), np.isfinite(self.mu)
+        by_pressure = np.where(finite, np.where(finite, self.mu, 0.0) * r[:, 0], 0.0)
+        return np.where(constant, np.where(carries, self.cap, 0.0), np.minimum(by_pressure, self.cap))
 
     def off(self, r: Floats, rho: Floats) -> Floats:
         """How far (c,) forces r (c, 3) are from the law, lengths made forces by rho (c,)."""
         mu = np.where(np.isinf(self.mu) | (self.dragged != 0).any(axis=1), 0.0, self.mu)
         u = np.column_stack([self.gap + mu * np.linalg.norm(self.slip, axis=1), self.slip])
+        cut = self._cut(r, rho)
+        off = np.where(np.isinf(self.cap), np.linalg.norm(r - projected(r - rho[:, None] * u, mu), axis=1), cut)
         rests = rho * np.linalg.norm(np.column_stack([self.gap, self.slip]), axis=1)
-        return np.where(self.tied, rests, np.linalg.norm(r - projected(r - rho[:, None] * u, mu), axis=1))
+        return np.where(self.tied, rests, off)
+
+    def _cut(self, r: Floats, rho: Floats) -> Floats:
+        """How far (c,) forces are from the law with a cap: r_n = (r_n - rho gap)+, r_t in the disc of that radius."""
+        free = (self.dragged == 0).all(axis=1)
+        most = np.where(free, np.maximum(self.most(r), 0.0), 0.0)
+        pull = r[:, 1:] - rho[:, None] * self.slip
+        length = np.linalg.norm(pull, axis=1)
+        shrink = np.minimum(most / np.where(length > 0, length, 1.0), 1.0)
+        normal = r[:, 0] - np.maximum(r[:, 0] - rho * self.gap, 0.0)
+        return np.hypot(normal, np.linalg.norm(r[:, 1:] - shrink[:, None] * pull, axis=1))
 
 
 def projected(p: Floats, mu: Floats) -> Floats:
@@ -150,7 +175,7 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
     moved = np.abs(joined["weights"]) @ np.linalg.norm(accepted.state.du, axis=1)
     joined["blur"] = np.where(agrees, EPS * moved, 0.0)
     joined["gap"] = np.where(agrees, accepted.state.gap, joined["gap"])
-    joined["tied"] = np.isinf(joined["mu"]) & (before <= TOUCHING * scene.mesh.size)
+    joined["tied"] = np.isinf(joined["mu"]) & np.isinf(joined["cap"]) & (before <= TOUCHING * scene.mesh.size)
     return Touching(**joined, inside=inside)
 
 
@@ -196,6 +221,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         tool=np.full(len(own.node), k),
         frames=rows,
         mu=np.where(rubs | ~sliding, mu, 0.0),
+        cap=_caps(scene, accepted, tool, gone.end)[own.node],
         tied=np.zeros(len(own.node), dtype=bool),
         gap=gap,
         blur=EPS * size,
@@ -206,6 +232,22 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         opened=(du - motion) @ normal,
         inside=max(0.0, -float(inside.min(initial=0.0))),
     )
+
+
+def _caps(scene: Scene, accepted: Accepted, tool: FlatTool, gone: Floats) -> Floats:
+    """What the shear yield stress lets friction carry by node (a,), inf where none is; the tool has ``gone`` (3,)."""
+    share, mesh, end = np.full(len(scene.mesh.nodes), tool.shear), scene.mesh, accepted.state
+    for node, own in tool.shear_at.items():
+        share[node] = own
+    if not np.isfinite(share).any():
+        return share
+    places = {Configuration.MIDPOINT: end.nodes, Configuration.PAPER: accepted.start.nodes}
+    balanced, faces = places.get(scene.configuration, mesh.nodes), faces_of(mesh, tool)
+    volume = place(balanced, mesh.elements, scene.rule.value).volume
+    strength = mean_shear(scene.material.yield_stress(end.peeq), volume)
+    gap = (end.nodes - np.array(tool.point) - gone) @ np.array(tool.normal)
+    most = carried(faces, gap, strength[owners(mesh, faces)], balanced, end.nodes)
+    return np.where(np.isfinite(share), np.where(np.isfinite(share), share, 0.0) * most, np.inf)
 
 
 def _exactly(scene: Scene, accepted: Accepted, tool: FlatTool, k: int) -> Floats:

@@ -61,6 +61,12 @@ def faces_of(mesh: Mesh, tool: FlatTool) -> Ints:
     return np.concatenate([mesh.boundaries[name] for name in tool.candidates])
 
 
+def owners(mesh: Mesh, faces: Ints) -> Ints:
+    """The element (f,) behind each of the faces (f, n)."""
+    whole = (faces[:, None, :, None] == mesh.elements[None, :, None, :]).any(axis=-1).all(axis=-1)
+    return np.argmax(whole, axis=1)
+
+
 def in_means(tool: FlatTool, faces: Ints) -> bool:
     """Whether the law is posed in means: on linear faces these are the nodes."""
     return tool.sampling is Sampling.WEIGHTED and faces.shape[1] in (6, 8)
@@ -75,8 +81,7 @@ def posed(scene: Scene, number: int) -> Posed:
         for way, inside in planes_of(scene):
             within[inside[found.node]] @= np.eye(3) - np.outer(way, way)
         return Posed(found.node, found.weights, within, np.tile(np.eye(3), (len(found.node), 1, 1)))
-    whole = (faces[:, None, :, None] == mesh.elements[None, :, None, :]).any(axis=-1).all(axis=-1)
-    insides = mesh.nodes[mesh.elements[np.argmax(whole, axis=1)]].mean(axis=1)
+    insides = mesh.nodes[mesh.elements[owners(mesh, faces)]].mean(axis=1)
     fans = around_corners(mesh.nodes, faces, insides)
     within = np.tile(np.eye(3), (len(fans.node), 1, 1))
     for way, inside in planes_of(scene):

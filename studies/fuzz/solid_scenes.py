@@ -25,9 +25,10 @@ from bipot.scene.supports import Prescribed
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
+from studies.flat import flat
 from studies.fuzz.numbers import friction, gap_at_rest
 from studies.fuzz.scenes import Drawn, cut_by_planes
-from studies.fuzz.solid_points import weighted
+from studies.fuzz.solid_points import faces_of, in_means, weighted
 from studies.fuzz.solid_supports import aslant, leaning, sides, supports
 from studies.independent.solid import orientation
 
@@ -43,6 +44,9 @@ OF_EACH = (0.4, 0.25, 0.25, 0.1)
 
 LEAST_JACOBIAN = 0.05
 """Of a distorted mesh, over the mean of its element."""
+
+CAPPED = (0.7, 0.15, 0.15)
+"""How probable friction without a cap is, and of constant shear, and with a cap."""
 
 FORMING = 0.09
 """Travels above this times the size are taken in smaller increments."""
@@ -73,6 +77,9 @@ def draw_solid(seed: int) -> Drawn:
     integration = Integration.BDF2 if rng.random() < 0.75 else Integration.BACKWARD_EULER
     increments = int(rng.integers(2, 4)) * (2 if travel > FORMING * size else 1)
     first = float(rng.choice([0.0, 0.02], p=[0.6, 0.4]))
+    if form != "delassus":
+        capping = np.random.default_rng([seed, 25])
+        scene = replace(scene, tools=tuple(_capped(capping, mesh, flat(tool)) for tool in scene.tools))
     return Drawn(
         mesh.element.value, scene, Schedule(increments, first=first, settling=1, growth=4.0), form, integration
     )
@@ -137,6 +144,21 @@ def _tool(
     n, nodes = normal / np.linalg.norm(normal), mesh.nodes[mesh.boundary_nodes(*sides)]
     point = nodes[np.argmin(nodes @ n)] - gap * n
     return FlatTool(tuple(point.tolist()), tuple(n.tolist()), tuple((travel + 0.0).tolist()), sides, mu, path)
+
+
+def _capped(rng: Rng, mesh: Mesh, tool: FlatTool) -> FlatTool:
+    """Friction as it is, or of constant shear, or capped by it, at some nodes by another part or not at all."""
+    kind = str(rng.choice(("none", "constant", "capped"), p=CAPPED))
+    if kind == "none" or tool.welded or in_means(tool, faces_of(mesh, tool)):
+        return tool
+    shear = float(rng.choice([0.0, rng.uniform(0, 1), 1.0], p=[0.05, 0.85, 0.1]))
+    if kind == "constant":
+        return replace(tool, mu=np.inf, mu_at={}, shear=shear)
+    nodes = mesh.boundary_nodes(*tool.candidates)
+    some = rng.choice(nodes, size=len(nodes) // 2) if rng.random() < 0.4 else nodes[:0]
+    return replace(
+        tool, shear=shear, shear_at={int(a): float(rng.choice([rng.uniform(0, 1), np.inf], p=[0.8, 0.2])) for a in some}
+    )
 
 
 def _path(rng: Rng) -> Path:

@@ -85,10 +85,14 @@ def _mesh(mesh: Mesh, plane: Symmetry, seen: Turned, image: Ints) -> Mesh:
 
 def _tools(tool: FlatTool, way: Floats, seen: Turned, image: Ints) -> tuple[FlatTool, ...]:
     """The whole of a tool that the plane cuts, with the force that drives it whole, or the tool and its image."""
-    names, mu_at = tuple(name + IMAGE for name in tool.candidates), {int(image[a]): mu for a, mu in tool.mu_at.items()}
+    names = tuple(name + IMAGE for name in tool.candidates)
+    mu_at, shear_at = (
+        {int(image[a]): value for a, value in by_node.items()} for by_node in (tool.mu_at, tool.shear_at)
+    )
     if abs(float(way @ tool.normal)) <= CUT:
-        return (replace(tool, candidates=(*tool.candidates, *names), mu_at={**tool.mu_at, **mu_at}),)
-    return tool, replace(seen.tool(tool), candidates=names, mu_at=mu_at)
+        both = {"mu_at": {**tool.mu_at, **mu_at}, "shear_at": {**tool.shear_at, **shear_at}}
+        return (replace(tool, candidates=(*tool.candidates, *names), **both),)
+    return tool, replace(seen.tool(tool), candidates=names, mu_at=mu_at, shear_at=shear_at)
 
 
 def _loads(load: Load, seen: Turned, image: Ints) -> tuple[Load, ...]:

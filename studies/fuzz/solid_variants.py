@@ -133,7 +133,12 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generat
     cells = np.take_along_axis(cells, turns[rng.integers(len(turns), size=len(cells))], axis=1)
     boundaries = {name: nodes[faces] for name, faces in mesh.boundaries.items()}
     tools = tuple(
-        replace(tool, mu_at={int(nodes[a]): mu for a, mu in tool.mu_at.items()}) for tool in flat_tools(scene)
+        replace(
+            tool,
+            mu_at={int(nodes[a]): mu for a, mu in tool.mu_at.items()},
+            shear_at={int(nodes[a]): m for a, m in tool.shear_at.items()},
+        )
+        for tool in flat_tools(scene)
     )
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads

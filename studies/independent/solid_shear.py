@@ -1,0 +1,34 @@
+r"""What the shear yield stress lets friction carry on faces, written a second time for the fuzz study.
+
+Of a node with the share m it is m sum_f w_f k_f A_f over the faces f of the tool's boundaries that it is on, as of
+edges in :mod:`studies.independent.shear`: A_f is the integral of the node's shape function over the face, none where
+that is negative and the others then less by one factor, and w_f = 1 - 4 g/h between 0 and 1, h the longest distance of
+its corners and g the largest gap of its nodes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.independent.data import Floats, Ints
+from studies.independent.shear import OFF
+from studies.independent.solid import face_forces
+
+CORNERS = {3: 3, 4: 4, 6: 3, 8: 4}
+"""Of faces by their nodes; corners come first."""
+
+
+def carried(faces: Ints, gap: Floats, strength: Floats, balanced: Floats, end: Floats) -> Floats:
+    """Forces (a,) of m = 1 by node: gaps (a,) to the tool, k (f,) behind the ``faces`` (f, n).
+
+    Areas are those of the nodes where they are ``balanced`` (a, 3), lengths those of the ``end``.
+    """
+    out = np.zeros(len(end))
+    for face, k in zip(faces, strength.tolist(), strict=True):
+        corners = end[face[: CORNERS[len(face)]]]
+        longest = max(float(np.linalg.norm(a - b)) for a in corners for b in corners)
+        own, _ = face_forces(balanced[face], np.zeros(3))
+        kept = np.maximum(own, 0.0)
+        lies = min(max(1 - float(gap[face].max()) / (OFF * longest), 0.0), 1.0)
+        out[face] += lies * k * kept * own.sum() / kept.sum()
+    return out
