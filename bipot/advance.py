@@ -9,10 +9,15 @@ import numpy as np
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
+from bipot.fem.reduction import Geometry
 from bipot.response import State
+from bipot.scene.supports import Prescribed, Support
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats
+
+TOGETHER = 1e-9
+"""Of what supports ask at most: by how much they may differ from one translation."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,30 @@ class Advance:
         """What is prescribed of the displacement (a, d), zero elsewhere."""
         scene = self.candidates.scene
         return scene.driven(self.tau) - scene.driven(self.start.tau)
+
+    @cached_property
+    def along(self) -> Floats:
+        """Displacement (a, d) of a body at rest but for what its supports make of it.
+
+        Where all of them ask for what one translation does, they take the body along; else who is driven moves alone.
+        """
+        scene = self.candidates.scene
+        if not self.driven.any():
+            return self.driven
+        d, supports = scene.mesh.dimension, scene.supports
+        # A ring moves along its axis.
+        first = int(scene.geometry is Geometry.AXISYMMETRIC)
+        ways = np.stack([support.along(d) for support in supports])[:, first:]
+        asked = np.array([self._asked(support) for support in supports])
+        way = np.linalg.lstsq(ways, asked)[0]
+        if np.abs(ways @ way - asked).max() > TOGETHER * np.abs(asked).max():
+            return self.driven
+        return np.broadcast_to(np.append(np.zeros(first), way), self.driven.shape)
+
+    def _asked(self, support: Support) -> float:
+        """By how much a support moves in the increment."""
+        moves = isinstance(support, Prescribed)
+        return support.at(self.tau) - support.at(self.start.tau) if moves else 0.0
 
     @cached_property
     def placed(self) -> Floats:
@@ -96,10 +125,10 @@ class Advance:
         return self._in_air(self.travel)
 
     def _in_air(self, travel: Floats) -> Floats:
-        """Arcs (c,) that candidates come along before they touch, in a body at rest but for what is driven.
+        """Arcs (c,) that candidates come along before they touch, in a body that supports may take :attr:`along`.
 
         Tools ``travel`` (k, d), and turn as is prescribed. One that a moment turns goes along with the body: to who
         comes to it in that, its turn counts as theirs does.
         """
         apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
-        return self.candidates.faces.in_air(apart, self._going(self.driven, self.by(travel)))
+        return self.candidates.faces.in_air(apart, self._going(self.along, self.by(travel)))

@@ -112,9 +112,10 @@ class Increment:
     def units(self) -> Units:
         """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
 
-        Expected is the largest of the tools' travel, of what is prescribed, and of what new loads do to their own nodes
-        and to those of their tools; where nothing goes a path, of the latter and the last motion; where all are zero,
-        what would release the stress, or a small part of the body's size.
+        In plane strain it is that of a square, of unit thickness. Expected is the largest of the tools' travel, of what
+        is prescribed, and of what new loads do to their own nodes and to those of their tools; where nothing goes a
+        path, of the latter and the last motion; where all are zero, what would release the stress, or a small part of
+        the body's size.
         """
         state, scene = self.start, self.system.body.scene
         young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
@@ -128,7 +129,8 @@ class Increment:
         length = max(prescribed, new) if prescribed else max(moved, new)
         length = length or max(size * stress / young, LEAST_MOTION * size)
         reached = max(young * length / size, stress)
-        return Units(length, size, min(float(scene.material.yield_stress(0.0)), reached), size**3)
+        stress = min(float(scene.material.yield_stress(0.0)), reached)
+        return Units(length, size, stress, size**scene.geometry.reduction.extents)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.

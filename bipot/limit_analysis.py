@@ -105,9 +105,14 @@ def _load(increment: Increment) -> Floats:
 
 
 def _units(scene: Scene) -> Units:
-    """Those of the program, which does not depend on how large the load is."""
-    size = scene.mesh.size
-    return Units(size, size, float(scene.material.yield_stress(0.0)), size**3)
+    """Those of the program, which does not depend on how large the load is, by how thin the body is.
+
+    Over its length a slender body's strains would be large numbers, of which solvers lose the small sum.
+    """
+    x = scene.mesh.nodes - scene.mesh.nodes.mean(axis=0)
+    # Of a block's principal axes the least extent is the root of twelve times the deviation along it.
+    size = float(np.sqrt(12 / len(x)) * np.linalg.svd(x, compute_uv=False)[-1])
+    return Units(size, size, float(scene.material.yield_stress(0.0)), size**scene.geometry.reduction.extents)
 
 
 def _touching(increment: Increment) -> Bools:

@@ -76,6 +76,32 @@ def test_an_increment_that_closes_a_gap_is_refused_and_says_where():
     assert all(scene.itself.through(step.state.nodes) is None for step in seen)
 
 
+def notched(element: Element) -> Mesh:
+    """A row of four elements under two on either side of a notch, whose flanks have its tip in common alone."""
+    low, tip, left, right = range(5), range(5, 10), range(10, 13), range(13, 16)
+    x = [-2.0, -1.0, 0.0, 1.0, 2.0]
+    upper = [(-2.0, 2.0), (-1.0, 2.0), (-0.3, 2.0), (0.3, 2.0), (1.0, 2.0), (2.0, 2.0)]
+    cells = [[low[k], low[k + 1], tip[k + 1], tip[k]] for k in range(4)]
+    cells += [[tip[k], tip[k + 1], left[k + 1], left[k]] for k in range(2)]
+    cells += [[tip[k + 2], tip[k + 3], right[k + 1], right[k]] for k in range(2)]
+    nodes = np.array([(a, 0.0) for a in x] + [(a, 1.0) for a in x] + upper)
+    return Mesh(nodes, np.array(cells), {}).to(element)
+
+
+@pytest.mark.parametrize("element", PLANE)
+def test_flanks_of_a_notch_that_go_through_each_other_are_seen(element):
+    """They have its tip in common, and no element is folded: the angles around the tip are more than a whole turn."""
+    mesh = notched(element)
+    itself = Itself.of(mesh, ())
+    itself.require_apart()
+    for closing, seen in ((0.29, False), (0.32, True), (0.5, True)):
+        nodes = mesh.nodes.copy()
+        # Right and left go towards each other above the tip, as far as they are high there.
+        flank = (nodes[:, 1] > 1) & (np.abs(nodes[:, 0]) < 0.9)
+        nodes[flank, 0] -= closing * (nodes[flank, 1] - 1) * np.sign(nodes[flank, 0])
+        assert (itself.through(nodes) is not None) == seen
+
+
 def test_a_body_that_goes_through_its_own_mirror_image_is_refused():
     """Half of it above the plane: a free face there, beside the part that is held, is pushed across."""
     mesh = block(4.0, 1.0, 8, 2)

@@ -35,6 +35,7 @@ from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.fem.elements import tabulated
 from bipot.fem.projection import VolumeChange
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.programs.limit import LimitProgram
 from studies.element_scenes import Choice, notched
 from studies.element_types import ElementType
@@ -158,6 +159,29 @@ def test_the_size_of_the_load_does_not_matter():
     whole = limit_load(pressed(0.2)).multiple
     assert limit_load(pressed(0.2, 1e9)).multiple == pytest.approx(whole / 1e9, rel=1e-7)
     assert limit_load(pressed(0.2, 1e-9)).multiple == pytest.approx(whole * 1e9, rel=1e-7)
+
+
+@pytest.mark.parametrize(("size", "stress"), [(1e3, 1e-6), (1e9, 1e-12), (1e-9, 1.0), (1e-12, 1e9)])
+def test_units_do_not_matter(size, stress):
+    """In plane strain volumes are areas of a unit of thickness."""
+
+    def platen(size, stress):
+        tool = FlatTool((0.0, size), (0.0, -1.0), (0.0, 0.0), ("top",), 0.3, driven_by=Force((0.0, -size * stress)))
+        mesh, material = block(4.0 * size, size, 4, 2), VonMises(Elasticity(1e3 * stress, 0.3), Perfect(3.0 * stress))
+        return strip(mesh=mesh, material=material, loads=(), tools=(tool,))
+
+    assert limit_load(platen(size, stress)).multiple == pytest.approx(limit_load(platen(1.0, 1.0)).multiple, rel=1e-7)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.5])
+@pytest.mark.parametrize("length", [20.0, 2e4])
+def test_a_slender_strip_pressed_evenly_carries_two_over_root_three_of_its_yield_stress(length, angle):
+    c, s = np.cos(angle), np.sin(angle)
+    straight = block(length, 1.0, 40, 2)
+    mesh = Mesh(straight.nodes @ np.array([[c, s], [-s, c]]), straight.elements, straight.boundaries)
+    supports = (Support("left", (c, s)), Support("base", (-s, c)))
+    pressed = strip(mesh=mesh, supports=supports, loads=(Traction("top", (s, -c)),))
+    assert limit_load(pressed).multiple == pytest.approx(200.0 / np.sqrt(3.0), rel=1e-5)
 
 
 def test_a_quarter_of_the_load_is_carried_four_times():

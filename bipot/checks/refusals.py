@@ -11,12 +11,16 @@ from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
-from bipot.tensors import norm
+from bipot.tensors import equivalent_strain, norm
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats
 
 MOST_TURNED = float(np.pi) / 6
 """The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
+
+MOST_STRAINED = 1.0
+"""The largest equivalent strain of an increment: the midpoint's is off by a tenth there, and next to twice as much the
+equations of an increment have other solutions, in which a body that flows freely turns by a right angle and back."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
@@ -38,10 +42,11 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
 def refuse_motion(iterate: Iterate, r: Floats) -> None:
     """Refuse what no motion may do, r (c, d) the forces of all candidates.
 
-    It may not run away, spin a tool, go through it or let one between nodes, touch it past an open end, nor a mirror
-    image, nor go through itself.
+    It may not run away, strain too much at once, spin a tool, go through it or let one between nodes, touch it past an
+    open end, nor a mirror image, nor go through itself.
     """
     _refuse_runaway(iterate)
+    _refuse_strained(iterate)
     _refuse_spun(iterate)
     if iterate.increment.system.candidates.curved:
         _refuse_crossed(iterate)
@@ -60,6 +65,15 @@ def _refuse_runaway(iterate: Iterate) -> None:
     allowed = RUNAWAY * (size + iterate.increment.reach + float(norm(iterate.increment.driven).max()))
     if moved > allowed:
         raise NotConverged(f"the body runs away by {moved / size:.2g} times its size: nothing holds it")
+
+
+def _refuse_strained(iterate: Iterate) -> None:
+    """Refuse an increment that strains an element by more than an increment can tell."""
+    strain = equivalent_strain(iterate.response.kinematics.strain)
+    if strain.max() > MOST_STRAINED:
+        element = int(np.unravel_index(np.argmax(strain), strain.shape)[0])
+        said = f"element {element} is strained by {strain.max():.3g} in one increment"
+        raise Refused(said, f"Use more increments: an element is strained by no more than {MOST_STRAINED:g} in one.")
 
 
 def _refuse_spun(iterate: Iterate) -> None:

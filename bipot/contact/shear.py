@@ -84,7 +84,7 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
 
 
 def lying(ends: Floats, gap: Floats) -> Floats:
-    """How far facets with ``ends`` (f, k, d) and gaps (f, p) of their points lie on the tool (f,): w_e (module docstring).
+    """How far facets with ``ends`` (f, k, d) and gaps (f, p) of their points lie on the tool: w_e (f,).
 
     Those of no length, of trial iterates, do not.
     """

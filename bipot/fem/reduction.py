@@ -49,6 +49,11 @@ class Reduction:
         return self.dimension + self.ring
 
     @property
+    def extents(self) -> int:
+        """Power of length that volumes are of: of a unit of thickness in plane strain, all around on a ring."""
+        return self.rows
+
+    @property
     def mandel(self) -> int:
         """Components s of a Mandel vector."""
         return components(self.dimension)

@@ -1,14 +1,14 @@
 r"""Whether a body goes through itself, or through its mirror image: contact is known with tools alone.
 
 Of each node on the surface a place :data:`BENEATH` it, in its element, is looked at. It is in another element, one that
-has no node in common with any of the node's, where that one's map x(xi) has it inside the reference shape,
+has no facet in common with any of the node's, where that one's map x(xi) has it inside the reference shape,
 
     x(xi) = x,    found by Newton's method for the few places in the box around an element.
 
 Beneath the surface, no place of a part that only touches another is in it, and none slips in along a side of it. Of the
-mirror image a node is in the other half where it is past the plane. Neighbours that overlap are a matter of orientation
-(:mod:`bipot.fem.orientation`). Surfaces that cross between nodes, none of which comes into the other part, are not
-seen.
+mirror image a node is in the other half where it is past the plane. Neighbours across a facet that overlap are a matter
+of orientation (:mod:`bipot.fem.orientation`); the flanks of a notch, which have its tip in common alone, are seen as
+other parts are. Surfaces that cross between nodes, none of which comes into the other part, are not seen.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ STEPS = 20
 class Itself:
     """Nodes on the ``surface`` (s,) of a mesh, an element ``own`` (s,) of each, and sorted keys ``near`` (p,).
 
-    These are of the elements next to a node: that of surface[i] and the element e is i times the number of elements,
-    plus e. ``mirrors`` are planes beyond which the body goes on, ``beside`` (m,) the sides of them, 1 or -1, on which
-    it is.
+    These are of a node's elements and of their neighbours across facets: that of surface[i] and the element e is i
+    times the number of elements, plus e. ``mirrors`` are planes beyond which the body goes on, ``beside`` (m,) the
+    sides of them, 1 or -1, on which it is.
     """
 
     mesh: Mesh
@@ -65,8 +65,11 @@ class Itself:
         has = sp.csr_array((np.ones(rows.size), (rows, mesh.elements.ravel())), shape=(count, len(mesh.nodes)))
         surface = np.unique(mesh.outline)
         _, first = np.unique(mesh.elements, return_index=True)
-        # Node to its elements, to their nodes, to the elements of these.
-        near = (has[:, surface].T @ (has @ has.T)).tocoo()
+        # Node to its elements, to those that have a facet in common with one of these.
+        shared = has @ has.T
+        shared.data = (shared.data >= mesh.element.facets.shape[1]).astype(np.float64)
+        shared.eliminate_zeros()
+        near = (has[:, surface].T @ shared).tocoo()
         side = np.array([np.sign(plane.side(mesh.nodes).sum()) for plane in mirrors])
         keys = np.sort(near.row.astype(np.intp) * count + near.col)
         return Itself(mesh, surface, first[surface] // width, keys, mirrors, side)

@@ -15,7 +15,7 @@ from studies.fuzz.placed import (
     directions,
     gone,
     poses,
-    prescribed_at,
+    taken_along,
     tools_at,
     tools_gone,
     turned_by_moments,
@@ -75,7 +75,7 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
 
 def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
     """Candidates of which those of shaped tools have the planes that are tangent to these."""
-    by, asked = displacement(start, end), prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau)
+    by, asked = displacement(start, end), taken_along(scene, start.tau, end.tau)
     at, after, du, driven = (planes.mean(nodal) for nodal in (start.nodes, end.nodes, by, asked))
     normal, motion = planes.normal.copy(), planes.motion.copy()
     offset, offset_end, curved = planes.offset.copy(), planes.offset_end.copy(), _as_if_flat(planes)

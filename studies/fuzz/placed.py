@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.fem.reduction import Geometry
 from bipot.paths import Amplitude
 from bipot.response import State
 from bipot.scene.scene import Scene
@@ -204,3 +205,23 @@ def _multiple(tool: AnyTool, tau: float) -> Floats:
     """Multiples (d,) of the travel's components."""
     taus = [point[0] for point in tool.path]
     return np.array([np.interp(tau, taus, [np.ravel(m)[k % np.size(m)] for _, m in tool.path]) for k in range(2)])
+
+
+def taken_along(scene: Scene, before: float, after: float) -> Floats:
+    """Displacement (a, 2) between two times of a body that nothing but its supports moves.
+
+    All of it goes by the one translation that supports ask for, along the axis on a ring; where there is none, nodes
+    that they drive go alone.
+    """
+    alone = prescribed_at(scene, after) - prescribed_at(scene, before)
+    normal, asked = directions_of(scene), np.zeros(len(scene.supports))
+    for k, support in enumerate(scene.supports):
+        if isinstance(support, Prescribed):
+            asked[k] = support.displacement * (_at(support.amplitude, after) - _at(support.amplitude, before))
+    if not asked.any():
+        return alone
+    free = np.array([0.0, 1.0]) if scene.geometry is Geometry.AXISYMMETRIC else np.ones(2)
+    way = np.linalg.pinv(normal * free) @ asked
+    if np.abs(normal @ way - asked).max() > SAME * np.abs(asked).max():
+        return alone
+    return np.tile(way, (len(alone), 1))

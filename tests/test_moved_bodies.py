@@ -1,0 +1,115 @@
+"""A body moved against a tool is a tool moved against a body; no increment strains by more than it can tell."""
+
+import numpy as np
+import pytest
+
+from bipot import (
+    Control,
+    Elasticity,
+    Geometry,
+    Linear,
+    Newton,
+    Perfect,
+    Prescribed,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Support,
+    VonMises,
+    block,
+    flat_punch,
+    march,
+)
+from bipot.checks.refusals import MOST_STRAINED, refuse_motion
+from bipot.errors import Refused
+from bipot.iterate import Increment, Iterate
+from bipot.marching import system_of
+from bipot.meshes.elements import Element
+from bipot.meshes.solids import brick
+from bipot.tools.revolved import sphere
+
+SOFT = Elasticity(1000.0, 0.3)
+
+
+def reached(mover: str, mu: float) -> Scene:
+    """A punch and a block that come on 0.05 through the air, and aside, by the motion of one or of the other."""
+    x, y = 0.08, -0.06
+    held = (Prescribed("base", 0, -x), Prescribed("base", 1, -y))
+    still = (Support("base", 0), Support("base", 1))
+    way = (x, y) if mover == "tool" else (0.0, 0.0)
+    tool = ShapedTool(flat_punch((1.0, 1.05), 0.5, 1.0, 0.1), way, ("top",), mu)
+    material = VonMises(SOFT, Linear(3.0, 30.0))
+    supports = still if mover == "tool" else held
+    return Scene(block(2.0, 1.0, 8, 4), Geometry.PLANE_STRAIN, material, supports, tools=(tool,))
+
+
+@pytest.mark.parametrize("mu", [0.3, 2.0])
+@pytest.mark.parametrize("increments", [1, 3])
+def test_slip_on_a_curved_tool_begins_where_a_body_that_supports_carry_touches_it(mu, increments):
+    """Through the air nothing slips, whoever moves."""
+    ends = [list(march(reached(mover, mu), Schedule(increments)))[-1] for mover in ("tool", "body")]
+    by_tool, by_body = ((a.tool_force(0), a.energies.friction) for a in ends)
+    np.testing.assert_allclose(by_body[0], by_tool[0], rtol=1e-7)
+    assert by_body[1] == pytest.approx(by_tool[1], rel=1e-6, abs=1e-12)
+
+
+def test_a_body_carried_in_space_slips_as_the_tool_does():
+    def dented(mover):
+        way = np.array([0.05, 0.03, -0.08])
+        supports = tuple(Support("base", d) if mover == "tool" else Prescribed("base", d, -way[d]) for d in range(3))
+        ball = ShapedTool(sphere((0.5, 0.5, 2.03), 1.0), tuple((way * (mover == "tool")).tolist()), ("top",), 0.4)
+        material = VonMises(SOFT, Linear(3.0, 30.0))
+        return Scene(brick(1.0, 1.0, 1.0, 3, 3, 2), Geometry.SOLID, material, supports, tools=(ball,))
+
+    force = [list(march(dented(mover), Schedule(2)))[-1].tool_force(0) for mover in ("tool", "body")]
+    np.testing.assert_allclose(force[1], force[0], rtol=1e-6, atol=1e-9)
+
+
+def test_where_supports_pull_apart_each_node_goes_alone():
+    """Only what is driven moves through the air then: no translation does what both ask for."""
+    scene = Scene(
+        block(2.0, 1.0, 4, 2),
+        Geometry.PLANE_STRAIN,
+        VonMises(SOFT, Linear(3.0, 30.0)),
+        (Support("base", 0), Support("base", 1), Prescribed("top", 0, 0.1)),
+        tools=(ShapedTool(flat_punch((1.0, 1.05), 0.5, 1.0, 0.1), (0.0, -0.1), ("top",), 0.3),),
+    )
+    system = system_of(scene)
+    along = Increment(system, system.rest(), 0.5).tools.along
+    np.testing.assert_array_equal(along, scene.driven(0.5))
+
+
+def sheared(element: Element, n: int) -> Scene:
+    """A block in simple shear, all its sides held: it flows freely at a constant stress."""
+    held = (Support("base", 0), *(Support(side, 1) for side in ("base", "top", "left", "right")))
+    mesh = block(1.0, 1.0, n, n, element=element)
+    material = VonMises(SOFT, Perfect(3.0))
+    return Scene(mesh, Geometry.PLANE_STRAIN, material, (*held, Prescribed("top", 0, 0.05)))
+
+
+@pytest.mark.parametrize(("element", "n", "increments"), [(Element.Q4, 2, 10), (Element.T6, 2, 6), (Element.Q9, 2, 12)])
+def test_a_body_that_flows_freely_does_not_shear_itself_to_and_fro(element, n, increments):
+    """The midpoint's equations have solutions of 400 % of shear, which dissipate a hundred times the work."""
+    top, force, work, spent, peeq = sheared(element, n).mesh.boundary_nodes("top"), 0.0, 0.0, 0.0, 0.0
+    for a in march(sheared(element, n), Schedule(increments), Control(Newton())):
+        now = a.solved.iterate.reactions(a.solved.r)[top, 0].sum()
+        work += (now + force) / 2 * a.state.du[top[0], 0]
+        spent += 3.0 * float((a.peeq - peeq).mean())
+        force, peeq = now, a.peeq
+        assert np.abs(a.state.du).max() < 0.05
+    assert spent == pytest.approx(work, rel=0.05)
+
+
+def test_more_strain_than_an_increment_can_tell_is_refused_by_element():
+    scene = sheared(Element.Q4, 2)
+    system = system_of(scene)
+    increment = Increment(system, system.rest(), 1.0)
+
+    def shorn(by):
+        """Simple shear is an equivalent strain of ``by`` over the root of three."""
+        u = np.column_stack([by * scene.mesh.nodes[:, 1], np.zeros(len(scene.mesh.nodes))])
+        return Iterate(increment, system.body.respond(increment.start, np.zeros(increment.size), u))
+
+    refuse_motion(shorn(1.7 * MOST_STRAINED), np.zeros((0, 2)))
+    with pytest.raises(Refused, match=r"element \d is strained by 1\.04 in one increment"):
+        refuse_motion(shorn(1.8 * MOST_STRAINED), np.zeros((0, 2)))
