@@ -7,6 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bipot import (
+    Elasticity,
+    Geometry,
+    Linear,
+    Scene,
+    Schedule,
+    ShapedTool,
+    Support,
+    VonMises,
+    block,
+    march,
+)
 from bipot.tools.circle import Circle
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.surfaces import Plane, Surface
@@ -35,6 +47,30 @@ def test_a_union_is_the_nearest_of_its_surfaces(seed):
     assert isinstance(union, Surface)
     assert Union((Circle((0.0, 1.0), 0.4), Plane((0.0, -1.2), (0.0, 1.0)))).mirrored((1.0, 0.0), 0.0, 1e-9)
     assert not union.mirrored((1.0, 0.0), 0.0, 1e-9)
+
+
+@pytest.mark.parametrize("joint", [(1.03, 1.03), (1.2, 0.9)], ids=["abut", "lap"])
+@pytest.mark.parametrize("slide", [0.3, -0.3])
+def test_a_face_in_two_parts_is_slid_along_as_in_one(joint, slide):
+    """Forces and friction work are those of one profile, in increments that take nodes over the joint."""
+
+    def half(a, b):
+        return Profile(((b, 1.0), (a, 1.0), (a, 5.0), (b, 5.0)), closed=True)
+
+    def slid(face):
+        path = ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+        scene = Scene(
+            block(2.0, 1.0, 6, 2),
+            Geometry.PLANE_STRAIN,
+            VonMises(Elasticity(1000.0, 0.3), Linear(3.0, 30.0)),
+            (Support("base", 0), Support("base", 1)),
+            tools=(ShapedTool(face, (slide, -0.02), ("top",), 0.1, path=path),),
+        )
+        *_, last = march(scene, Schedule(4))
+        return np.append(last.tool_force(0), last.energies.friction)
+
+    parts = slid(Union((half(-9.0, joint[0]), half(joint[1], 9.0))))
+    np.testing.assert_allclose(parts, slid(half(-9.0, 9.0)), rtol=1e-8)
 
 
 SQUARE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))

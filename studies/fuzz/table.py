@@ -34,7 +34,14 @@ SHOWN = {
     ),
     "solid": (
         "bodies in space",
-        {"h8": "H8", "h20": "H20", "t10": "T10", "force": "forces on tools", "supports": "moving supports"},
+        {
+            "h8": "H8",
+            "h20": "H20",
+            "t10": "T10",
+            "force": "forces on tools",
+            "supports": "moving supports",
+            "capped": "capped friction",
+        },
     ),
     "coulomb": ("discrete problems", {}),
 }

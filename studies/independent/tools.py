@@ -2,8 +2,8 @@ r"""Shaped tools in an increment, for the fuzz study's recomputation: where node
 
 A point of the tool that is at X at rest is at C + a + Q(theta) (X - C) in the pose (a, theta). Nodes are seen from the
 tool as if it rested. Of a node that the tool sees at y and that goes by dy there, the slip is the arc of the outline
-between the nearest places of start and end; of one that starts apart from the tool it begins where the tool, as it
-goes on past a body at rest, would come to touch it.
+between the nearest places of start and end, over a joint of two outlines that of both; of one that starts apart from
+the tool it begins where the tool, as it goes on past a body at rest, would come to touch it.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Rigid:
         own = max(outline.extent for outline in self.outlines)
         return own + float(np.abs(self.centre).max() + np.abs(self.ended[:2]).max())
 
-    def near(self, y: Floats) -> tuple[Near, Floats]:
+    def near(self, y: Floats) -> tuple[Near, Ints]:
         """The nearest places of points y (c, 2) as the tool sees them, and numbers (c,) of their outlines."""
         found = [outline.near(y) for outline in self.outlines]
         which = np.argmin([near.gap for near in found], axis=0)
@@ -108,6 +108,7 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
         grown[mine] = outline.slid(y[mine], dy[mine])
         jumped[mine] = outline.jumped(y[mine], dy[mine])
     moved = before != which
+    grown[moved, 1] = _over_joints(tool, y[moved], dy[moved], before[moved], which[moved])
     opened = np.where(moved, other.gap - one.gap, grown[:, 0])
     apart, air = one.gap > TOUCHES * size, np.zeros(len(y))
     if apart.any():
@@ -123,6 +124,20 @@ def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size
         gone=tool.carried((start + end) / 2),
         blurred=moved | jumped,
     )
+
+
+def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) -> Floats:
+    """Arcs (c,) of points that go from one outline to another: on the first while that is nearest, then on the last."""
+    near, far = np.zeros(len(y)), np.ones(len(y))
+    for _ in range(LOOKS if len(y) else 0):
+        middle = (near + far) / 2
+        on = tool.near(y + middle[:, None] * dy)[1] == before
+        near, far = np.where(on, middle, near), np.where(on, far, middle)
+    out, part = np.zeros(len(y)), far[:, None] * dy
+    for k, outline in enumerate(tool.outlines):
+        out[before == k] += outline.slid(y[before == k], part[before == k])[:, 1]
+        out[which == k] += outline.slid((y + part)[which == k], (dy - part)[which == k])[:, 1]
+    return out
 
 
 def in_air(tool: Rigid, y: Floats, way: Floats) -> Floats:

@@ -12,13 +12,16 @@ from bipot.errors import require, require_tuple
 from bipot.tools.surfaces import Distance, Surface, Tips
 from bipot.typing import Bools, Floats, Ints, Scalar, Vector
 
+HALVINGS = 52
+"""Of the way of a point, to find where another surface is the nearest."""
+
 
 @dataclass(frozen=True)
 class Union:
     """The tool that is where any of the ``surfaces`` is: its gap is the least of theirs.
 
     Outside it that is the distance; inside two at once it is the depth in the one that is deeper. Slip is the arc of
-    the surface that is nearest at the end of the increment.
+    the surface that is nearest; over a joint that of the first as far as it is, and then that of the last.
 
     Raises:
         SceneError: no surfaces.
@@ -51,12 +54,25 @@ class Union:
         return np.max([surface.size(x, moved) for surface in self.surfaces], axis=0)
 
     def passed(self, x: Floats, by: Floats) -> Floats:
-        """As :meth:`bipot.tools.surfaces.Surface.passed`; where another is nearest at the end, by two distances."""
+        """As :meth:`bipot.tools.surfaces.Surface.passed`; gaps by two distances where another comes to be nearest."""
         start, end = self._nearest(x), self._nearest(x + by)
         out = _chosen(end, [surface.passed(x, by) for surface in self.surfaces])
-        rest = np.zeros(x.shape[-1])
-        out[..., 0] = np.where(start == end, out[..., 0], self.gap(x + by, rest) - self.gap(x, rest))
+        over, rest = start != end, np.zeros(x.shape[-1])
+        if over.any():
+            out[over, 0] = self.gap(x[over] + by[over], rest) - self.gap(x[over], rest)
+            out[over, 1:] = self._over(x[over], by[over], start[over], end[over])
         return out
+
+    def _over(self, x: Floats, by: Floats, start: Ints, end: Ints) -> Floats:
+        """Arcs (c, 1) of points x (c, d) that go ``by`` (c, d) from one surface to another; in space (c, 0)."""
+        low, high = np.zeros((len(x), 1)), np.ones((len(x), 1))
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2
+            stays = (self._nearest(x + middle * by) == start)[:, None]
+            low, high = np.where(stays, middle, low), np.where(stays, high, middle)
+        first = _chosen(start, [surface.passed(x, high * by) for surface in self.surfaces])
+        then = _chosen(end, [surface.passed(x + high * by, (1 - high) * by) for surface in self.surfaces])
+        return first[:, 1:] + then[:, 1:]
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.crossed`."""
