@@ -55,6 +55,13 @@ def _mean_square(results: Results, element: str, side: float) -> float:
     return math.sqrt(sum(each) / len(each))
 
 
+def _above(results: Results) -> bool:
+    """One refined mesh of T6 alone has a limit load below the exact one."""
+    found = read_rows(results.folder / "elements.csv", Row)
+    below = {(row.element, row.problem) for row in found if row.error < 0 and not row.problem.startswith("cook")}
+    return below == {("t6", "punch smooth")}
+
+
 def _falls(results: Results) -> bool:
     series = [[_mean_square(results, name, n) for n in (5.0, 10.0, 20.0)] for name in ("q8", "q8p1", "q9p1")]
     return all(coarse > middle > fine for coarse, middle, fine in series)
@@ -164,6 +171,7 @@ QUOTED = Quoted(
         "all its contact pressures are positive": lambda results: (
             min(results.column("mesh", "p_min_MPa", mu=(0.1, 0.3), **DEFAULT)) > 0
         ),
+        "larger than the exact one but that of `t6` under the smooth punch": _above,
         "It halves with the mesh": _halves,
         "moves by a fifth of what was the side": _a_fifth,
         "falls with every refinement in weighted means too": _falls,
