@@ -51,7 +51,8 @@ def table_of(folder: Path, name: str, points: Sequence[Point], policy: Existing,
         row_kind(first.at),
         lambda row: tuple(getattr(row, column) for column in KEY),
         policy,
-        parameters=shared | {"at": first.at},
+        # A file's name does not tell what is in it.
+        parameters=shared | {"at": first.at, "curve": repr(first.case.curve())},
         order=sorted(point.key for point in points),
         derived=derived,
     )

@@ -188,6 +188,23 @@ def test_finished_points_are_kept_and_lost_ones_computed_again(tmp_path, monkeyp
     assert sweep.main([*asked, "--overwrite"]) == 0
 
 
+def test_a_sweep_is_not_gone_on_with_where_the_curves_file_has_changed(tmp_path, monkeypatch, capsys):
+    """Its name is the same: one table would hold points of two materials."""
+    monkeypatch.setattr(sweep, "solve", lambda point: told(point, Status.SOLVED))
+    curve, out = tmp_path / "curve.csv", tmp_path / "out"
+    asked = [*TINY, "--hardening", f"csv:{curve}", "--out", str(out)]
+    curve.write_text("0,300\n0.5,500\n")
+    assert sweep.main([*asked, "--mu", "0"]) == 0
+    assert sweep.main([*asked, "--mu", "0", "0.1", "--resume"]) == 0
+    before = rows_of(out)
+    curve.write_text("0,100\n0.5,100\n")
+    assert sweep.main([*asked, "--mu", "0", "0.1", "0.2", "--resume"]) == 2
+    assert "holds results with curve = " in (said := capsys.readouterr().err)
+    assert "(300.0, 500.0)" in said
+    assert "(100.0, 100.0)" in said
+    assert rows_of(out) == before
+
+
 def told(point, status):
     if status is None:
         raise ValueError("a mistake")
