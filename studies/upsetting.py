@@ -18,8 +18,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from bipot.control.accepted import Accepted
-from bipot.exchange import export_fclib
 from bipot.marching import Control, Schedule, march
 from bipot.progress import terminal
 from bipot.results import Existing, Recorder
@@ -29,6 +27,7 @@ from studies.command import command, say
 from studies.upsetting_beside import BESIDE, trustworthy
 from studies.upsetting_case import cases, parser
 from studies.upsetting_columns import UNITS
+from studies.upsetting_fclib import Problems
 from studies.upsetting_limits import against_limits
 from studies.upsetting_march import Upset
 from studies.upsetting_table import Result, table
@@ -43,7 +42,7 @@ class Planned:
     schedule: Schedule
     control: Control
     recorder: Recorder
-    fclib: bool
+    problems: Problems
 
     @staticmethod
     def of(case: Upset, out: Path, existing: Existing = Existing.REFUSE, fclib: bool = False) -> Planned:
@@ -51,31 +50,27 @@ class Planned:
         scene, schedule, control = case.scene(), case.schedule(), case.control()
         parameters = case.parameters()
         recorder = Recorder(out / case.folder, scene, case.columns(), parameters, UNITS, existing=existing)
-        return Planned(case, scene, schedule, control, recorder, fclib)
+        problems = Problems(recorder.folder, fclib)
+        problems.require_whole(existing)
+        return Planned(case, scene, schedule, control, recorder, problems)
 
     def run(self) -> Result:
         """March to the end, recording every accepted increment."""
         progress = terminal()
         with self.recorder as recorder:
+            self.problems.cut_back(recorder.start.number)
             if recorder.note:
                 say(f"{recorder.folder}: {recorder.note}", to=sys.stderr)
             progress.start(f"mu = {self.case.mu:g}, {self.case.element.value}, {self.case.form.value}")
             try:
                 for accepted in march(self.scene, self.schedule, self.control, recorder.start):
                     # Before it is recorded, so that no recorded increment lacks it when the run is resumed.
-                    if self.fclib:
-                        self.export(accepted)
+                    self.problems.write(accepted)
                     recorder.record(accepted)
                     progress.advance(accepted.state.tau, f"increment {accepted.number}")
             finally:
                 progress.close()
         return Result(self.case.mu, open_results(self.recorder.folder))
-
-    def export(self, accepted: Accepted) -> None:
-        """Write the increment's contact problem for other codes."""
-        folder = self.recorder.folder / "fclib"
-        folder.mkdir(exist_ok=True)
-        export_fclib(folder / f"increment_{accepted.number:04d}.hdf5", accepted)
 
 
 def complete(planned: Sequence[Planned], out: Path) -> int:
