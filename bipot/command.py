@@ -73,7 +73,7 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         "--traction", type=int, metavar="TOOL", help="contact traction of the tool of that number, from 0"
     )
     parser.add_argument("--at", type=float, help="reduction, or tau where a run has none (default the last increment)")
-    parser.add_argument("--by", help="column whose value --at is, or tau")
+    parser.add_argument("--by", help="column whose value --at is, or tau; with --at only")
     parser.add_argument("--out", type=Path, help="file; its ending says the format, .gif animates the field")
 
 
@@ -87,14 +87,26 @@ def picture(asked: argparse.Namespace) -> Path:
     if find_spec("matplotlib") is None:
         raise ResultsError("a picture needs matplotlib: pip install bipot[studies]")
     result = opened(asked.run)
-    name = asked.field if asked.traction is None else f"traction_{asked.traction}"
-    path = asked.out or result.folder / f"{name}{'' if asked.at is None else f'_{asked.at:g}'}.png"
+    path = asked.out or result.folder / f"{_name(asked)}.png"
     if path.suffix.lower() == GIF:
         if asked.traction is not None or asked.at is not None or asked.by is not None:
             raise SceneError(f"--out = {path}: must not end in {GIF} with --traction, --at or --by: it shows all steps")
         return plot.animate(result, asked.field, path)
+    if asked.by is not None and asked.at is None:
+        raise SceneError(f"--by = {asked.by!r}: must be left out without --at, whose column it is")
     replace(path, _drawn(result, asked, path), ResultsError)
     return path
+
+
+def _name(asked: argparse.Namespace) -> str:
+    """What a picture is called that no ``--out`` names: pictures of what is not the same are not called the same."""
+    words = [asked.field if asked.traction is None else f"traction_{asked.traction}"]
+    if asked.by is not None:
+        words.append(asked.by.replace("/", "_"))
+    if asked.at is not None:
+        short = f"{asked.at:g}"
+        words.append(short if float(short) == asked.at else repr(asked.at))
+    return "_".join(words)
 
 
 def opened(path: Path) -> History:

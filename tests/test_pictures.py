@@ -185,12 +185,21 @@ def test_without_a_place_the_picture_is_in_the_folder_of_the_run(recorded, tmp_p
     assert capsys.readouterr().out == f"{tmp_path / 'peeq_0.2.png'}\n"
 
 
+def test_pictures_of_other_steps_have_other_names(recorded, tmp_path):
+    (tmp_path / "run.vtkhdf").write_bytes((recorded / "run.vtkhdf").read_bytes())
+    for options in ([], ["--at", "0.2"], ["--at", "0.2", "--by", "tau"], ["--at", "0.1"], ["--at", "0.10000001"]):
+        assert main(["picture", str(tmp_path), *options]) == 0
+    names = {"mises", "mises_0.2", "mises_tau_0.2", "mises_0.1", "mises_0.10000001"}
+    assert {path.stem for path in tmp_path.glob("*.png")} == names
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
         (["--field", "temperature"], "error: field = 'temperature': must be one of"),
         (["--at", "0.9"], "error: reduction = 0.9: must be in [0.001, 0.2]"),
-        (["--by", "form"], "error: by = 'form': must be tau, or a column"),
+        (["--by", "tau"], "error: --by = 'tau': must be left out without --at, whose column it is"),
+        (["--by", "form", "--at", "1"], "error: by = 'form': must be tau, or a column"),
         (["--traction", "3"], "error: tool = 3: must be in [0, 1)"),
         (["--out", "picture.xyz"], "error: --out = picture.xyz: must end in one of"),
         (["--out", "picture"], "error: --out = picture: must end in one of"),
