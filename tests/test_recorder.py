@@ -12,9 +12,10 @@ from bipot.forms import Newton
 from bipot.marching import Control, Schedule, march
 from bipot.results import Existing, Recorder
 from bipot.results import open as open_results
-from bipot.results.columns import INCREMENT
+from bipot.results.columns import INCREMENT, Column, certificate, energies
 from bipot.results.lock import NAME
 from bipot.scene.scene import upsetting
+from tests.scenes import refused
 
 SCENE = upsetting(mu=0.3, reduction=0.1, elements=2)
 NEWTON = Control(Newton(), ())
@@ -184,3 +185,60 @@ def test_a_copy_of_the_process_does_not_give_up_its_lock(tmp_path):
         assert json.loads((tmp_path / NAME).read_text())["process"] == os.getpid()
         with pytest.raises(ResultsError, match="is writing a run there"), recorder(tmp_path, Existing.RESUME):
             pass
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"scene": None}, "scene = None: must be a Scene"),
+        ({"columns": None}, "columns = None: must be a tuple of Column"),
+        ({"columns": INCREMENT}, "columns = Column.*: must be a tuple of Column"),
+        ({"columns": "increment"}, "columns = 'increment': must be a tuple of Column"),
+        ({"columns": ("increment",)}, r"columns\[0\] = 'increment': must be a Column"),
+    ],
+)
+def test_what_is_no_scene_or_column_is_refused(given, words, tmp_path):
+    asked = {"scene": SCENE, "columns": (INCREMENT,)} | given
+    refused(lambda: Recorder(tmp_path, parameters={}, units={}, **asked), words)
+    assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_column_is_not_made():
+    refused(lambda: Column(None, "", lambda _, a: 1), "column.name = None: must be a str")  # type: ignore[arg-type]
+    refused(lambda: Column("x", "", 1.0), "column 'x': value = 1.0: must be a function")  # type: ignore[arg-type]
+    refused(lambda: energies(None), "unit = None: must be a str")  # type: ignore[arg-type]
+    refused(lambda: certificate("J", "x"), "factor = 'x': must be a number")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("value", [np.zeros(2), np.array(1.0), None, True, np.True_, 1j, [1.0], b"x", "\ud800"])
+def test_a_column_of_what_is_no_number_and_no_string_is_refused_and_nothing_is_written(value, accepted, tmp_path):
+    given = iter((value, 1.0))
+    columns = (INCREMENT, Column("own", "", lambda _, a: next(given)))
+    with Recorder(tmp_path, SCENE, columns, {}, {}, patience=0) as out:
+        refused(lambda: out.record(accepted[0]), "column 'own' = .*: must be a number or a string")
+        refused(lambda: out.record(None), "accepted = None: must be an Accepted")  # type: ignore[arg-type]
+        out.record(accepted[0])
+    assert open_results(tmp_path)["own"].tolist() == [1.0]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        ("1_0", "007", " 7"),
+        ("1.50", "2.5"),
+        ("+1", "1e5"),
+        (1, 2, 3),
+        (0, 0.5, -0.0),
+        (1e30, 2, 1e300),
+        (np.float32(0.1), np.int32(3), float("inf")),
+    ],
+)
+def test_what_is_read_is_what_was_recorded(values, accepted, tmp_path):
+    """Text that could be read as a number, but is not written so, is text."""
+    given = iter(values)
+    with Recorder(tmp_path, SCENE, (Column("own", "", lambda _, a: next(given)),), {}, {}) as out:
+        for increment, _ in zip(accepted, values, strict=False):
+            out.record(increment)
+    found = open_results(tmp_path)["own"].tolist()
+    assert found == list(values)[: len(found)]
+    assert all(isinstance(one, str) == isinstance(value, str) for one, value in zip(found, values, strict=False))

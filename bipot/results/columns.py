@@ -9,6 +9,7 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.errors import require, require_number, require_type
 from bipot.fem.orientation import scaled_jacobians
 from bipot.contact.overlap import overlap
 from bipot.control.pacing import error_estimate
@@ -19,11 +20,19 @@ Value = float | int | str
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a history: its header, what it is in which unit, and how to get it."""
+    """One column of a history: its header, what it is in which unit, and how to get it.
+
+    Raises:
+        SceneError: a name that is no string, a value that is no function.
+    """
 
     name: str
     meaning: str
     value: Callable[[System, Accepted], Value]
+
+    def __post_init__(self) -> None:
+        require_type(self.name, str, "column.name")
+        require(callable(self.value), f"column {self.name!r}: value", self.value, "a function of a system and an Accepted")
 
 
 INCREMENT = Column("increment", "number of the accepted increment, from 1", lambda _, a: a.number)
@@ -87,9 +96,13 @@ MIN_JACOBIAN = Column(
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """Work, elastic, plastic, friction of the whole body so far, times ``factor`` to ``unit``, and the energy error.
 
+    Raises:
+        SceneError: a unit that is no string, a factor that is no number.
+
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
     """
+    _require_unit(unit, factor)
     meanings = {
         "work": "work of tools, loads and supports",
         "elastic": "elastic energy",
@@ -106,9 +119,13 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """The certificate's measures, the gap of the whole body times ``factor`` to the energy ``unit``.
 
+    Raises:
+        SceneError: as :func:`energies`.
+
     >>> [column.name for column in certificate("J", 1e-3)][-2:]
     ['bipotential_gap_J', 'relative_gap']
     """
+    _require_unit(unit, factor)
 
     def measure(name: str, meaning: str) -> Column:
         return Column(name, meaning, lambda _, a: getattr(a.solved.certificate, name))
@@ -126,3 +143,8 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
         Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
         measure("relative_gap", "that gap over the work of the increment"),
     )
+
+
+def _require_unit(unit: object, factor: object) -> None:
+    require_type(unit, str, "unit")
+    require_number(factor, "factor")

@@ -16,7 +16,7 @@ from bipot.control.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.control.course import Course
-from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_type
+from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_tuple, require_type
 from bipot.hdf5.journal import creating, writing
 from bipot.basics.replacing import replace
 from bipot.response import State
@@ -79,6 +79,8 @@ class Recorder:
         start: State | Course | None = None,
         patience: float = PATIENCE,
     ) -> None:
+        require_type(scene, Scene, "scene")
+        columns = require_tuple(columns, Column, "columns")
         names = [column.name for column in columns]
         require(len(set(names)) == len(names), "columns", names, "of different names")
         require_type(existing, Existing, "existing")
@@ -128,11 +130,16 @@ class Recorder:
         Raises:
             ResultsError: it is of another scene, does not go on from the last one, or it and those that waited with it
                 cannot be written; what is on disk is readable.
+            SceneError: no increment, or a column's value of it is neither a number nor a string.
         """
+        require_type(accepted, Accepted, "accepted")
         if self._opened is None:
             raise ResultsError(f"{self.folder}: is not open for writing: record inside the block of the recorder")
         self._require_next(accepted)
-        line = table.line([column.value(self.system, accepted) for column in self.columns])
+        values = [column.value(self.system, accepted) for column in self.columns]
+        for column, value in zip(self.columns, values, strict=True):
+            table.require_value(value, column.name)
+        line = table.line(values)
         with undisturbed():
             with self._written(self._so_far):
                 self._file.append(Step.after(accepted), line)

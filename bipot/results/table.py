@@ -5,13 +5,26 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bipot.results.columns import Value
-from bipot.errors import ResultsError
+from bipot.errors import ResultsError, require
+
+
+def require_value(value: object, name: str) -> None:
+    """Refuse what a column does not hold, which would be stored as the text that Python has for it.
+
+    Raises:
+        SceneError: it is neither a number nor a string of Unicode; the message names the column.
+    """
+    known = isinstance(value, int | float | str | np.integer | np.floating) and not isinstance(value, bool)
+    known = known and not (isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value))
+    told = f"an array of shape {value.shape}" if isinstance(value, np.ndarray) else value
+    require(known, f"column {name!r}", told, "a number or a string, of every increment")
 
 
 def line(values: Sequence[Value]) -> str:
@@ -41,9 +54,18 @@ def columns(text: str, place: str) -> Mapping[str, NDArray[Any]]:
 
 
 def _typed(texts: list[str]) -> NDArray[Any]:
-    for kind in (int, float):
-        try:
-            return np.array([kind(text) for text in texts], dtype=kind)
-        except (ValueError, OverflowError):
-            continue
+    with suppress(ValueError):
+        numbers = [_number(text) for text in texts]
+        for kind in (int, float) if all(isinstance(number, int) for number in numbers) else (float,):
+            with suppress(OverflowError):
+                return np.array(numbers, dtype=kind)
     return np.array(texts, dtype=str)
+
+
+def _number(text: str) -> float:
+    """The number that :func:`line` writes so; ValueError for a string, also one like "007" that could be read as one."""
+    for kind in (int, float):
+        with suppress(ValueError):
+            if str(number := kind(text)) == text:
+                return number
+    raise ValueError(text)
