@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bipot.contact.closeness import near_tools
 from bipot.control.accepted import Accepted
 from bipot.coulomb import CoulombProblem, write_fclib
-from bipot.errors import require
+from bipot.errors import require, require_type
 from bipot.forms import Cache, Dissipation, Penalty, Tangent, Uzawa
 from bipot.forms.answers import tangent_program
 from bipot.programs.condensation import condense
@@ -45,7 +45,9 @@ def contact_problem(accepted: Accepted) -> ContactProblem:
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness.
+        SceneError: no increment.
     """
+    require_type(accepted, Accepted, "accepted")
     iterate, rows, r = accepted.solved.iterate, accepted.solved.rows, accepted.solved.r
     near = near_tools(rows, iterate.x, iterate.length) | (r != 0).any(axis=1)
     taken = rows.take(near)
@@ -81,8 +83,9 @@ def conic_program(
     mu r_n, or their caps, and the tangential forces.
 
     Raises:
-        SceneError: a form that poses no conic program.
+        SceneError: no increment, a form that poses no conic program.
     """
+    require_type(accepted, Accepted, "accepted")
     poses = isinstance(form, Tangent | Dissipation | Penalty | Uzawa)
     require(poses, "form", form, "one that poses a conic program: Tangent, Dissipation, Penalty or Uzawa")
     iterate, r = accepted.solved.iterate, accepted.solved.r

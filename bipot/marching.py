@@ -108,6 +108,7 @@ def march(
     require_type(scene, Scene, "scene")
     require_type(schedule, Schedule, "schedule")
     require_type(control, Control, "control")
+    require(callable(observe), "observe", observe, "a function of a Trial")
     # Flow carried on takes the stress off the yield surface until the return brings it back.
     allowed = f"{Integration.BACKWARD_EULER.value!r} where the stress is not returned to the yield surface"
     second = control.integration is Integration.BDF2

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from bipot.errors import require, require_magnitude
+from bipot.errors import require, require_magnitude, require_number
 from bipot.typing import Floats
 
 Multiple = float | tuple[float, ...]
@@ -120,7 +120,8 @@ class Amplitude:
         object.__setattr__(self, "points", points)
 
     def at(self, tau: float) -> float:
-        """The multiple at ``tau``."""
+        """The multiple at ``tau``; raises SceneError if that is no number."""
+        require_number(tau, "tau")
         taus, values = self._table
         return float(np.interp(tau, taus, values[:, 0]))
 

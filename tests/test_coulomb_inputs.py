@@ -50,6 +50,23 @@ def test_what_is_no_force_is_not_measured(measure, force, words):
     refused(lambda: measure(PROBLEM, force), words)
 
 
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"q": [[-1.0, 0.1]]}, r"q.shape = \(1, 2\): must be \(2,\)"),
+        ({"q": [[-1.0], [0.1]]}, r"q.shape = \(2, 1\): must be \(2,\)"),
+        ({"q": [-1.0]}, r"q.shape = \(1,\): must be \(2,\)"),
+        ({"q": np.ma.masked_array([-1.0, 0.1], [True, False])}, "q = 'with masked values': must be numbers throughout"),
+        ({"mu": np.ma.masked}, "mu = 'with masked values': must be numbers throughout"),
+        ({"mu": [[0.3]]}, r"mu.shape = \(1, 1\): must be \(1,\)"),
+        ({"W": np.ma.masked_array(np.eye(2), np.eye(2))}, "W = 'with masked values'"),
+    ],
+)
+def test_numbers_of_another_shape_or_masked_are_refused(given, words):
+    asked = {"W": np.eye(2), "q": [-1.0, 0.1], "mu": 0.3, "dim": 2} | given
+    refused(lambda: coulomb.CoulombProblem(**asked), words)
+
+
 def test_forces_are_measured_however_they_are_written():
     assert coulomb.residual(PROBLEM, [1, 0]) == coulomb.residual(PROBLEM, np.array([1.0, 0.0]))
     assert coulomb.residual(PROBLEM, np.full(2, 1e300)) == np.inf

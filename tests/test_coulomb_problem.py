@@ -29,7 +29,7 @@ def one_contact(q, mu=0.5):
         ({"mu": -0.1}, "mu"),
         ({"mu": np.inf}, "mu"),
         ({"dim": 4}, "dim"),
-        ({"q": [1.0]}, r"len\(q\)"),
+        ({"q": [1.0]}, r"q\.shape"),
         ({"q": [np.nan, 1.0]}, "q"),
         ({"W": np.ones((2, 3))}, "W.shape"),
         ({"W": np.full((2, 2), np.inf)}, "W"),

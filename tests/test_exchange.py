@@ -24,13 +24,13 @@ from bipot.coulomb import (
     solve,
 )
 from bipot.errors import NotConverged, ProgramError
-from bipot.exchange import contact_problem, export_fclib
+from bipot.exchange import conic_program, contact_problem, export_fclib
 from bipot.forms import Delassus, Dissipation, Tangent
 from bipot.forms import Newton as NewtonForm
 from bipot.increment import Limits as Increments
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene.scene import upsetting
-from tests.scenes import DIRECT, fresh, path
+from tests.scenes import DIRECT, fresh, path, refused
 from tests.scenes import run as upset
 
 LIMITS = Limits(tol=1e-13, seconds=30.0)
@@ -164,3 +164,8 @@ def test_welded_points_are_refused():
     accepted = next(march(system.body.scene, path(0.1, 2)))
     with pytest.raises(ProgramError, match="welded"):
         contact_problem(accepted)
+
+
+@pytest.mark.parametrize("asked", [contact_problem, lambda junk: conic_program(junk, Dissipation())])
+def test_what_is_no_increment_is_refused(asked):
+    refused(lambda: asked(None), "accepted = None: must be an Accepted")

@@ -120,6 +120,7 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Support("base", 1.0), "support.direction = 1.0"),
         (lambda: Support(1, 1), "support.boundary = 1: must be a str"),
         (lambda: Control(cuts=1.5), "cuts = 1.5"),
+        (lambda: march(scene(), Schedule(2), observe=None), "observe = None: must be a function of a Trial"),
         (lambda: Limits(passes=0), "limits.passes = 0: must be >= 1"),
         (lambda: Limits(passes=2.5), "limits.passes = 2.5"),
         (lambda: Limits(patience=0), "limits.patience = 0"),

@@ -188,6 +188,8 @@ def test_units_do_not_matter():
         (lambda: Amplitude(((0.0, 0.0), (0.5, 1.0))), "amplitude.points"),
         (lambda: Amplitude(((0.0, 0.0), (1.0, np.inf))), "amplitude.points"),
         (lambda: Amplitude("ramp"), "amplitude.points"),
+        (lambda: Amplitude().at("x"), "tau = 'x': must be a number"),
+        (lambda: Amplitude().at(()), r"tau = \(\): must be a number"),
     ],
 )
 def test_bad_loads_are_refused_by_name(make, field):

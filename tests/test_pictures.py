@@ -20,7 +20,7 @@ from bipot.plot.surface import chains
 from bipot.results import Recorder
 from bipot.results import open as open_results
 from studies import picture
-from tests.scenes import scene
+from tests.scenes import refused, scene
 
 
 @pytest.fixture(scope="module")
@@ -153,12 +153,24 @@ def test_a_round_tool_is_drawn_and_pictures_of_every_step_move(tmp_path, ax):
 
 @pytest.mark.parametrize(
     ("given", "words"),
-    [({"path": "film.mp4"}, r"path = 'film\.mp4': must be one that ends in \.gif"), ({"frames": 0}, "frames = 0")],
+    [
+        ({"path": "film.mp4"}, r"path = 'film\.mp4': must be one that ends in \.gif"),
+        ({"path": None}, "path = None: must be a path"),
+        ({"frames": 0}, "frames = 0"),
+    ],
 )
 def test_animations_that_cannot_be_are_refused(run, tmp_path, given, words):
     with pytest.raises(SceneError, match=words):
         plot.animate(run, "mises", **{"path": tmp_path / "film.gif", **given})
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("junk", [None, "mine", Path("mine")])
+def test_what_is_no_run_is_not_drawn(junk, tmp_path, ax):
+    words = "result = .*: must be a History, as bipot.results.open"
+    refused(lambda: plot.contour(junk, ax=ax), words)
+    refused(lambda: plot.contact_traction(junk, ax=ax), words)
+    refused(lambda: plot.animate(junk, "mises", tmp_path / "a.gif"), words)
 
 
 def test_the_study_draws_as_the_command_does(recorded, tmp_path, capsys):

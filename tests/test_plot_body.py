@@ -23,3 +23,5 @@ def test_elements_are_drawn_from_corner_to_corner_where_they_are(element):
     assert faces.get_linewidth() == [2.0]
     assert [one.get_ylabel() for one in axes.figure.axes] == ["", "number"]
     refused(lambda: plot.body(last, values[:-1], axes), "values")
+    refused(lambda: plot.body(last, None, axes), "values = 'of type object': must be numbers")  # type: ignore[arg-type]
+    refused(lambda: plot.body(None, values, axes), "accepted = None: must be an Accepted")  # type: ignore[arg-type]

@@ -100,7 +100,7 @@ def test_in_space_every_shear_has_its_name():
     np.testing.assert_allclose(tensors.matrix, [[1, 4, 6], [4, 2, 5], [6, 5, 3]], rtol=1e-15)
 
 
-@pytest.mark.parametrize("name", ["xy", "zr", "RZ", "", 3, None, ("rz",), ["rz"]])
+@pytest.mark.parametrize("name", ["xy", "zr", "RZ", "", 3, None, ("rz",), ["rz"], np.array([0, 1])])
 def test_an_unknown_component_is_refused_with_the_known_ones(upset, name):
     with pytest.raises(SceneError, match=r"component = .*: must be one of rr, zz, tt, rz \(axisymmetric\)"):
         upset[-1].stress[name]

@@ -1,5 +1,7 @@
 """Surfaces of revolution: distance, normal and curvatures against differences, slips, mirror images."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -276,3 +278,7 @@ def test_frames_carried_are_orthonormal_and_turned_ones_stay_turned_by_as_much()
     back = transported(reference, -reference[:, 0])
     np.testing.assert_allclose(np.linalg.det(back), 1.0, rtol=1e-13)
     assert isinstance(SURFACES["sphere"].distance(AT), Distance)
+
+
+def test_an_angle_may_be_any_number():
+    assert cone(POINT, AXIS, Fraction(100, 4), 1.0) == cone(POINT, AXIS, 25.0, 1.0)

@@ -46,8 +46,8 @@ def require_sizes(numbers: FloatArray, field: str) -> None:
 
 
 def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
-    vector = as_numbers(value, field).ravel()
-    require(vector.size == size, f"len({field})", vector.size, f"{size}")
+    vector = as_numbers(value, field)
+    require(vector.shape == (size,), f"{field}.shape", vector.shape, f"({size},)")
     require(bool(np.all(np.isfinite(vector))), field, "a vector with NaN or inf", "finite")
     require_sizes(vector, field)
     vector.flags.writeable = False
@@ -56,7 +56,8 @@ def _vector(value: ArrayLike, field: str, size: int) -> FloatArray:
 
 def _friction(value: ArrayLike, contacts: int) -> FloatArray:
     given = as_numbers(value, "mu")
-    vector = _vector(np.full(contacts, float(given.flat[0])) if given.size == 1 else given, "mu", contacts)
+    single = given.shape in ((), (1,))
+    vector = _vector(np.full(contacts, float(given.flat[0])) if single else given, "mu", contacts)
     require(bool(np.all(vector >= 0)), "mu", float(vector.min(initial=0.0)), ">= 0")
     return vector
 
@@ -108,8 +109,8 @@ class Affine:
 class CoulombProblem(Affine):
     """u = W r + q with Coulomb's law at every contact; W (dc, dc), q (dc,), mu (c,) or a number, dim = d.
 
-    W may be dense or sparse, unsymmetric and rank deficient. Raises SceneError for sizes that do not fit,
-    NaN, mu < 0 or mu = inf, dim other than 2 and 3.
+    W may be dense or sparse, unsymmetric and rank deficient. Raises SceneError for shapes that do not fit,
+    NaN, masked numbers, mu < 0 or mu = inf, dim other than 2 and 3.
 
     >>> problem = CoulombProblem(W=np.eye(2), q=[-1.0, 0.5], mu=0.3, dim=2)
     >>> problem.contacts, problem.velocity(np.array([1.0, -0.3])).tolist()

@@ -50,7 +50,8 @@ class Components:
         return NAMES[self.geometry]
 
     def __getitem__(self, name: str) -> Floats:
-        require(name in self.names, "component", name, f"one of {', '.join(self.names)} ({self.geometry.value})")
+        known = isinstance(name, str) and name in self.names
+        require(known, "component", name, f"one of {', '.join(self.names)} ({self.geometry.value})")
         k = self.names.index(name)
         i, j = COMPONENTS[k]
         return self.mandel[..., k] / (1.0 if i == j else SQRT2)

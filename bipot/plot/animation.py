@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from bipot.basics.replacing import replace
-from bipot.errors import ResultsError, require, require_count, require_positive
-from bipot.plot.contours import contour, frame, nodal_values
+from bipot.errors import ResultsError, require, require_count, require_path, require_positive
+from bipot.plot.contours import contour, frame, nodal_values, require_plane
 from bipot.results import History
 from bipot.results.history import TAU
 
@@ -26,9 +26,12 @@ def animate(result: History, field: str, path: str | Path, *, frames: int = 40, 
     and axes are the same in all.
 
     Raises:
-        SceneError: a path that does not end in .gif, an unknown field, numbers that are not above zero.
+        SceneError: no run that was opened, a body in space, no path or one that does not end in .gif, an unknown field,
+            numbers that are not above zero.
         ResultsError: the file cannot be written, or pillow is not installed (matplotlib brings it).
     """
+    require_plane(result)
+    require_path(path)
     path = Path(path)
     require(path.suffix.lower() == GIF, "path", str(path), f"one that ends in {GIF}")
     require_count(frames, "frames")

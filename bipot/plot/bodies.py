@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from bipot.control.accepted import Accepted
-from bipot.errors import require
+from bipot.errors import require, require_type
 from bipot.plot.lines import axes_of
-from bipot.typing import Floats
+from bipot.typing import Floats, as_numbers
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,11 +23,12 @@ def body(
     matplotlib's.
 
     Raises:
-        SceneError: a body in space, values that are not one an element.
+        SceneError: no increment, a body in space, values that are not one an element.
     """
     from matplotlib.collections import PolyCollection
 
-    mesh = accepted.scene.mesh
+    require_type(accepted, Accepted, "accepted")
+    values, mesh = as_numbers(values, "values"), accepted.scene.mesh
     require(mesh.dimension == 2, "mesh.dimension", mesh.dimension, "2: use pyvista in space")
     require(values.shape == mesh.elements.shape[:1], "values", f"shape {values.shape}", "one number an element")
     corners = accepted.state.nodes[mesh.elements[:, : mesh.element.corners]]

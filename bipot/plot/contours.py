@@ -50,7 +50,7 @@ def contour(
 
     Raises:
         SceneError: an unknown field, one that is not known all over the body, a tensor as a whole, a value that is not
-            recorded; a body in space.
+            recorded; no run that was opened, a body in space.
     """
     require_plane(result)
     snapshot = result.at(at, by)
@@ -107,8 +107,9 @@ def require_plane(result: History) -> None:
     """Refuse what is not drawn flat.
 
     Raises:
-        SceneError: a body in space.
+        SceneError: no run that was opened, a body in space.
     """
+    require(isinstance(result, History), "result", result, "a History, as bipot.results.open(folder) gives it")
     flat = result.geometry is not Geometry.SOLID
     require(
         flat, "result", result.geometry, "of a body in a plane: ParaView and PyVista draw run.vtkhdf of one in space"

@@ -31,7 +31,7 @@ def contact_traction(
     end there. Where two tools share a node it has the traction of the one that pushes harder.
 
     Raises:
-        SceneError: a number that is no tool's, a value that is not recorded, a body in space.
+        SceneError: a number that is no tool's, a value that is not recorded, no run that was opened, a body in space.
     """
     require_plane(result)
     count = len(result.scene["tools"])

@@ -25,7 +25,8 @@ def wedge(apex: tuple[float, float], semi_angle: float, length: float, radius: f
     require_number(semi_angle, "wedge.semi_angle")
     require(0 < semi_angle < 90, "wedge.semi_angle", semi_angle, "in (0, 90) degrees")
     require_positive(**{"wedge.length": length})
-    out, up = length * np.sin(np.radians(semi_angle)), length * np.cos(np.radians(semi_angle))
+    angle = np.radians(float(semi_angle))
+    out, up = length * np.sin(angle), length * np.cos(angle)
     return Profile(((x + out, y + up), (x, y), (x - out, y + up)), radius)
 
 
