@@ -11,6 +11,7 @@ bytes each. The exit code is 1 where writing takes more than :data:`MOST` of a p
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from collections.abc import Sequence
@@ -94,6 +95,9 @@ def case(form: str, side: int, increments: int) -> Case:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Print the table."""
+    argparse.ArgumentParser(
+        prog="benchmarks.writing", description="What a run's files cost.", allow_abbrev=False
+    ).parse_args(argv)
     say("form      elements   writing  of the march   columns  kB/increment  over numbers")
     most = 0.0
     for form in FORMS:

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks import writing
 from bipot import Elasticity, Perfect, Tabulated, VonMises
 from bipot import upsetting as upsetting_scene
 from bipot.forms import FormName
 from bipot.results import open as open_results
 from studies import hard_cases, upsetting
+from studies.accuracy import alone, block_alone
 from studies.upsetting_case import cases, parser
 
 ROOT = Path(__file__).parents[1]
@@ -24,6 +26,27 @@ def parsers():
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("ArgumentParser"):
                 yield path.name, {keyword.arg: ast.unparse(keyword.value) for keyword in node.keywords}
+
+
+@pytest.mark.parametrize("main", [writing.main, alone.main, block_alone.main])
+def test_a_command_line_that_is_none_runs_nothing(main, capsys):
+    """The benchmark ran whatever was asked, the others ended in a traceback."""
+    for asked, code in (["--help"], 0), (["--nope"], 2):
+        with pytest.raises(SystemExit) as stop:
+            main(asked)
+        assert stop.value.code == code
+    told = capsys.readouterr()
+    assert told.out.startswith("usage: ")
+    assert "error: " in told.err
+
+
+@pytest.mark.parametrize("main", [alone.main, block_alone.main])
+@pytest.mark.parametrize("job", ["x", "{}", "3", '[{"mu": 0.1}]', "[]"])
+def test_a_job_that_is_none_is_refused(main, job, capsys):
+    with pytest.raises(SystemExit) as stop:
+        main([job])
+    assert stop.value.code == 2
+    assert f"argument JOB: {job!r} must be a choice and marks, as JSON" in capsys.readouterr().err
 
 
 def test_no_command_line_takes_abbreviations():

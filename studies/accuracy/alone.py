@@ -18,7 +18,7 @@ from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.layout import Layout
 from bipot.scene.scene import Scene, upsetting
 from bipot.tools.tool import Sampling
-from studies.accuracy.choice import Choice, Pace
+from studies.accuracy.choice import Choice, Pace, job_of
 from studies.command import command, say
 from studies.element_types import ElementType
 from studies.methods import Method, Setting, configured
@@ -94,8 +94,7 @@ def marched(
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Read a job, run it, say what came."""
-    job, *marks = json.loads((sys.argv[1:] if argv is None else argv)[0])
-    say(json.dumps(asdict(run(Choice(**job), marks))))
+    say(json.dumps(asdict(run(*job_of("alone", argv)))))
     return 0
 
 

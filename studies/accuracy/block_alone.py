@@ -17,7 +17,7 @@ from bipot.forms import FormName
 from bipot.scene.scene import Scene
 from bipot.tools.tool import Sampling
 from studies.accuracy.alone import CUTS, Came, marched, schedule_of
-from studies.accuracy.choice import Choice
+from studies.accuracy.choice import Choice, job_of
 from studies.block import Block
 from studies.command import command, say
 from studies.element_types import SolidType
@@ -61,8 +61,7 @@ def run(job: Choice, marks: Sequence[float]) -> Came:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Read a job, run it, say what came."""
-    job, *marks = json.loads((sys.argv[1:] if argv is None else argv)[0])
-    say(json.dumps(asdict(run(Choice(**job), marks))))
+    say(json.dumps(asdict(run(*job_of("block_alone", argv)))))
     return 0
 
 

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
+import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -42,3 +45,20 @@ class Choice:
     contact: str
     elements: int
     schedule: str
+
+
+def job_of(name: str, argv: Sequence[str] | None) -> tuple[Choice, list[float]]:
+    """The choice and the marks that the command line of ``studies.accuracy.NAME`` asks for."""
+    parser = argparse.ArgumentParser(
+        prog=f"studies.accuracy.{name}", description="One run in a process of its own.", allow_abbrev=False
+    )
+    parser.add_argument("job", metavar="JOB", type=_job, help="a choice and the marks, as JSON: [{...}, 0.1, ...]")
+    return parser.parse_args(argv).job
+
+
+def _job(text: str) -> tuple[Choice, list[float]]:
+    try:
+        choice, *marks = json.loads(text)
+        return Choice(**choice), [float(mark) for mark in marks]
+    except (TypeError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{text!r} must be a choice and marks, as JSON ({error})") from error
