@@ -22,6 +22,7 @@ from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
 from bipot.programs.limit import LimitProgram, Mechanism
 from bipot.response import Body
+from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
@@ -34,6 +35,9 @@ HARDENS = 1e-6
 """Growth of the yield stress from a tenth of that strain on, over itself, that is no saturation."""
 
 ACCURATE = Accuracy(1e-9)
+
+CANCELLED = 1e-12
+"""What loads together leave of the largest of them where they cancel each other but for round-off."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +67,9 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
         require(not tool.capped, f"scene.tools[{k}].shear", tool.shear, "inf: the program knows Coulomb's cone alone")
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
-    require(bool(_load(increment).any()), "scene", f"loads at tau = {tau}", "not all zero: they are what is multiplied")
+    whole, parts = float(np.abs(_load(increment)).max(initial=0.0)), _parts(increment)
+    allowed = "not all zero, nor zero together: they are what is multiplied"
+    require(whole > CANCELLED * max(parts, default=0.0), "scene", f"loads at tau = {tau}", allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
     require(ends, "scene.material", scene.material, "one that flows at a last yield stress")
@@ -102,6 +108,13 @@ def collapse(increment: Increment) -> Mechanism | None:
 def _load(increment: Increment) -> Floats:
     """What acts on the unknowns (n,) at the increment's end, in the shape of its start."""
     return increment.system.load(increment.load_ahead, increment.tau)
+
+
+def _parts(increment: Increment) -> list[float]:
+    """The largest nodal force of each load alone, with those that drive tools."""
+    scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
+    alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
+    return [float(size) for size in (*alone, *np.abs(scene.drives.at(tau)))]
 
 
 def _units(scene: Scene) -> Units:

@@ -204,6 +204,7 @@ def test_a_march_reaches_what_is_just_below():
         (lambda: limit_load(strip(), "end"), "tau"),
         (lambda: limit_load(strip(), 0.0), "not all zero"),
         (lambda: limit_load(strip(loads=())), "not all zero"),
+        (lambda: limit_load(strip(loads=(Traction("top", (0.0, 1.0)), Pressure("top", 1.0)))), "nor zero together"),
         (lambda: limit_load(strip(material=Elastic(STEEL))), "scene.material"),
         (lambda: limit_load(strip(Linear(100.0, 50.0))), "scene.material"),
         (lambda: limit_load(strip(Swift(500.0, 0.01, 0.2))), "scene.material"),
