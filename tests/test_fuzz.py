@@ -159,6 +159,12 @@ def posed(W, q, mu, dim=2):
     return fuzz_coulomb.Posed(W, q, np.broadcast_to(np.array(mu, float), (len(q) // dim,)), dim, "auto")
 
 
+@pytest.mark.parametrize(("judge", "seed"), [(fuzz_judge.judge_scene, 9107), (fuzz_judge.judge_shaped, 52029)])
+def test_what_the_judge_once_took_for_wrong_is_certified(judge, seed):
+    """A support's node that lets go of a tool, whose friction at the start counts half; forces without a square."""
+    assert judge(seed, others=False).outcome is Outcome.CERTIFIED
+
+
 def test_the_enumeration_tells_solvable_problems_from_others():
     assert fuzz_coulomb.least_violation(posed([[1, 1], [1, 1]], [-1, 0], 2.0)) > 0.1
     W = [[18, 12, -12, 12], [12, 8, -8, 8], [-12, -8, 8, -8], [12, 8, -8, 8]]

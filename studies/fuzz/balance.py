@@ -24,6 +24,9 @@ SUMS = 1e-9
 BALANCED = 10 * Bounds().equilibrium
 """Ten times what the library lets nodes lack, over the sum of the sizes of all forces of elements."""
 
+VANISHING = float(np.sqrt(np.finfo(np.float64).tiny))
+"""A force below this has no square, hence no size: of a body that nothing touches."""
+
 
 def unbalanced(scene: Scene, setting: Setting, accepted: Accepted, pushed: Pushed) -> list[str]:
     """What is wrong with the balance of the modelled part, and with the moments of tools that turn, in words."""
@@ -62,7 +65,7 @@ def _lacking(scene: Scene, s: Setting, accepted: Accepted, pushed: Pushed) -> li
     sizes = np.linalg.norm(element_forces(placed, mandel_to_full(end.stress)), axis=-1).sum()
     # What supports take of loads at once is a difference.
     cancelled = float(np.linalg.norm(loads, axis=1).sum() + np.linalg.norm(reactions, axis=1).sum())
-    most = BALANCED * max(float(sizes), float(np.linalg.norm(total, axis=1).sum())) + EPS * cancelled
+    most = BALANCED * max(float(sizes), float(np.linalg.norm(total, axis=1).sum())) + EPS * cancelled + VANISHING
     force = total.sum(axis=0) * ((0.0, 1.0) if s.axisymmetric else (1.0, 1.0))
     moment = 0.0 if s.axisymmetric else float(cross(balanced - balanced.mean(axis=0), total).sum()) / s.size
     what = {"forces": float(np.abs(force).max()), "moments": abs(moment)}
