@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from bipot.certificate import EPS
-from bipot.contact.candidates import Candidates, candidates
+from bipot.contact.candidates import Candidates
+from bipot.contact.chosen import candidates
 from bipot.fem.assembly import rigid_motions
 from bipot.fem.kinematics import gradients
 from bipot.response import Body, Response, State, body_space, rest

@@ -19,7 +19,7 @@ MOST_TURNED = float(np.pi) / 6
 """The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
 
 MOST_STRAINED = 1.0
-"""The largest equivalent strain of an increment: the midpoint's is off by a tenth there, and next to twice as much the
+"""The largest equivalent strain of an increment: the midpoint's is off by a tenth there, and beyond twice as much the
 equations of an increment have other solutions, in which a body that flows freely turns by a right angle and back."""
 
 RUNAWAY = 10.0

@@ -19,13 +19,13 @@ says.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from bipot.tools.poses import rotation
+from bipot.tools.poses import Turn, rotation
 from bipot.tools.slips import Slip, measured, spin, transported
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
@@ -182,18 +182,20 @@ class Faces:
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
         """How far (c, d) turns take the tools' points that are at x (c, d), as these ``advance`` (k, p)."""
-        out = np.zeros_like(x)
-        for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
-            if tool.turn is not None:
-                out[mine] = tool.turn.swept(x[mine], pose, by)
-        return out
+        return self._by_turns(Turn.swept, x, placed, advance)
 
     def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
         """How far (c, d) turns take the tools' points whose ways have their ``middle`` (c, d), as :meth:`swept`."""
-        out = np.zeros_like(middle)
+        return self._by_turns(Turn.carried, middle, placed, advance)
+
+    def _by_turns(
+        self, way: Callable[[Turn, Floats, Floats, Floats], Floats], x: Floats, placed: Floats, advance: Floats
+    ) -> Floats:
+        """What the ``way`` makes of points x (c, d) of tools that turn, zero of others."""
+        out = np.zeros_like(x)
         for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
             if tool.turn is not None:
-                out[mine] = tool.turn.carried(middle[mine], pose, by)
+                out[mine] = way(tool.turn, x[mine], pose, by)
         return out
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
