@@ -81,7 +81,7 @@ class Advance:
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (c, d, d) of gap and slip by the candidates' places at the start."""
+        """Derivatives (w, d, d) of gap and slip by the parts' places at the start."""
         return self.candidates.frames_at(self.start.nodes, self.placed)
 
     def by(self, travel: Floats) -> Floats:
@@ -93,16 +93,16 @@ class Advance:
         return np.hstack([travel, angles])
 
     def swept(self, advance: Floats) -> Floats:
-        """How far (c, d) turns take the points of tools, whose poses ``advance`` (k, p), where candidates start."""
-        return self.candidates.faces.swept(self.candidates.means.places(self.start.nodes), self.placed, advance)
+        """How far (w, d) turns take the points of tools, whose poses ``advance`` (k, p), where parts start."""
+        return self.candidates.faces.swept(self.candidates.met.places(self.start.nodes), self.placed, advance)
 
     def carried(self, du: Floats, advance: Floats) -> Floats:
-        """How far (c, d) turns take the points of tools, whose poses ``advance`` (k, p), that candidates are at.
+        """How far (w, d) turns take the points of tools, whose poses ``advance`` (k, p), that parts are at.
 
         Half the way of displacements ``du`` (a, d): the forces of an increment do the tools' work there.
         """
-        means = self.candidates.means
-        middle = means.places(self.start.nodes) + means.motion(du) / 2
+        met = self.candidates.met
+        middle = met.places(self.start.nodes) + met.motion(du) / 2
         return self.candidates.faces.carried(middle, self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
@@ -111,9 +111,9 @@ class Advance:
         return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
 
     def _going(self, du: Floats, advance: Floats) -> Going:
-        """How candidates and tools go by these displacements (a, d) and changes of poses (k, 3)."""
-        means = self.candidates.means
-        return Going(means.places(self.start.nodes), means.motion(du), self.placed, advance)
+        """How parts and tools go by these displacements (a, d) and changes of poses (k, 3)."""
+        met = self.candidates.met
+        return Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
 
     @property
     def _forced(self) -> bool:
@@ -125,7 +125,7 @@ class Advance:
         return self._in_air(self.travel)
 
     def _in_air(self, travel: Floats) -> Floats:
-        """Arcs (c,) that candidates come along before they touch, in a body that supports may take :attr:`along`.
+        """How far (w, d) parts come before they touch, in a body that supports may take :attr:`along`.
 
         Tools ``travel`` (k, d), and turn as is prescribed. One that a moment turns goes along with the body: to who
         comes to it in that, its turn counts as theirs does.

@@ -100,14 +100,16 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     opened = motion[:, 0] - start.gap
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
-    gone = travel[contacts.tool] + increment.tools.carried(solved.response.du, solved.iterate.advance)
-    taken = np.vecdot(pushed, contacts.means.motion(solved.response.du)) - np.vecdot(r[:, 1:], motion[:, 1:])
+    parts, du = contacts.parts, solved.response.du
+    gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
+    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], motion[:, 1:])
+    done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
-    return float(np.where(closing, taken, np.vecdot(pushed, gone) + r[:, 0] * opened).sum())
+    return float(np.where(closing, taken, done).sum())
 
 
 def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
-    """Mean vectors (c, d) of the contact forces, of which r (c, d) is the mean in frames that turn."""
+    """Mean vectors (w, d) of the contact forces, of which r (c, d) is the mean in frames that turn."""
     increment = solved.iterate.increment
     contacts = increment.system.candidates
     if not contacts.curved:

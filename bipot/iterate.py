@@ -205,7 +205,7 @@ class Iterate:
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (c, d, d) of gap and slip by the candidates' places: of closed contacts normal and tangent."""
+        """Derivatives (w, d, d) of gap and slip by the parts' places: of closed contacts normal and tangent."""
         contacts = self.increment.system.candidates
         return self.meeting.frames if contacts.curved else contacts.frames
 
@@ -259,7 +259,7 @@ class Iterate:
         if self.response.kinematics.moves:
             increment.system.loading.add_stiffness(K, self.balanced, increment.tau)
         if increment.system.candidates.curved:
-            increment.system.candidates.add_bending(K, self.meeting.bending(r))
+            increment.system.candidates.add_bending(K, self.meeting, r)
             coupling = increment.system.candidates.coupling(self.meeting, r)
             return np.append(K, -coupling) if coupling.size else K
         return K
@@ -287,7 +287,7 @@ class Iterate:
         if not contacts.scene.turning.any():
             return np.zeros(len(contacts.scene.tools))
         nodes = self.increment.start.nodes + self.response.du
-        return contacts.faces.moments(contacts.vectors(r, self.frames), contacts.means.places(nodes), self.placed)
+        return contacts.moments(contacts.vectors(r, self.frames), nodes, self.placed)
 
     def reactions(self, r: Floats) -> Floats:
         """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""

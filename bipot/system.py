@@ -50,8 +50,8 @@ class System:
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
-        """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (c, d)."""
-        out = self.body.space.nodal(element_forces) - load - self.candidates.means.nodal(contacts)
+        """Forces (a, d) of the supports: they balance element forces (e, dk), loads (a, d) and ``contacts`` (w, d)."""
+        out = self.body.space.nodal(element_forces) - load - self.candidates.met.nodal(contacts)
         out = self.body.space.axes.components(out)
         out.ravel()[self.body.space.free] = 0.0
         return self.body.space.axes.field(out)

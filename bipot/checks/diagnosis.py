@@ -106,7 +106,7 @@ def _spun(system: System, state: State, tau: float) -> str | None:
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
     if not drives.spins.any():
         return None
-    levers = np.vecdot(here.frames, across(here.meeting.arm)[:, None])
+    levers = contacts.parts.motion(np.vecdot(here.frames, across(here.meeting.arm)[:, None]))
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = np.abs(levers[:, 1]), here.rows.limit(state.forces)
     # What is tied holds any moment where it has a lever; without one, or of another tool, it holds none.

@@ -97,8 +97,9 @@ class Examined:
         own = np.abs(self.increment.system.body.space.beside(self.iterate.load))
         if not drives.spins.any():
             return own
-        arms = norm(self.iterate.meeting.arm) * norm(self.r)
-        return np.maximum(own, drives.spins * self.increment.system.candidates.driven_sums(arms))
+        contacts = self.increment.system.candidates
+        arms = contacts.parts.sums(norm(self.iterate.meeting.arm) * norm(contacts.parts.spread(self.r)))
+        return np.maximum(own, drives.spins * contacts.driven_sums(arms))
 
     @cached_property
     def _present(self) -> float:

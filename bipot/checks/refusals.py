@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.contact.closeness import TOUCHES, carries
-from bipot.contact.overlap import edges_of, least
+from bipot.contact.overlap import edges_of, least_gap
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.scene.between import DEPTH
@@ -120,7 +120,7 @@ def _refuse_between(iterate: Iterate) -> None:
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
-    """Refuse flat tools that are deep in an edge of which no weighted mean feels them, such as at a corner."""
+    """Refuse tools that are deep in an edge of which no weighted mean feels them, such as at a corner."""
     increment, contacts = iterate.increment, iterate.increment.system.candidates
     nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
     carrying, weights = carries(r), abs(contacts.means.weights)
@@ -129,7 +129,7 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
             continue
         felt = np.asarray(weights.T @ (carrying & (contacts.tool == k))) > 0
         edges = edges_of(scene.mesh, tool)
-        depth = -least(tool.distance(nodes[edges], iterate.placed[k]))
+        depth = -least_gap(tool, nodes[edges], iterate.placed[k])
         deep = depth > DEPTH * norm(nodes[edges[:, -1]] - nodes[edges[:, 0]])
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))
         if len(found):

@@ -9,7 +9,8 @@ a point of the boundary (:mod:`bipot.contact.sampling`),
 both relative to the tool, in its frame (:func:`bipot.tools.surfaces.frames`): n from the tool into the body,
 t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free
 and the tool has friction. Of flat tools the rows are the same for a whole increment; where a tool is curved they are
-those of the :class:`~bipot.tools.meeting.Meeting` at the iterate, linearised there.
+those of the :class:`~bipot.tools.meeting.Meeting` at the iterate, linearised there, and means are those of what their
+nodes do there (:mod:`bipot.tools.parts`).
 
 What counts as closed is said in :mod:`bipot.contact.closeness`.
 """
@@ -34,6 +35,7 @@ from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
+from bipot.tools.parts import Parts
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints
 
@@ -83,12 +85,23 @@ class Candidates:
     @cached_property
     def faces(self) -> Faces:
         """The surfaces of the tools."""
-        return Faces(self.scene.tools, self._owned, self._reference)
+        owner = self.parts.owner
+        return Faces(self.scene.tools, self._owned[:, owner], self._reference[owner], self.parts)
+
+    @cached_property
+    def parts(self) -> Parts:
+        """What tools meet: in a scene of flat ones the candidates themselves, in others the nodes of their means."""
+        return self.means.parts(self._reference) if self.curved and self.weighted else Parts.whole(self.means.count)
+
+    @cached_property
+    def met(self) -> Means:
+        """The means of nodes that the w parts are: nodes one by one where they are not the candidates themselves."""
+        return self.means if self.parts.single else self.means.apart()
 
     @cached_property
     def _reference(self) -> Floats:
-        """The frames (c, d, d) at rest."""
-        x = self.means.places(self.scene.mesh.nodes)
+        """The frames (c, d, d) at rest: at the nodes where points are, in the planes of symmetry that cut means."""
+        x = self.scene.mesh.nodes[self.node]
         normal = np.empty_like(x)
         for mine, tool in zip(self._owned, self.scene.tools, strict=True):
             normal[mine] = tool.face.distance(x[mine]).normal
@@ -99,66 +112,68 @@ class Candidates:
 
     @cached_property
     def frames(self) -> Floats:
-        """Derivatives (c, d, d) of gap and slip by the candidates' places at rest: of flat tools normal and tangent."""
-        return self.faces.slopes(self.means.places(self.scene.mesh.nodes), self.scene.at_rest)
+        """Derivatives (w, d, d) of gap and slip by the parts' places at rest: of flat tools normal and tangent."""
+        return self.faces.slopes(self.met.places(self.scene.mesh.nodes), self.scene.at_rest)
 
     def frames_at(self, nodes: Floats, placed: Floats) -> Floats:
-        """Those of ``nodes`` (a, 2) at tools in the poses ``placed`` (k, 3)."""
-        return self.faces.slopes(self.means.places(nodes), placed) if self.curved else self.frames
+        """Those of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p)."""
+        return self.faces.slopes(self.met.places(nodes), placed) if self.curved else self.frames
 
     def distance(self, nodes: Floats, placed: Floats) -> Floats:
-        """Gap (c,) of ``nodes`` (a, 2) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
-        return self.faces.distance(self.means.places(nodes), placed)
+        """Gap (c,) of ``nodes`` (a, d) to the tools in the poses ``placed`` (k, p), good to its round-off."""
+        return self.faces.distance(self.met.places(nodes), placed)
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
-        Where it turns, with what its turn has ``swept`` (c, d) along at the nearest candidate. ``gap`` (c,) is that at
+        Where it turns, with what its turn has ``swept`` (w, d) along at the nearest candidate. ``gap`` (c,) is that at
         the end if the body rests.
         """
         near = self._owned & (gap <= REACH * self.scene.mesh.size)
         lengths = norm(travel)
         for k in np.flatnonzero(self.scene.turning & near.any(axis=1)).tolist():
-            lengths[k] += norm(swept[self._owned[k]][np.argmin(gap[self._owned[k]])])
+            own = self.parts.first[self._owned[k]]
+            lengths[k] += norm(swept[own[np.argmin(gap[self._owned[k]])]])
         return float(lengths[near.any(axis=1)].max(initial=0.0))
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
-        """Contact forces r (c, d) on the body as vectors (c, d), by ``frames`` (c, d, d) or by those at rest."""
-        return np.einsum("ci,cij->cj", r, self.frames if frames is None else frames)
+        """Contact forces r (c, d) on the body as vectors (w, d), by ``frames`` (w, d, d) or by those at rest."""
+        return np.einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
     def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""
         return self.sums(self.vectors(r, frames))
 
     def sums(self, vectors: Floats) -> Floats:
-        """Sums (k, d) of vectors (c, d) over the candidates of each tool."""
-        return self._owned @ vectors
+        """Sums (k, d) of vectors (w, d) over what each tool meets."""
+        return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
         """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction.
 
         Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
         """
-        arms = self.faces.arms(self.means.places(nodes), placed)
+        arms = self.faces.arms(self.met.places(nodes), placed)
         normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
-    def add_bending(self, K: Floats, bending: Floats) -> None:
-        """Take the derivatives ``bending`` (c, d, d) of contact forces by places off element matrices (e, dk, dk).
+    def add_bending(self, K: Floats, meeting: Meeting, r: Floats) -> None:
+        """Take the derivatives of contact forces r (c, d) by the nodes' places off element matrices (e, dk, dk).
 
         Those of curved tools; others have none. A node's are an element's that has it. Where such tools are driven
         (:mod:`bipot.contact.coupling`) is another matter.
         """
         own, element, dofs = self._bent
-        np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending[own])
+        bending = meeting.bending(self.parts.spread(r))[own]
+        np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending)
 
     @cached_property
     def _bent(self) -> tuple[Ints, Ints, Ints]:
-        """Candidates (b,) of curved tools, an element of each one's node, and the node's unknowns (b, d) in it."""
+        """Parts (b,) at curved tools, an element of each one's node, and the node's unknowns (b, d) in it."""
         shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
-        own, elements = np.flatnonzero(shaped[self.tool]), self.scene.mesh.elements
+        own, elements = np.flatnonzero(shaped[self.tool[self.parts.owner]]), self.scene.mesh.elements
         _, first = np.unique(elements, return_index=True)
-        element, local = np.divmod(first[self.node[own]], elements.shape[1])
+        element, local = np.divmod(first[self.met.weights.indices[own]], elements.shape[1])
         d = self.scene.mesh.dimension
         return own, element, d * local[:, None] + np.arange(d)
 
@@ -167,7 +182,9 @@ class Candidates:
 
         Entries as the space has them behind those of elements; to be taken off these.
         """
-        return self._coupled.matrices(Pushed(self.tool, self.node, meeting, r)).ravel()
+        node = np.asarray(self.met.weights.indices, np.intp)
+        pushed = Pushed(self.tool[self.parts.owner], node, meeting, self.parts.spread(r))
+        return self._coupled.matrices(pushed).ravel()
 
     @cached_property
     def _coupled(self) -> Coupled:
@@ -188,20 +205,21 @@ class Candidates:
         return tuple(own[~moves] for own, moves in zip(nodes, moving, strict=True))
 
     def approach(self, travel: Floats, driven: Floats) -> Floats:
-        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (c, d) of candidates.
+        """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (w, d) of parts.
 
         Where one of its components is round-off of zero it is zero: no tool slides before it presses.
         """
-        moved = np.vecdot(self.frames, (travel[self.tool] - driven)[:, None])
-        lengths = norm(travel)[self.tool] + norm(driven)
-        return np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0)
+        tool = self.tool[self.parts.owner]
+        moved = np.vecdot(self.frames, (travel[tool] - driven)[:, None])
+        lengths = norm(travel)[tool] + norm(driven)
+        return self.parts.motion(np.where(np.abs(moved) > ROUND_OFF * lengths[:, None], moved, 0.0))
 
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
         """Operators of an increment that starts with the gaps (c,).
 
         In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
         """
-        moved = self.approach(travel, self.means.motion(driven))
+        moved = self.approach(travel, self.met.motion(driven))
         motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
         return self._rows(gap, self._resting, motion)
 
@@ -257,6 +275,10 @@ class Candidates:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
 
+    def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
+        """Moments (k,) of vectors (w, d) at ``nodes`` (a, d) about centres of turning tools at ``placed`` (k, p)."""
+        return self.faces.moments(vectors, self.met.places(nodes), placed)
+
     @cached_property
     def _operators(self) -> Operators:
         return Operators.of(self.space, self.scene.drives, self.means, self._owned[self.scene.drives.tool])
@@ -267,9 +289,9 @@ class Candidates:
         return self._matrices(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
 
     def _matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal and tangential rows of every candidate in ``frames`` (c, d, d), seen at ``arm`` (c, d).
+        """Normal and tangential rows of every candidate by ``frames`` (w, d, d) of parts, seen at ``arm`` (w, d).
 
         A normal that turns keeps its zeros: rows have the same entries at all iterates.
         """
-        normal, tangents = self._operators.matrices(frames, arm)
+        normal, tangents = self._operators.matrices(frames, arm, self.parts)
         return (normal, tangents) if self.curved else (without_zeros(normal), without_zeros(tangents))

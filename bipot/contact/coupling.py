@@ -1,6 +1,6 @@
 r"""How contact forces change as curved tools that are driven go on: what couples their coordinates with the nodes.
 
-A candidate that is pushed by the vector f, whose derivative by its own place is the B of :mod:`bipot.tools.meeting`,
+A node that is pushed by the vector f, whose derivative by its own place is the B of :mod:`bipot.tools.meeting`,
 takes -f to its tool, so that the force dual to a coordinate x_i of that is -f . w_i, with w_i and 1/L_i of
 :mod:`bipot.scene.drives`. Beside the normal that turns as the two pass each other, the vector turns with the tool, and
 so does the arm of it:
@@ -30,7 +30,7 @@ MOST = 2
 
 
 class Pushed(NamedTuple):
-    """Candidates: their ``tool`` and ``node`` (c,), where they meet it, and the vectors (c, d) that push them."""
+    """Parts of candidates: their ``tool`` and ``node`` (w,), where they meet it, and the forces r (w, d) on them."""
 
     tool: Ints
     node: Ints
@@ -77,10 +77,12 @@ class Coupled:
         own = -np.einsum("cbi,cai->cab", turned, w)
         if d == 2:
             own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
-        out[at, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
+        block = np.zeros((len(at), *out.shape[1:]))
+        block[:, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
         # In space friction turns with the frames: what the place does to the tool is not what that does to it.
-        out[at, d:, :d] = self._along(at, turned if d == 2 else -np.einsum("cij,cai->caj", bending, w))
-        out[at, d:, d:] = own
+        block[:, d:, :d] = self._along(at, turned if d == 2 else -np.einsum("cij,cai->caj", bending, w))
+        block[:, d:, d:] = own
+        np.add.at(out, at, block)
         return out
 
     def _along(self, pair: Ints, vectors: Floats) -> Floats:

@@ -15,8 +15,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.tensors import norm
+from bipot.tools.parts import Parts
 from bipot.tools.surfaces import ACROSS
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 
 
 @dataclass(frozen=True)
@@ -57,10 +58,22 @@ class Means:
         kept = np.einsum("cij,cj->ci", self.within, vectors)
         return np.where(np.abs(kept) > ACROSS * norm(vectors)[:, None], kept, 0.0)
 
-    def repeated(self, times: int) -> Means:
-        """Every candidate so many ``times``, one after the other."""
-        each = np.repeat(np.arange(self.count), times)
-        return Means(sp.csr_matrix(self.weights[each]), None if self.within is None else self.within[each])
+    @cached_property
+    def owner(self) -> Ints:
+        """Entry by entry of the weights the candidate (w,)."""
+        return np.repeat(np.arange(self.count), np.diff(self.weights.indptr))
+
+    def apart(self) -> Means:
+        """The nodes (w,) of these means one by one, entry by entry of the weights."""
+        count = len(self.owner)
+        entries = np.ones(count), self.weights.indices, np.arange(count + 1)
+        return Means(sp.csr_matrix(entries, (count, self.weights.get_shape()[1])))
+
+    def parts(self, frames: Floats) -> Parts:
+        """How those of :meth:`apart` make up these; symmetry leaves slips by the tangents of ``frames`` (c, d, d)."""
+        tangents = frames[:, 1:]
+        within = None if self.within is None else tangents @ self.within @ tangents.swapaxes(1, 2)
+        return Parts(self.count, self.owner, np.asarray(self.weights.data, np.float64), within)
 
     @cached_property
     def _spread(self) -> sp.csr_matrix:

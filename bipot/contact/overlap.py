@@ -42,8 +42,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         edges = nodes[edges_of(scene.mesh, tool)]
-        gap = least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
-        deepest = max(deepest, -float(gap.min()))
+        deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
         if scene.mesh.dimension == 3 and not tool.flat:
             points = points_between(nodes, scene.mesh.edges(*tool.candidates))
             deepest = max(deepest, -float(tool.distance(points, pose).min()))
@@ -57,6 +56,11 @@ def edges_of(mesh: Mesh, tool: Tool) -> Ints:
         return facets
     own = Element.of(facets.shape[1]).edges
     return facets[:, own].reshape(-1, own.shape[1])
+
+
+def least_gap(tool: Tool, edges: Floats, pose: Floats) -> Floats:
+    """Least gaps (f,) along ``edges`` (f, n, d) to the tool in the ``pose`` (p,)."""
+    return least(tool.distance(edges, pose)) if tool.flat else least_along(tool, tool.own(edges, pose))
 
 
 def least(gap: Floats) -> Floats:

@@ -36,6 +36,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.surface import facet_mass
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
+from bipot.tools.surfaces import ACROSS
 from bipot.tools.tool import Sampling, Tool
 from bipot.typing import Floats, Ints, read_only
 
@@ -74,6 +75,9 @@ def points(mesh: Mesh, geometry: Geometry, tool: Tool) -> Points:
     weights = sp.csr_matrix((shares.ravel(), (row.ravel(), column.ravel())), shape=shape)
     weights.sum_duplicates()
     weights.data /= np.repeat(np.asarray(weights.sum(axis=1)).ravel(), np.diff(weights.indptr))
+    # Of a straight edge the far end is no part of the mean, but for round-off.
+    weights.data[np.abs(weights.data) <= ACROSS] = 0.0
+    weights.eliminate_zeros()
     return Points(node, weights, edges, lines)
 
 

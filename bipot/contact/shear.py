@@ -61,7 +61,10 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
     for number, (tool, points, pose) in enumerate(zip(scene.tools, candidates.points, placed, strict=True)):
         own, lines = candidates.number[number], points.lines
         areas = hat_areas if points.weighted else nodal_areas
-        gap = tool.distance(np.asarray(points.weights @ nodes), pose)[points.edges]
+        own_nodes = np.unique(lines)
+        gaps = np.zeros(len(nodes))
+        gaps[own_nodes] = tool.distance(nodes[own_nodes], pose)
+        gap = np.asarray(points.weights @ gaps)[points.edges]
         flat = lying(nodes[lines[:, ends]], gap) * k[scene.mesh.owners(*tool.candidates)]
         total = np.zeros(len(own))
         np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))

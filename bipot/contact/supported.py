@@ -56,10 +56,10 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
-    drawn = candidates.means.motion(driven)
+    drawn = candidates.met.motion(driven)
     moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.
-    lengths = norm(travel)[candidates.tool] + norm(drawn)
+    lengths = norm(travel)[candidates.tool] + candidates.parts.averaged(norm(drawn))
     small = norm(moved[:, 1:]) <= ALIGNED * lengths
     return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
 

@@ -91,7 +91,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     contacts, at = system.candidates, (start.nodes, scene.placed(start.tau, start.translation))
     # The gaps of a start have round-off of motions, these that of places: much, where a circle is large.
     off = np.abs(start.gap - contacts.distance(*at)) - ROUND_OFF * contacts.faces.places(
-        contacts.means.places(at[0]), at[1]
+        contacts.met.places(at[0]), at[1]
     )
     apart = float(off.max(initial=0.0))
     allowed = f"those of start.nodes to the scene's tools, not {apart:.3g} away: is it another scene's?"

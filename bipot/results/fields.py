@@ -86,7 +86,7 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
     return {
         "displacement": padded(state.nodes - mesh.nodes),
         "velocity": padded(state.velocity),
-        "contact_force": padded(candidates.means.nodal(step.forces)),
+        "contact_force": padded(candidates.met.nodal(step.forces)),
         "contact_pressure": scatter(step.tractions.recovered_pressure, np.nan),
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),

@@ -14,7 +14,8 @@ along the frame where the gap g is zero, and change with the place by
 
 and in space by the turn of t_1 and t_2 about n. That is exact where the gap is zero or C is constant along the surface,
 as on planes, cylinders and spheres. By the pose of the tool that is driven they change as :mod:`bipot.contact.coupling`
-says.
+says. All that is of one node; of a candidate that is a mean of nodes gap and slip are the means of theirs
+(:mod:`bipot.tools.parts`).
 """
 
 from __future__ import annotations
@@ -25,18 +26,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.tools.parts import Parts
 from bipot.tools.poses import Turn, rotation
 from bipot.tools.slips import Slip, measured, spin, transported
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 
 HALVINGS = 40
 """Of an increment: when a candidate that comes through the air touches."""
 
 
 class Going(NamedTuple):
-    """Points x (c, d) that go ``by`` (c, d) while tools in the poses ``placed`` (k, p) go on by ``advance`` (k, p)."""
+    """Parts at x (w, d) that go ``by`` (w, d) while tools in the poses ``placed`` (k, p) go on, ``advance`` (k, p)."""
 
     x: Floats
     by: Floats
@@ -46,13 +48,13 @@ class Going(NamedTuple):
 
 @dataclass(frozen=True)
 class Meeting:
-    """Of c candidates: gap at the end and slip ``motion`` (c, d), their derivatives by the place ``frames`` (c, d, d),
-    the ``curvature`` C (c, d, d) of the lines or surfaces of equal gaps they are on, ``arm`` (c, d) where they are seen
-    from the centre about which their tool turns, zero if it does not; as their tools see them they were at ``place``
-    (c, d) and went ``by`` (c, d).
+    """Gap at the end and slip ``motion`` (c, d) of candidates. Of w parts of them their derivatives by the place
+    ``frames`` (w, d, d), the ``curvature`` C (w, d, d) of the lines or surfaces of equal gaps they are on, ``arm``
+    (w, d) where they are seen from the centre about which their tool turns, zero if it does not; as their tools see
+    them they were at ``place`` (w, d) and went ``by`` (w, d).
 
-    In space the frames turn about their normals by ``turning`` (c, 3) times what the place goes by, and slips change by
-    ``measured`` (c, 3, 3) times what the frames say; in a plane None.
+    In space the frames turn about their normals by ``turning`` (w, 3) times what the place goes by, and slips change by
+    ``measured`` (c, 3, 3) times what the frames say, in the mean over the parts; in a plane None.
     """
 
     motion: Floats
@@ -65,7 +67,7 @@ class Meeting:
     measured: Floats | None = None
 
     def bending(self, r: Floats) -> Floats:
-        """Derivative (c, d, d) of the vectors of forces r (c, d) by the candidates' places (module docstring)."""
+        """Derivative (w, d, d) of the vectors of forces r (w, d) by the parts' places (module docstring)."""
         normal, along = self.frames[:, 0], self.frames[:, 1:]
         crossed = normal[:, :, None] * np.einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
         out = r[:, :1, None] * self.curvature - crossed - crossed.transpose(0, 2, 1)
@@ -77,17 +79,22 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Faces:
-    """The surfaces of tools as c candidates meet them; ``owned`` (k, c) says whose they are.
+    """The surfaces of tools as w ``parts`` of c candidates meet them; ``owned`` (k, w) says whose they are.
 
-    Frames in space are those of the ``reference`` (c, 3, 3), any at all, carried from their normals to the place's.
+    Frames in space are those of the ``reference`` (w, 3, 3), any at all, carried from their normals to the place's.
     """
 
     tools: Sequence[Tool]
     owned: Bools
     reference: Floats
+    parts: Parts
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
-        """Gap (c,) of points x (c, d) to the tools in the poses ``placed`` (k, 3), good to its round-off."""
+        """Gap (c,) to the tools in the poses ``placed`` (k, 3) with parts at x (w, d), good to its round-off."""
+        return self.parts.gathered(self._distance(x, placed))
+
+    def _distance(self, x: Floats, placed: Floats) -> Floats:
+        """That of the parts (w,)."""
         gap = np.empty(len(x))
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             gap[mine] = tool.distance(x[mine], pose)
@@ -98,21 +105,21 @@ class Faces:
         out = np.empty(len(x))
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             out[mine] = tool.places(x[mine], pose)
-        return out
+        return self.parts.averaged(out)
 
     def slopes(self, x: Floats, placed: Floats) -> Floats:
-        """Derivatives (c, d, d) of gap and arc of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
+        """Derivatives (w, d, d) of gap and arc of parts at x (w, d), their tools in the poses ``placed`` (k, 3)."""
         seen = _Seen.none(x)
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             seen.take(mine, tool, tool.own(x[mine], pose), pose)
         return _slopes(self._framed(seen.normal), seen.gap, seen.curvature)
 
     def _framed(self, normal: Floats) -> Floats:
-        """Frames (c, d, d) of the normals (c, d)."""
+        """Frames (w, d, d) of the normals (w, d)."""
         return frames(normal) if normal.shape[1] == 2 else transported(self.reference, normal)
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
-        """The ``arm`` (c, d) of :class:`Meeting` of points x (c, d), their tools in the poses ``placed`` (k, 3)."""
+        """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, 3)."""
         out = np.empty_like(x)
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             out[mine] = tool.arm(x[mine], pose)
@@ -121,7 +128,7 @@ class Faces:
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
         """Of candidates that start with a ``gap`` (c,) and are ``going``.
 
-        How far they go ``before`` (c, d) they touch, as their tools see it, is no slip.
+        How far their parts go ``before`` (w, d) they touch, as the tools see it, is no slip.
         """
         motion, arm = np.empty_like(going.x), np.empty_like(going.x)
         place, by, slid = (np.empty_like(going.x) for _ in range(3))
@@ -138,60 +145,73 @@ class Faces:
             seen.take(mine, tool, start + went, pose + advance)
             slid[mine] = tool.turned(slips[1], pose + advance)
             arm[mine] = tool.arm(going.x[mine] + going.by[mine], pose + advance)
-        motion[:, 0] += gap
         framed = self._framed(seen.normal)
-        rows = _slopes(framed, motion[:, 0], seen.curvature)
+        own = gap if self.parts.single else self._distance(going.x, going.placed)
+        rows = _slopes(framed, own + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
-            return Meeting(motion, rows, seen.curvature, arm, place, by)
+            return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
         turning = (seen.curvature @ spin(self.reference, seen.normal)[..., None])[..., 0]
         slip = Slip(begun.gap, begun.normal, slid, seen.gap, framed, seen.curvature, turning)
         motion[:, 1:] = slip.components
-        return Meeting(motion, rows, seen.curvature, arm, place, by, turning, measured(rows, slip.derivative()))
+        changes = self.parts.changes(measured(rows, slip.derivative()))
+        return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by, turning, changes)
+
+    def _whole(self, gap: Floats, motion: Floats) -> Floats:
+        """Gap at the end and slip (c, d) of candidates with a ``gap`` (c,), of what parts go by, ``motion`` (w, d)."""
+        out = self.parts.motion(motion).copy()
+        out[:, 0] += gap
+        return out
 
     def in_air(self, apart: Bools, going: Going) -> Floats:
-        """How far (c, d) who starts ``apart`` (c,) from a curved tool comes, as that sees it, before they touch.
+        """How far (w, d) parts of who starts ``apart`` (c,) from a curved tool come, as it sees it, before they touch.
 
         Of those that are ``going`` as in a body at rest, and on the whole way of who does not touch then.
         """
-        out = np.zeros_like(going.x)
+        out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
-            own = np.flatnonzero(mine & apart & (not tool.flat))
+            own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
             start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
-            early, late = np.zeros(len(own)), np.ones(len(own))
-            off = tool.face.distance(start + by).gap >= 0
+            early, late = np.zeros(self.parts.count), np.ones(self.parts.count)
+            off = self._touching(tool, own, start + by)
             for _ in range(HALVINGS):
                 middle = (early + late) / 2
-                touches = tool.face.distance(start + middle[:, None] * by).gap < 0
+                touches = self._touching(tool, own, start + middle[owner[own], None] * by)
                 early, late = np.where(touches, early, middle), np.where(touches, middle, late)
-            out[own] = np.where(off, 1.0, early)[:, None] * by
+            out[own] = np.where(off, early, 1.0)[owner[own], None] * by
         return out
 
+    def _touching(self, tool: Tool, own: Ints, places: Floats) -> Bools:
+        """Candidates (c,) inside the ``tool`` where it sees their ``own`` parts (m,) at ``places`` (m, d)."""
+        gap = np.zeros(len(self.parts.owner))
+        gap[own] = tool.face.distance(places).gap
+        return self.parts.gathered(gap) < 0
+
     def crossed(self, meeting: Meeting) -> Bools:
-        """Who (c,) went through a tool and came out on another side of it."""
+        """Who (c,) went through a tool with any part, and came out on another side of it."""
         out = np.zeros(len(meeting.place), dtype=bool)
         for mine, tool in zip(self.owned, self.tools, strict=True):
             out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
-        return out
+        return self.parts.any(out)
 
     def beyond(self, meeting: Meeting) -> Bools:
-        """Who (c,) came past an open end of a tool."""
+        """Who (c,) came past an open end of a tool with any part."""
         out = np.zeros(len(meeting.place), dtype=bool)
         for mine, tool in zip(self.owned, self.tools, strict=True):
             out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
-        return out
+        return self.parts.any(out)
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (c, d) turns take the tools' points that are at x (c, d), as these ``advance`` (k, p)."""
+        """How far (w, d) turns take the tools' points that are at x (w, d), as these ``advance`` (k, p)."""
         return self._by_turns(Turn.swept, x, placed, advance)
 
     def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (c, d) turns take the tools' points whose ways have their ``middle`` (c, d), as :meth:`swept`."""
+        """How far (w, d) turns take the tools' points whose ways have their ``middle`` (w, d), as :meth:`swept`."""
         return self._by_turns(Turn.carried, middle, placed, advance)
 
     def _by_turns(
         self, way: Callable[[Turn, Floats, Floats, Floats], Floats], x: Floats, placed: Floats, advance: Floats
     ) -> Floats:
-        """What the ``way`` makes of points x (c, d) of tools that turn, zero of others."""
+        """What the ``way`` makes of points x (w, d) of tools that turn, zero of others."""
         out = np.zeros_like(x)
         for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
             if tool.turn is not None:
@@ -199,7 +219,7 @@ class Faces:
         return out
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (c, d) at x (c, d) about the centres, or axes, of tools that turn; 0 of others."""
+        """Moments (k,) of vectors (w, d) at x (w, d) about the centres, or axes, of tools that turn; 0 of others."""
         out = np.zeros(len(self.tools))
         for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
             if tool.turn is not None:
@@ -208,7 +228,7 @@ class Faces:
 
 
 class _Seen(NamedTuple):
-    """Of c candidates ``gap`` (c,), ``normal`` (c, d) and ``curvature`` C (c, d, d), filled in tool by tool."""
+    """Of w parts ``gap`` (w,), ``normal`` (w, d) and ``curvature`` C (w, d, d), filled in tool by tool."""
 
     gap: Floats
     normal: Floats
@@ -216,11 +236,11 @@ class _Seen(NamedTuple):
 
     @staticmethod
     def none(x: Floats) -> _Seen:
-        """Of points x (c, d), nothing filled in."""
+        """Of parts at x (w, d), nothing filled in."""
         return _Seen(np.empty(len(x)), np.empty_like(x), np.empty((*x.shape, x.shape[1])))
 
     def take(self, mine: Bools, tool: Tool, own: Floats, pose: Floats) -> None:
-        """Fill in what is ``mine`` (c,) of the ``tool`` in the ``pose`` (p,), which sees it at ``own`` (m, d)."""
+        """Fill in what is ``mine`` (w,) of the ``tool`` in the ``pose`` (p,), which sees it at ``own`` (m, d)."""
         self.gap[mine], normal, C = tool.face.distance(own)
         self.normal[mine] = tool.turned(normal, pose)
         if own.shape[1] == 2:
@@ -232,7 +252,7 @@ class _Seen(NamedTuple):
 
 
 def _slopes(framed: Floats, gap: Floats, curvature: Floats) -> Floats:
-    """Derivatives (c, d, d) of gap and slip from frames (c, d, d): (1 - g C) t_i along the tangents."""
+    """Derivatives (w, d, d) of gap and slip from frames (w, d, d): (1 - g C) t_i along the tangents."""
     out = framed.copy()
     out[:, 1:] -= gap[:, None, None] * framed[:, 1:] @ curvature
     return out

@@ -265,10 +265,9 @@ class ShapedTool(Tool):
     """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
 
     It goes its path, and may ``turn`` meanwhile: what slips on it slips against the point of the tool that it touches.
-    So far the law is posed at the nodes.
 
     Raises:
-        SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none, weighted sampling.
+        SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none.
     """
 
     surface: Surface
@@ -288,8 +287,6 @@ class ShapedTool(Tool):
         require_type(self.turn, Turn, "tool.turn", optional=True)
         self._check()
         self._check_force()
-        nodal = self.sampling is Sampling.NODES
-        require(nodal, "tool.sampling", self.sampling, "Sampling.NODES: only a FlatTool is met in the mean")
 
     @cached_property
     def face(self) -> Surface:
