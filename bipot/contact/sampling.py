@@ -1,7 +1,8 @@
 r"""Where contact is posed: at the nodes of a tool's boundaries, or in the mean around the ends of their facets.
 
-A point p is a combination of nodes, x_p = sum_k D_pk x_k with sum_k D_pk = 1, and so is its gap to a flat tool. With
-r_p dual to it the nodes take D_pk r_p. There are two choices of D:
+A point p is a combination of nodes, x_p = sum_k D_pk x_k with sum_k D_pk = 1, and so is its gap to a flat tool; to a
+curved one it is that of their gaps (:mod:`bipot.tools.parts`). With r_p dual to it the nodes take D_pk r_p. There are
+two choices of D:
 
     nodes       D = 1: one point a node,
     weighted    D_pk = int psi_p N_k dA / int psi_p dA: one point an end of an edge, or a corner of a face.
