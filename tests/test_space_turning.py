@@ -156,7 +156,7 @@ def test_what_no_turn_may_do_in_space_is_refused_by_name():
     refused(lambda: Turn(0.1, (0.0, 0.0, 0.0), axis=(0.0, 1.0)), "turn.axis")
     refused(lambda: Turn(0.1, (0.0, 0.0, 0.0), axis=(0.0, 1.0, 1.0)), "turn.axis")
     refused(lambda: Turn(0.1, (0.0, 0.0), axis=UP), "turn.axis")
-    refused(lambda: Turn(0.0, (0.0, 0.0, 0.0), driven_by=Moment(1.0), axis=UP), "turn.driven_by")
+    refused(lambda: Turn(0.1, (0.0, 0.0, 0.0), driven_by=Moment(1.0), axis=UP), "turn.angle = 0.1: must be zero")
     wrong: Any = Turn(0.1, (0.0, 0.0))
     refused(lambda: rubbed(turn=wrong), r"tools\[0\].turn")
     refused(lambda: dented(turn=Turn(0.1, (0.0, 0.0, 3.0), axis=UP)), r"tools\[0\].turn")

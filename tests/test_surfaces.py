@@ -8,7 +8,7 @@ import pytest
 from bipot.contact.overlap import least_along
 from bipot.tools.circle import Circle
 from bipot.tools.surfaces import Plane, Surface, frames
-from bipot.tools.tool import FlatTool, Sampling, ShapedTool
+from bipot.tools.tool import FlatTool, ShapedTool
 from tests.scenes import refused, scene
 
 SURFACES = (

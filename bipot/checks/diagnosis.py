@@ -19,7 +19,6 @@ from bipot.iterate import Increment
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
-from bipot.tools.poses import across
 from bipot.typing import Floats
 
 SPINS = 0.95
@@ -106,9 +105,9 @@ def _spun(system: System, state: State, tau: float) -> str | None:
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
     if not drives.spins.any():
         return None
-    levers = contacts.parts.motion(np.vecdot(here.frames, across(here.meeting.arm)[:, None]))
+    levers = contacts.levers(here.frames, here.meeting.arm)
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
-    lever, held = np.abs(levers[:, 1]), here.rows.limit(state.forces)
+    lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)
     # What is tied holds any moment where it has a lever; without one, or of another tool, it holds none.
     ties = np.isinf(held)
     by_friction = contacts.driven_sums(lever * np.where(ties, 0.0, held))

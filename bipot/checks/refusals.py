@@ -12,6 +12,7 @@ from bipot.iterate import Increment, Iterate
 from bipot.scene.between import DEPTH
 from bipot.scene.symmetry import image_depth
 from bipot.tensors import equivalent_strain, norm
+from bipot.tools.poses import angles_of
 from bipot.tools.tool import Sampling
 from bipot.typing import Floats
 
@@ -78,9 +79,9 @@ def _refuse_strained(iterate: Iterate) -> None:
 
 def _refuse_spun(iterate: Iterate) -> None:
     """Refuse a tool that its moment turns too far."""
-    angles = iterate.advance[:, -1]
-    if np.abs(angles).max(initial=0.0) > MOST_TURNED:
-        tool = int(np.argmax(np.abs(angles)))
+    angles = norm(angles_of(iterate.advance))
+    if angles.max(initial=0.0) > MOST_TURNED:
+        tool = int(np.argmax(angles))
         said = f"tools[{tool}] spins: its moment turns it by {angles[tool]:.3g} in one increment"
         advice = (
             f"Use more increments, a tool turns by no more than {MOST_TURNED:.3g} in one, or a moment that is held."

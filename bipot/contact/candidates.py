@@ -36,6 +36,7 @@ from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
+from bipot.tools.poses import crossed, pose_size
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints
 
@@ -274,6 +275,18 @@ class Candidates:
     def _owned(self) -> Bools:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
+
+    def levers(self, frames: Floats, arm: Floats) -> Floats:
+        """Moments (c, d) of unit forces on candidates about the axes of tools that turn; 0 of others.
+
+        By ``frames`` (w, d, d) of parts that are seen at ``arm`` (w, d).
+        """
+        about = np.zeros((len(self.scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
+        for k, tool in enumerate(self.scene.tools):
+            if tool.turn is not None:
+                about[k] = tool.turn.about
+        swirl = crossed(about[self.tool[self.parts.owner]], arm)
+        return self.parts.motion(np.vecdot(frames, swirl[:, None]))
 
     def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
         """Moments (k,) of vectors (w, d) at ``nodes`` (a, d) about centres of turning tools at ``placed`` (k, p)."""

@@ -7,10 +7,12 @@ so does the arm of it:
 
     d f / d x_j = -B w_j + (z x f) / L_j,
     d (-f . w_i) / d x_j = -(d f / d x_j) . w_i + f . (z x e_j) / L_i,
+    d (-f . w_i) / d x = -w_i' B + (z x f) / L_i,
 
-e_j the direction of x_j where that is a force's. In a plane the whole is symmetric, as that of -f . w_i by the place is
-the transpose of the first: it has a potential, but for friction, of which f is frozen here. In space, where no moment
-drives a tool, that is -w_i' B.
+e_j the direction of x_j where that is a force's, x the node's place. In a plane the whole is symmetric: it has a
+potential, but for friction, of which f is frozen here. In space frames do not turn with the tool about their normals n,
+but as they are carried along with these (:mod:`bipot.tools.slips`): with s of :func:`~bipot.tools.slips.spin` friction
+r_1 t_1 + r_2 t_2 lags behind it by the rate z . n - s . (z x n), which goes along r_1 t_2 - r_2 t_1.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ import numpy as np
 
 from bipot.scene.scene import Scene
 from bipot.tools.meeting import Meeting
-from bipot.tools.poses import across
+from bipot.tools.poses import angles_of, crossed
 from bipot.typing import Floats, Ints
 
 MOST = 2
@@ -42,8 +44,7 @@ class Pushed(NamedTuple):
 class Coupled:
     """Of b nodes and curved tools of the ``scene`` that are driven, each pair once, what couples their unknowns.
 
-    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none. In
-    space a force alone drives tools, along itself.
+    ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none.
     """
 
     scene: Scene
@@ -66,22 +67,18 @@ class Coupled:
         mine = np.isin(pushed.tool, self.tool)
         at = np.searchsorted(self._key(self.tool, self.node), self._key(pushed.tool[mine], pushed.node[mine]))
         number, none = self.number[at], (self.number[at] < 0)[..., None]
-        f = np.einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine]
+        f = np.einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine, None]
         arm, bending = pushed.meeting.arm[mine, None], pushed.meeting.bending(pushed.r)[mine]
         ways, drives = self.scene.drives.ways[number], self.scene.drives
         w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, d))))
-        turned = -np.einsum("cij,caj->cai", bending, w)
-        spin, e = np.where(none, 0.0, ways[..., d:]), np.where(none, 0.0, ways[..., :d])
-        if d == 2:
-            turned += spin * across(f)[:, None]
-        own = -np.einsum("cbi,cai->cab", turned, w)
-        if d == 2:
-            own += spin * np.einsum("ci,cbi->cb", f, across(e))[:, None]
+        spin, e = np.where(none, 0.0, angles_of(ways)), np.where(none, 0.0, ways[..., :d])
+        with_tool = crossed(spin, np.broadcast_to(f, w.shape))
+        turned = with_tool - np.einsum("cij,caj->cai", bending, w) - pushed.meeting.lag(pushed.r, mine, spin)
         block = np.zeros((len(at), *out.shape[1:]))
         block[:, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
-        # In space friction turns with the frames: what the place does to the tool is not what that does to it.
-        block[:, d:, :d] = self._along(at, turned if d == 2 else -np.einsum("cij,cai->caj", bending, w))
-        block[:, d:, d:] = own
+        block[:, d:, :d] = self._along(at, with_tool - np.einsum("cij,cai->caj", bending, w))
+        block[:, d:, d:] = np.vecdot(f[:, :, None], crossed(spin[:, :, None], e[:, None]))
+        block[:, d:, d:] -= np.einsum("cbi,cai->cab", turned, w)
         np.add.at(out, at, block)
         return out
 

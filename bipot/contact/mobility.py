@@ -11,6 +11,7 @@ from bipot.contact.sampling import Points
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Symmetry
 from bipot.tensors import norm
+from bipot.tools.poses import pose_size
 from bipot.tools.reflection import across
 from bipot.tools.surfaces import ACROSS, frames
 from bipot.typing import Bools, Floats, Ints, Vector
@@ -122,8 +123,8 @@ def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
     tool, x = scene.tools[number], scene.mesh.nodes[nodes]
     if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:
         return np.full(len(nodes), tool.driven_by is not None)
-    poses = np.zeros((len(ANGLES), 3))
-    poses[:, 2] = ANGLES
+    poses = np.zeros((len(ANGLES), pose_size(x.shape[1])))
+    poses[:, x.shape[1] :] = np.outer(ANGLES, tool.turn.about)
     gaps = np.array([tool.distance(x, pose) for pose in poses])
     return np.ptp(gaps, axis=0) > ACROSS * np.max([tool.places(x, pose) for pose in poses], axis=0)
 

@@ -14,7 +14,7 @@ from bipot.increment import Solved
 from bipot.programs.data import Units
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.scene.symmetry import whole_force
+from bipot.scene.symmetry import share, whole_force
 from bipot.traction import Traction, traction
 from bipot.typing import Floats
 
@@ -85,13 +85,14 @@ class Accepted:
         return self.scene.placed(self.state.tau, self.state.translation)[tool]
 
     def tool_moment(self, tool: int) -> float:
-        """Moment of a tool that turns on the modelled body, about its centre, anticlockwise; 0 where it does not.
+        """Moment of a tool that turns on the whole body, about its centre or axis, anticlockwise; 0 where it does not.
 
         Raises:
             SceneError: a number that is no tool's.
         """
         self._require_tool(tool)
-        return float(self.solved.iterate.tool_moments(self.solved.r)[tool])
+        modelled = float(self.solved.iterate.tool_moments(self.solved.r)[tool])
+        return modelled / share(self.scene.planes, self.scene.tools[tool])
 
     def tool_force(self, tool: int) -> Floats:
         """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.

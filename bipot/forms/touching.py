@@ -6,6 +6,7 @@ import numpy as np
 
 from bipot.iterate import Iterate
 from bipot.programs.data import ContactRows
+from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints
 
 NEAR_ENOUGH = 0.5, 2.0
@@ -15,11 +16,15 @@ TRIALS = 40
 
 
 def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
-    """Which of the unknowns ``tools`` (s,), their coordinates, the law ``by_motion`` (c, d, d) of any contact knows."""
+    """Which of the unknowns ``tools`` (s,), their coordinates, the law ``by_motion`` (c, d, d) of any contact knows.
+
+    But for round-off: along its slip what slides knows nothing, of which in space a difference is left.
+    """
     motion = np.zeros((*by_motion.shape[:2], len(tools)))
     motion[:, 0] = rows.G_n[:, tools].toarray()
     motion[rows.frictional, 1:] = rows.G_t[:, tools].toarray().reshape(-1, rows.tangents, len(tools))
-    return np.asarray((by_motion @ motion).any(axis=(0, 1)))
+    known, most = np.abs(by_motion @ motion), np.abs(by_motion) @ np.abs(motion)
+    return np.asarray((known > ACROSS * most).any(axis=(0, 1)))
 
 
 def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:

@@ -5,8 +5,8 @@ about its centre under its moment, L its lever. Dual to them are the force, and 
 lever is the distance of the centre from the tool's surface at rest, or the body's size where that is larger: an
 arc of about what the surface goes by, which is never zero.
 
-A point of a tool at a from its centre goes by w = e along a force and by w = z x a / L about the centre, as its
-coordinate grows by one.
+A point of a tool at a from its centre goes by w = e along a force and by w = z x a / L about the centre, in space about
+the axis z through it, as its coordinate grows by one.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ import numpy as np
 
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import Plane, share
+from bipot.tensors import norm
 from bipot.tools.driving import Force, Moment
-from bipot.tools.poses import Turn, across, pose_size
+from bipot.tools.poses import Turn, angles_of, crossed, pose_size
 from bipot.tools.surfaces import Surface
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints
@@ -54,8 +55,8 @@ class Drives:
                 spin = 1.0 / lever(tool.face, tool.turn, mesh.size)
                 by.append(tool.turn.driven_by)
                 owner.append(k)
-                ways.append(np.array([0.0, 0.0, spin]))
-                dual.append(spin)
+                ways.append(np.append(np.zeros(d), spin * tool.turn.about))
+                dual.append(spin * share(planes, tool))
         return Drives(tuple(by), np.array(owner, np.intp), np.array(ways).reshape(-1, pose_size(d)), np.array(dual))
 
     def __len__(self) -> int:
@@ -73,14 +74,13 @@ class Drives:
 
     def motion(self, number: Ints, arm: Floats) -> Floats:
         """w (…, d) of points seen from their tool's centre at ``arm`` (…, d), of the coordinates ``number`` (…)."""
-        along, spins = self.ways[number, : arm.shape[-1]], self.spins[number, None]
-        # Only in a plane is there a moment, and what is across.
-        return along + spins * across(arm) if spins.any() else along
+        along, spin = self.ways[number, : arm.shape[-1]], angles_of(self.ways[number])
+        return along + crossed(spin, arm) if spin.any() else along
 
     @property
     def spins(self) -> Floats:
         """1/L (m,) of those that are turns, 0 of others."""
-        return self.ways[:, -1]
+        return norm(angles_of(self.ways))
 
 
 def lever(surface: Surface, turn: Turn, size: float) -> float:

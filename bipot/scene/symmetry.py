@@ -27,7 +27,8 @@ from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.supports import Support, Symmetry, named
-from bipot.tools.poses import pose_size
+from bipot.tensors import norm
+from bipot.tools.poses import Turn, pose_size
 from bipot.tools.reflection import across, imaged
 from bipot.tools.surfaces import ACROSS, frames
 from bipot.tools.tool import Tool
@@ -122,8 +123,8 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
 
     Raises:
         SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
-            that travels off it or turns, or whose mirror image is in the modelled part; a body force along the normal
-            of a plane, or a point force in it along that.
+            that travels off it, or turns but about its normal, or whose mirror image is in the modelled part; a body
+            force along the normal of a plane, or a point force in it along that.
     """
     for plane in planes:
         d = named(plane.normal)
@@ -135,13 +136,20 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             require(not cut or along, f"tools[{k}].travel", tool.travel, halves)
             whole = force is None or plane.contains(force.vector) or not cut
             require(whole, f"tools[{k}].driven_by", force and force.vector, halves)
-            rests = not cut or tool.turn is None
-            require(rests, f"tools[{k}].turn", tool.turn, "None: a plane of symmetry cuts the tool")
+            about = "None, or about the normal of the plane of symmetry that cuts the tool"
+            require(not cut or _turns_in(plane, tool.turn), f"tools[{k}].turn", tool.turn, about)
             depth = image_depth(plane, mesh, tool, mesh.nodes, np.zeros(pose_size(mesh.dimension)))
             apart = f"such that its mirror image beyond {plane.words} is off the body, not {depth:.3g} in it"
             require(depth <= plane.roundoff, f"tools[{k}]", tool.face, apart)
         for k, load in enumerate(loads):
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
+
+
+def _turns_in(plane: Plane, turn: Turn | None) -> bool:
+    """Whether a tool that the plane cuts stays its own mirror image: its axis is across the plane, or it rests."""
+    if turn is None or turn.axis is None:
+        return turn is None
+    return float(norm(np.cross(turn.axis, plane.normal))) <= ACROSS
 
 
 def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:

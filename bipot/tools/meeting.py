@@ -53,7 +53,7 @@ class Meeting:
     (w, d) where they are seen from the centre about which their tool turns, zero if it does not; as their tools see
     them they were at ``place`` (w, d) and went ``by`` (w, d).
 
-    In space the frames turn about their normals by ``turning`` (w, 3) times what the place goes by, and slips change by
+    In space the frames turn about their normals by ``spun`` (w, 3) times what these change by, and slips change by
     ``measured`` (c, 3, 3) times what the frames say, in the mean over the parts; in a plane None.
     """
 
@@ -63,7 +63,7 @@ class Meeting:
     arm: Floats
     place: Floats
     by: Floats
-    turning: Floats | None = None
+    spun: Floats | None = None
     measured: Floats | None = None
 
     def bending(self, r: Floats) -> Floats:
@@ -71,10 +71,26 @@ class Meeting:
         normal, along = self.frames[:, 0], self.frames[:, 1:]
         crossed = normal[:, :, None] * np.einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
         out = r[:, :1, None] * self.curvature - crossed - crossed.transpose(0, 2, 1)
-        if self.turning is None:
+        if self.spun is None:
             return out
-        turned = r[:, 1, None] * along[:, 1] - r[:, 2, None] * along[:, 0]
-        return out + turned[:, :, None] * self.turning[:, None]
+        turning = np.einsum("wij,wj->wi", self.curvature, self.spun)
+        return out + self._twisted(r)[:, :, None] * turning[:, None]
+
+    def lag(self, r: Floats, mine: Bools, spin: Floats) -> Floats:
+        """What of the friction among r (w, d) does not turn (m, 2, d) as ``mine`` (w,) turn with tools, by ``spin``.
+
+        The rates ``spin`` (m, 2, d) are those of two coordinates of each one's tool; zero in a plane.
+        """
+        if self.spun is None:
+            return np.zeros((*spin.shape[:2], 2))
+        normal, spun = self.frames[mine, None, 0], self.spun[mine, None]
+        rate = np.vecdot(spin, normal) - np.vecdot(spun, np.cross(spin, normal))
+        return rate[..., None] * self._twisted(r)[mine, None]
+
+    def _twisted(self, r: Floats) -> Floats:
+        """How the vectors of forces r (w, 3) change (w, 3) as frames turn about their normals."""
+        along = self.frames[:, 1:]
+        return r[:, 1, None] * along[:, 1] - r[:, 2, None] * along[:, 0]
 
 
 @dataclass(frozen=True)
@@ -150,11 +166,12 @@ class Faces:
         rows = _slopes(framed, own + motion[:, 0], seen.curvature)
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
-        turning = (seen.curvature @ spin(self.reference, seen.normal)[..., None])[..., 0]
+        spun = spin(self.reference, seen.normal)
+        turning = np.einsum("wij,wj->wi", seen.curvature, spun)
         slip = Slip(begun.gap, begun.normal, slid, seen.gap, framed, seen.curvature, turning)
         motion[:, 1:] = slip.components
         changes = self.parts.changes(measured(rows, slip.derivative()))
-        return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by, turning, changes)
+        return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by, spun, changes)
 
     def _whole(self, gap: Floats, motion: Floats) -> Floats:
         """Gap at the end and slip (c, d) of candidates with a ``gap`` (c,), of what parts go by, ``motion`` (w, d)."""

@@ -31,12 +31,11 @@ class Turn:
 
     In space the centre is three numbers, and the ``axis`` through it a unit vector, against which who looks sees it
     turn anticlockwise. ``driven_by`` a moment, of which the angle is an unknown, it turns as that asks for: the
-    ``angle`` here is zero. That is so far in a plane alone.
+    ``angle`` here is zero.
 
     Raises:
         SceneError: a centre that is not two finite numbers, or three in space, an axis in a plane, none in space or no
-            unit vector, an angle that is none, an amplitude that begins elsewhere, an angle beside a moment, a moment
-            in space.
+            unit vector, an angle that is none, an amplitude that begins elsewhere, an angle beside a moment.
     """
 
     angle: float
@@ -69,7 +68,6 @@ class Turn:
         require_components(axis, 3, "turn.axis")
         require(abs(float(norm(np.array(axis))) - 1) < 1e-12, "turn.axis", axis, "a unit vector")
         object.__setattr__(self, "axis", axis)
-        require(self.driven_by is None, "turn.driven_by", self.driven_by, "None in space, where an angle turns a tool")
 
     @property
     def about(self) -> Floats:
@@ -86,31 +84,31 @@ class Turn:
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) as the tool sees them: what the turn takes them along is added, for the centre may be far."""
-        return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(_angles(pose))
+        return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
         """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (p,).
 
         To round-off of the motions, not of the places.
         """
-        moved = (by - advance[: len(self.centre)]) @ rotation(_angles(pose + advance))
-        return moved + self.arm(x, pose) @ rotation(_angles(pose)) @ turned_by(_angles(advance))
+        moved = (by - advance[: len(self.centre)]) @ rotation(angles_of(pose + advance))
+        return moved + self.arm(x, pose) @ rotation(angles_of(pose)) @ turned_by(angles_of(advance))
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """How far (…, d) the turn alone takes the tool's points that are at x (…, d) in the ``pose``."""
-        return self.arm(x, pose) @ turned_by(_angles(advance)).T
+        return self.arm(x, pose) @ turned_by(angles_of(advance)).T
 
     def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
         """How far (…, d) the turn alone takes points of the tool whose way from ``pose`` on has its ``middle`` (…, d).
 
         (Q - 1) v = 2 tan(theta/2) e x (Q + 1) v/2 of a turn Q by theta < pi about the axis e.
         """
-        chord = 2 * np.tan(float(_angles(advance) @ self.about) / 2)
+        chord = 2 * np.tan(float(angles_of(advance) @ self.about) / 2)
         return chord * self.swirl(self.arm(middle, pose) - advance[: len(self.centre)] / 2)
 
     def swirl(self, arm: Floats) -> Floats:
         """How points seen at ``arm`` (…, d) go (…, d) as the tool begins to turn, by the angle."""
-        return across(arm) if self.axis is None else np.cross(self.about, arm)
+        return crossed(self.about, arm)
 
 
 def across(vectors: Floats) -> Floats:
@@ -120,6 +118,15 @@ def across(vectors: Floats) -> Floats:
     [-1.0, 2.0]
     """
     return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def crossed(spin: Floats, vectors: Floats) -> Floats:
+    """spin x v (…, d) of vectors v (…, d), the ``spin`` of one number in a plane (…, 1), of three in space (…, 3).
+
+    >>> crossed(np.array([3.0]), np.array([2.0, 1.0])).tolist()
+    [-3.0, 6.0]
+    """
+    return spin * across(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
 
 
 def pose_size(dimension: int) -> int:
@@ -156,6 +163,6 @@ def turned_by(angles: Floats) -> Floats:
     return np.sin(angle) * E + 2 * half**2 * E @ E
 
 
-def _angles(pose: Floats) -> Floats:
-    """Those of a pose (3,) in a plane, or (6,) in space."""
-    return pose[2:] if len(pose) == 3 else pose[3:]
+def angles_of(poses: Floats) -> Floats:
+    """Those (…, 1) of poses (…, 3) in a plane, or (…, 3) of poses (…, 6) in space."""
+    return poses[..., 2:] if poses.shape[-1] == 3 else poses[..., 3:]

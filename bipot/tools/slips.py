@@ -143,10 +143,11 @@ def measured(rows: Floats, derivative: Floats) -> Floats:
     """What motions change by (c, 3, 3) where the ``rows`` (c, 3, 3) say that they change by one.
 
     The derivatives (c, 2, 3) of slips differ from the tangential rows by the square of the angle that normals turn by
-    in the increment, and by the turn of the frames.
+    in the increment, and by the turn of the frames; gaps change as their rows say.
     """
-    by_place = np.concatenate([rows[:, :1], derivative], axis=1)
-    return by_place @ np.linalg.pinv(rows, rcond=SINGULAR)
+    out = np.tile(np.eye(3), (len(rows), 1, 1))
+    out[:, 1:] = derivative @ np.linalg.pinv(rows, rcond=SINGULAR)
+    return out
 
 
 def _spun(components: Floats, turning: Floats) -> Floats:
