@@ -297,3 +297,19 @@ def test_the_distance_in_space_is_never_too_short_and_at_most_root_two_too_long(
         stick = np.hypot(np.linalg.norm(u[k]), np.linalg.norm(r[k] - nearest))
         exact = min(slip, stick, np.hypot(np.linalg.norm(r[k]), min(u[k, 0], 0)))
         assert exact * (1 - 1e-6) <= found <= exact * np.sqrt(2) * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("diagonal", [1e-6, 1e-12])
+def test_an_unsymmetric_matrix_of_small_diagonal_lends_no_unit_to_forces_outside_the_cone(diagonal):
+    """By hand: r = (2, 1) slides by (0, -2). A force of (0, 1) was certified by the unit of the diagonal alone."""
+    problem = coulomb.CoulombProblem(W=[[diagonal, 1.0], [-1.0, diagonal]], q=[-1.0, 0.0], mu=0.5, dim=2)
+    found = coulomb.solve(problem)
+    np.testing.assert_allclose(found.r, [2.0, 1.0], rtol=3 * diagonal + 1e-9)
+    assert judge(problem, np.array([diagonal, 1.0])).residual > 0.1
+
+
+def test_units_of_symmetric_problems_are_those_of_their_diagonals():
+    rng = np.random.default_rng(5)
+    A = rng.normal(size=(6, 6)) * 10.0 ** rng.uniform(-4, 4, (1, 6))
+    problem = coulomb.CoulombProblem(W=A.T @ A, q=rng.normal(size=6), mu=0.3, dim=2)
+    np.testing.assert_array_equal(problem.contact_unit, np.sqrt(np.diag(A.T @ A).reshape(3, 2).mean(axis=1)))

@@ -54,7 +54,26 @@ def test_an_edge_at_the_axis_and_one_with_its_middle_out_of_place():
 def test_an_edge_counts_as_far_as_it_lies_on_the_tool():
     x = np.array([[0.0, 0.0], [2.0, 0.0]]) * np.ones((6, 1, 1))
     gap = np.array([[0, 0], [0, LIES], [0.5 * LIES, 0], [0, 2 * LIES], [-0.1, -0.2], [2.0, 0.0]])
-    np.testing.assert_allclose(lying(x, gap), [1.0, 0.5, 0.75, 0.0, 1.0, 0.0])
+    np.testing.assert_allclose(lying(x, gap, np.arange(2)), [1.0, 0.5, 0.75, 0.0, 1.0, 0.0])
+
+
+def test_of_three_points_the_farthest_counts():
+    """Over the chord, whichever of them is nearest."""
+    x = np.array([[0.0, 0.0], [1.0, 0.0], [2.0, 0.0]]) * np.ones((200, 1, 1))
+    gap = np.random.default_rng(1).uniform(-0.3, 0.7, (200, 3))
+    found = lying(x, gap, np.array([0, 2]))
+    np.testing.assert_allclose(found, np.clip(1 - gap.max(axis=1) / (LIES * 2), 0, 1), atol=1e-14)
+    assert 0.2 < (found > 0).mean() < 0.9
+
+
+@pytest.mark.parametrize("depth", [0.01, 1.0, 100.0])
+def test_how_deep_a_face_is_does_not_matter_to_how_it_leaves_across(depth):
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, depth], [0.0, depth]])
+    x = np.concatenate([corners, (corners + np.roll(corners, -1, axis=0)) / 2])
+    gap = 0.1 * x[:, 0] ** 2
+    for count in (4, 8):
+        found = lying(x[None, :count], gap[None, :count], np.arange(4))
+        np.testing.assert_allclose(found, 1 - 0.1 / LIES, atol=1e-14)
 
 
 def test_the_strength_of_an_element_is_its_mean_over_the_volume():
@@ -69,4 +88,4 @@ def test_an_edge_of_no_length_carries_nothing_and_warns_of_nothing(geometry):
     """As trial iterates may have one: warnings are errors here."""
     x = np.zeros((3, 2))
     assert not nodal_areas(x, np.arange(3)[None], geometry).any()
-    np.testing.assert_array_equal(lying(x[None], np.array([[0.0, 0.1, 0.0]])), [0.0])
+    np.testing.assert_array_equal(lying(x[None], np.array([[0.0, 0.1, 0.0]]), np.array([0, 2])), [0.0])

@@ -14,11 +14,13 @@ from bipot.forms import Delassus, Dissipation, Newton, Tangent
 from bipot.laws.coulomb import Status
 from bipot.marching import system_of
 from bipot.meshes.elements import Element
-from bipot.meshes.sections import cylinder
+from bipot.meshes.sections import block, cylinder
 from bipot.meshes.solids import brick, cylinder_3d
 from bipot.paths import Amplitude
 from bipot.scene.supports import Support, Symmetry
+from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn
+from bipot.tools.revolved import roll
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from tests.sheared import CONSTANT, INF, OROWAN, SHEAR, SHORT, SIGMA_Y, slab
@@ -53,6 +55,40 @@ def test_a_slice_whose_depth_is_held_is_a_slab_in_plane_strain(law):
     flat = np.array([a.tool_forces[0, 1] for a in march(slab(*law, elements=(4, 3), reduction=0.1), BRIEF)])
     solid = pushed(pressed_brick(*law, deep=1.0, counts=(4, 1, 3), plane=True))
     np.testing.assert_allclose(solid[:, 2], flat, rtol=1e-6)
+
+
+def under_a_roll(space, deep=1.0):
+    """A block under a roll that presses it and goes aside, of so much depth that is held, or in plane strain."""
+    path, at = ((0, 0), (0.5, (0, 1)), (1, (1, 1))), (2.0, 6.0)
+    held = Support("base", 0), Support("base", 1)
+    if not space:
+        tool = ShapedTool(Circle(at, 4.0), (0.1, -0.06), ("top",), INF, path, shear=0.3)
+        return Scene(block(4.0, 2.0, 4, 2, element=Element.Q4), Geometry.PLANE_STRAIN, STEEL, held, (tool,))
+    path = ((0, 0), (0.5, (0, 0, 1)), (1, (1, 1, 1)))
+    tool = ShapedTool(roll((2.0, 0.0, 6.0), (0.0, 1.0, 0.0), 4.0), (0.1, 0.0, -0.06), ("top",), INF, path, shear=0.3)
+    held = Support("base", 0), Support("base", 2), Support("front", 1), Support("back", 1)
+    return Scene(brick(4.0, deep, 2.0, 4, 1, 2), Geometry.SOLID, STEEL, held, (tool,))
+
+
+@pytest.mark.parametrize("deep", [0.02, 7.9])
+def test_the_depth_of_a_slice_under_a_roll_does_not_matter(deep):
+    """Nor does that of its faces, which leave the roll along the other side."""
+    one, other = (list(march(under_a_roll(*which), Schedule(4)))[-1] for which in ((False,), (True, deep)))
+    np.testing.assert_allclose(other.tool_forces[0, [0, 2]] / deep, one.tool_forces[0], rtol=1e-5)
+    assert other.energies.friction / deep == pytest.approx(one.energies.friction, rel=1e-5)
+    assert one.energies.friction > 0
+
+
+def test_upright_sides_beside_a_platen_carry_no_friction():
+    """Of layers that are flatter than their faces are wide."""
+    forces = []
+    for faces in (("top",), ("top", "right", "back")):
+        tool = FlatTool(
+            (0, 0, 2.0), DOWN, (0.02, 0, -0.002), faces, INF, ((0, 0), (0.5, (0, 0, 1)), (1, (1, 1, 1))), shear=0.05
+        )
+        held = tuple(Support("base", d) for d in range(3))
+        forces.append(pushed(Scene(brick(4.0, 4.0, 2.0, 2, 2, 8), Geometry.SOLID, STEEL, held, (tool,)), None, BRIEF))
+    np.testing.assert_allclose(forces[1][-1, 0], forces[0][-1, 0], rtol=1e-6)
 
 
 @pytest.mark.parametrize("law", [CONSTANT, OROWAN], ids=["constant", "capped"])

@@ -11,10 +11,12 @@ the facet's area, where equilibrium is asked, and never negative:
                 are 1, 4, 1 sixths, and 0 on the axis),
     weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`).
 
-A facet counts as far as it lies on the tool: with g the largest gap of its points and h the largest distance of its
-ends, w_e = min(max(1 - g/(LIES h), 0), 1). So a free side that meets a punch at a corner adds nothing to the area
-there, one that folds onto it comes in without a jump, and an edge of which one node has come to a circle does so in
-part.
+A facet counts as far as it lies on the tool: with s how steeply it leaves that, w_e = min(max(1 - s/LIES, 0), 1). An
+edge of length h leaves by s = g/h, g the largest gap of its points; so does a face, in the steepest direction: s is
+g_min/h, h the largest distance of its ends, and the largest |g_p - g_q|/|x_p - x_q| of two of its points, half of that
+but between ends. How deep a face is does not matter to how it leaves across. So a free side that meets a punch at a
+corner adds nothing to the area there, one that folds onto it comes in without a jump, and an edge of which one node has
+come to a circle does so in part.
 
 A cap is that of an iterate, and frozen in the pass that begins from it: it depends on the displacement through area and
 hardening alone, which change by as much as the strain does. The certificate asks for the law with the cap of the very
@@ -35,7 +37,7 @@ from bipot.tensors import norm
 from bipot.typing import Floats, Ints
 
 LIES = 0.25
-"""A facet is off the tool where a node of it is farther from that than this fraction of its length."""
+"""A facet is off the tool where it leaves that by this slope, or more."""
 
 
 class Strength(NamedTuple):
@@ -65,7 +67,9 @@ def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Fl
         gaps = np.zeros(len(nodes))
         gaps[own_nodes] = tool.distance(nodes[own_nodes], pose)
         gap = np.asarray(points.weights @ gaps)[points.edges]
-        flat = lying(nodes[lines[:, ends]], gap) * k[scene.mesh.owners(*tool.candidates)]
+        # Means are at the ends of facets, all of them.
+        at, outer = (lines[:, ends], np.arange(len(ends))) if points.weighted else (lines, ends)
+        flat = lying(nodes[at], gap, outer) * k[scene.mesh.owners(*tool.candidates)]
         total = np.zeros(len(own))
         np.add.at(total, points.edges, flat[:, None] * areas(balanced, lines, scene.geometry))
         carried[own[own >= 0]] = total[own >= 0]
@@ -86,11 +90,19 @@ def nodal_areas(nodes: Floats, lines: Ints, geometry: Geometry) -> Floats:
     return part * np.divide(own.sum(axis=1), whole, out=np.zeros_like(whole), where=whole > 0)[:, None]
 
 
-def lying(ends: Floats, gap: Floats) -> Floats:
-    """How far facets with ``ends`` (f, k, d) and gaps (f, p) of their points lie on the tool: w_e (f,).
+def lying(x: Floats, gap: Floats, ends: Ints) -> Floats:
+    """How far facets with points at x (f, p, d), those in the columns ``ends`` (k,), and gaps (f, p) lie on the tool.
 
-    Those of no length, of trial iterates, do not.
+    w_e (f,); facets of no length, of trial iterates, do not lie.
+
+    >>> steep = np.array([[[0.0, 0.0], [0.5, 0.0], [1.0, 0.0]]])
+    >>> lying(steep, np.array([[0.0, 0.05, 0.2]]), np.array([0, 2])).round(12).tolist()
+    [0.2]
     """
-    most = LIES * norm(ends[:, :, None] - ends[:, None]).max(axis=(1, 2))
-    steep = np.divide(gap.max(axis=1), most, out=np.full_like(most, np.inf), where=most > 0)
-    return np.clip(1.0 - steep, 0.0, 1.0)
+    end = np.isin(np.arange(x.shape[1]), ends)
+    apart, rises = norm(x[:, :, None] - x[:, None]), np.abs(gap[:, :, None] - gap[:, None])
+    rises = np.where(end[:, None] & end, 1.0, 0.5) * rises
+    h = apart[:, end][:, :, end].max(axis=(1, 2))
+    slopes = np.divide(rises, apart, out=np.where(rises > 0, np.inf, 0.0), where=apart > 0)
+    off = np.divide(gap.min(axis=1), h, out=np.full_like(h, np.inf), where=h > 0)
+    return np.clip(1.0 - (off + slopes.max(axis=(1, 2))) / LIES, 0.0, 1.0)

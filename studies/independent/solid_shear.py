@@ -2,8 +2,9 @@ r"""What the shear yield stress lets friction carry on faces, written a second t
 
 Of a node with the share m it is m sum_f w_f k_f A_f over the faces f of the tool's boundaries that it is on, as of
 edges in :mod:`studies.independent.shear`: A_f is the integral of the node's shape function over the face, none where
-that is negative and the others then less by one factor, and w_f = 1 - 4 g/h between 0 and 1, h the longest distance of
-its corners and g the largest gap of its nodes.
+that is negative and the others then less by one factor, and w_f = 1 - 4 s between 0 and 1, s how steeply it leaves the
+tool: the least gap of its nodes over the longest distance of its corners, and what the gap grows by from one node to
+another over their distance, the most of all pairs, of those with a middle node by half.
 """
 
 from __future__ import annotations
@@ -25,10 +26,19 @@ def carried(faces: Ints, gap: Floats, strength: Floats, balanced: Floats, end: F
     """
     out = np.zeros(len(end))
     for face, k in zip(faces, strength.tolist(), strict=True):
-        corners = end[face[: CORNERS[len(face)]]]
-        longest = max(float(np.linalg.norm(a - b)) for a in corners for b in corners)
         own, _ = face_forces(balanced[face], np.zeros(3))
         kept = np.maximum(own, 0.0)
-        lies = min(max(1 - float(gap[face].max()) / (OFF * longest), 0.0), 1.0)
+        lies = min(max(1 - _slope(end[face], gap[face]) / OFF, 0.0), 1.0)
         out[face] += lies * k * kept * own.sum() / kept.sum()
     return out
+
+
+def _slope(x: Floats, gap: Floats) -> float:
+    """s of nodes at x (n, 3) with gaps (n,)."""
+    corners, longest, steepest = CORNERS[len(x)], 0.0, 0.0
+    for a, (place, own) in enumerate(zip(x, gap.tolist(), strict=True)):
+        for b in range(a):
+            far = float(np.linalg.norm(place - x[b]))
+            longest = max(longest, far if a < corners else 0.0)
+            steepest = max(steepest, abs(own - float(gap[b])) / far / (1 if a < corners else 2))
+    return float(gap.min()) / longest + steepest
