@@ -16,9 +16,6 @@ from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats
 
-TOGETHER = 1e-9
-"""Of what supports ask at most: by how much they may differ from one translation."""
-
 
 @dataclass(frozen=True)
 class Advance:
@@ -54,7 +51,8 @@ class Advance:
     def along(self) -> Floats:
         """Displacement (a, d) of a body at rest but for what its supports make of it.
 
-        Where all of them ask for what one translation does, they take the body along; else who is driven moves alone.
+        They take it along by the translation that is nearest to what all of them ask for, by least squares, and who is
+        held goes as it must: continuous in what is asked for, and exact where that is one translation.
         """
         scene = self.candidates.scene
         if not self.driven.any():
@@ -64,10 +62,10 @@ class Advance:
         first = int(scene.geometry is Geometry.AXISYMMETRIC)
         ways = np.stack([support.along(d) for support in supports])[:, first:]
         asked = np.array([self._asked(support) for support in supports])
-        way = np.linalg.lstsq(ways, asked)[0]
-        if np.abs(ways @ way - asked).max() > TOGETHER * np.abs(asked).max():
-            return self.driven
-        return np.broadcast_to(np.append(np.zeros(first), way), self.driven.shape)
+        way = np.append(np.zeros(first), np.linalg.lstsq(ways, asked)[0])
+        axes = scene.holding.axes
+        missing = np.where(scene.holding.held, axes.components(self.driven - way), 0.0)
+        return way + axes.field(missing)
 
     def _asked(self, support: Support) -> float:
         """By how much a support moves in the increment."""

@@ -102,7 +102,8 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
-    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], motion[:, 1:])
+    slid = motion[:, 1:] + increment.dragged
+    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], slid)
     done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, done).sum())

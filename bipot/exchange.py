@@ -64,7 +64,7 @@ def export_fclib(path: Path, accepted: Accepted) -> None:
     write_fclib(
         path,
         found.problem,
-        title=f"upsetting, increment {accepted.number}",
+        title=f"increment {accepted.number} of a march",
         description=f"condensed contact problem at tau = {accepted.state.tau:.6g}",
         solution={"u": found.problem.velocity(found.r), "r": found.r},
     )

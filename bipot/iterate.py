@@ -16,6 +16,7 @@ from bipot.advance import Advance
 from bipot.contact import supported
 from bipot.contact.closeness import LEAST_MOTION
 from bipot.contact.shear import Strength, caps
+from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
 from bipot.laws.projections import unit
 from bipot.programs.data import ContactRows, Units
@@ -137,7 +138,10 @@ class Increment:
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
+            NotConverged: it is so far away that squares of its places are no numbers.
         """
+        if not np.abs(x).max(initial=0.0) <= LARGEST_LENGTH:
+            raise NotConverged("an iterate runs away: nothing holds the body, or next to nothing")
         return Iterate(self, self.system.body.respond(self.start, x, self.driven))
 
 

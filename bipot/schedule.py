@@ -59,7 +59,7 @@ class Schedule:
         require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
         require(self.first == 0 or self.first >= SAME, "first", self.first, f"zero, or at least {SAME:g}")
         length = self.first * self.settling
-        require(length < 1, "start-up", length, "below 1, the whole path: ask for a larger reduction")
+        require(length < 1, "start-up", length, "below 1, the whole path: begin by smaller increments, or fewer")
         begin = self._start_up()[-1]
         for landing in self.landings:
             allowed = f"in ({begin:.4g}, 1), after the start-up, and {SAME:g} from its ends"

@@ -33,7 +33,7 @@ from studies.command import command
 from studies.element_types import SolidType
 from studies.upsetting import Planned, complete
 from studies.upsetting_march import Upset
-from studies.upsetting_options import Options, Size
+from studies.upsetting_options import Options, Size, sampling_of
 
 OPTIONS = Options(
     name="block",
@@ -109,7 +109,8 @@ def parser() -> argparse.ArgumentParser:
 def cases(arguments: argparse.Namespace) -> list[Block]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
     asked = OPTIONS.common(arguments, SolidType(arguments.element_type))
-    asked |= {"sampling": Sampling(arguments.sampling), "width": arguments.width, "depth": arguments.depth}
+    sampling = sampling_of(arguments, SolidType(arguments.element_type).element)
+    asked |= {"sampling": sampling, "width": arguments.width, "depth": arguments.depth}
     return [Block(mu=mu, **asked) for mu in arguments.mu]
 
 

@@ -12,7 +12,7 @@ from bipot.scene.scene import Scene, upsetting
 from bipot.tools.tool import Sampling
 from studies.element_types import ElementType
 from studies.upsetting_march import Upset
-from studies.upsetting_options import Options, Size
+from studies.upsetting_options import Options, Size, sampling_of
 
 OPTIONS = Options(
     name="upsetting",
@@ -72,5 +72,6 @@ def parser() -> argparse.ArgumentParser:
 def cases(arguments: argparse.Namespace) -> list[Case]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
     asked = OPTIONS.common(arguments, ElementType(arguments.element_type))
-    layout, sampling = Layout(arguments.layout), Sampling(arguments.sampling)
+    layout = Layout(arguments.layout)
+    sampling = sampling_of(arguments, ElementType(arguments.element_type).element)
     return [Case(mu=mu, layout=layout, sampling=sampling, diameter=arguments.diameter, **asked) for mu in arguments.mu]

@@ -15,10 +15,20 @@ from bipot.errors import SceneError, require
 from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
 from bipot.forms import FormName
+from bipot.meshes.elements import Element
+from bipot.tools.tool import Sampling
 from studies.element_types import AnyType
 from studies.hardening_words import hardening_usage
 from studies.outputs import add_options
 from studies.upsetting_march import ABOUT_SOLVERS, DEFAULT_SOLVER, PAPERS_CURVE, PENALISED, ROUTED, solver_of
+
+
+def sampling_of(arguments: argparse.Namespace, element: Element) -> Sampling:
+    """The ``--sampling`` asked for; raises SceneError where the ``element`` leaves no choice."""
+    sampling = Sampling(arguments.sampling)
+    if sampling is Sampling.WEIGHTED and not element.quadratic:
+        raise SceneError(f"--sampling weighted has no effect on --element-type {arguments.element_type}: it is linear")
+    return sampling
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from bipot.marching import Schedule
+from bipot.fem.reduction import Geometry
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.marching import Schedule, march
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.tools.tool import FlatTool
 from studies.accuracy import paced
 from studies.accuracy.paced import FAST, FEWEST, Plan, Row, cheapest, key, run
 from studies.accuracy.paced_scenes import SCENES, cylinder
@@ -79,3 +86,20 @@ def test_the_kept_costs_are_as_the_page_says():
     finest = {row.scene: row.ratio for row in rows if row.accuracy == 1e-4}
     assert {name for name, ratio in finest.items() if ratio > 1} == {"mu = 0.3", "ring", "block"}
     assert max(finest.values()) < 7 / 6
+
+
+@pytest.mark.parametrize("away", [1.0, 1e9, 1e17])
+def test_a_tool_that_goes_away_out_of_reach_sets_no_increments(away):
+    pressing = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.1), ("top",), 0.1, path=((0, 0), (0.5, 0.5), (1, 0.9)))
+    leaving = FlatTool((50.0, 0.0), (-1.0, 0.0), (away, 0.0), ("right",), 0.1)
+    material, held = VonMises(Elasticity(1000.0, 0.3), Linear(3.0, 30.0)), (Support("base", 0), Support("base", 1))
+    seen = [
+        [
+            (a.state.tau, *a.tool_force(0))
+            for a in march(
+                Scene(block(2.0, 1.0, 4, 2), Geometry.PLANE_STRAIN, material, held, tools), Schedule(accuracy=1e-2)
+            )
+        ]
+        for tools in ((pressing,), (pressing, leaving))
+    ]
+    np.testing.assert_allclose(seen[1], seen[0], rtol=1e-12, atol=1e-9)

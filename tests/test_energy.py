@@ -8,13 +8,19 @@ import pytest
 
 from bipot.certificate import Bounds
 from bipot.energy import Energies, Rule
+from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import Limits
 from bipot.laws.flow import Integration
 from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
-from bipot.scene.scene import upsetting
+from bipot.meshes.sections import block
+from bipot.scene.scene import Scene, upsetting
+from bipot.scene.supports import Support
+from bipot.tools.circle import Circle
+from bipot.tools.tool import FlatTool, ShapedTool
 from studies import energy as study
 from studies.tables import read_csv
 from tests.test_landing import GAP, TRAVEL
@@ -143,3 +149,18 @@ def test_the_elastic_part_is_the_energy_of_the_stress_and_the_plastic_one_that_o
         for dp in (a.state.peeq - a.start.peeq,)
     )
     assert accepted[-1].energies.plastic == pytest.approx(2 * spent, rel=1e-3)
+
+
+@pytest.mark.parametrize("increments", [1, 4])
+def test_a_curved_tool_that_touches_nothing_takes_no_work_away(increments):
+    """Of nodes that supports hold along a platen which lands on them: friction is between tool and support."""
+    platen = FlatTool((0.0, 1.02), (0.0, -1.0), (0.1, -0.1), ("top",), 1.0)
+    far = ShapedTool(Circle((50.0, 0.5), 0.5), (0.0, 0.0), ("right",), 0.0)
+    held = (Support("base", 0), Support("base", 1), Support("top", 0))
+    material = VonMises(Elasticity(1000.0, 0.3), Linear(3.0, 30.0))
+    found = []
+    for tools in ((platen,), (platen, far)):
+        scene = Scene(block(2.0, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, tools)
+        found.append(list(march(scene, Schedule(increments)))[-1].energies)
+    np.testing.assert_allclose(list(vars(found[1]).values()), list(vars(found[0]).values()), rtol=1e-9)
+    assert found[0].friction > 0.4 * found[0].work

@@ -234,3 +234,15 @@ def test_a_mesh_that_locks_is_said_to_carry_whatever_it_is_given(monkeypatch):
     monkeypatch.setattr(LimitProgram, "motion", refused_before_the_basis)
     with pytest.raises(InfeasibleProgram, match="elements that lock"):
         limit_load(locked())
+
+
+@pytest.mark.parametrize("far", [(0.0, 0.0), (3e5, 2e5)])
+def test_loads_that_cancel_are_refused_far_from_the_origin_too(far):
+    c, s = np.cos(0.5), np.sin(0.5)
+    straight = block(4.0, 1.0, 7, 3)
+    mesh = Mesh(straight.nodes @ np.array([[c, s], [-s, c]]) + far, straight.elements, straight.boundaries)
+    held = Support("left", (c, s)), Support("base", (-s, c))
+    perfect = VonMises(Elasticity(2e5, 0.3), Perfect(100.0))
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, perfect, held, loads=(Pressure("top", 1.0), Traction("top", (-s, c))))
+    with pytest.raises(SceneError, match="nor zero together"):
+        limit_load(scene)

@@ -11,7 +11,8 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
-from tests.scenes import scene
+from bipot.meshes.solids import brick
+from tests.scenes import refused, scene
 
 NATIVE = block(1.0, 1.0, 3, 2, element=Element.Q8)
 NAMES = {name: k + 1 for k, name in enumerate(NATIVE.boundaries)}
@@ -294,3 +295,19 @@ def test_cell_data_that_are_no_numbers_are_refused(tags):
     mesh.cell_data["gmsh:physical"] = [np.array(tags * len(block.data)) for block in mesh.cells]
     with pytest.raises(SceneError, match="one whole number a cell"):
         Mesh.from_meshio(mesh)
+
+
+@pytest.mark.parametrize("kind", [float, object])
+def test_node_indices_that_are_no_whole_numbers_are_refused(kind):
+    given = brick(1.0, 1.0, 1.0, 1, 1, 1)
+    mesh = meshio.Mesh(given.nodes, [("hexahedron", given.elements.astype(np.int64))])
+    mesh.cells[0].data = (given.elements + 0.4).astype(kind)
+    refused(lambda: Mesh.from_meshio(mesh), "mesh cells = 'node indices of type .*': must be whole numbers")
+
+
+def test_field_data_that_name_no_group_are_passed_over():
+    given = brick(1.0, 1.0, 1.0, 1, 1, 1)
+    cells = [("hexahedron", given.elements), ("quad", given.edges("top"))]
+    tags = {"gmsh:physical": [np.array([1]), np.array([7])]}
+    mesh = meshio.Mesh(given.nodes, cells, cell_data=tags, field_data={"q": 5})
+    assert list(Mesh.from_meshio(mesh).boundaries) == ["7"]

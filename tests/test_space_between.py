@@ -2,14 +2,24 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from bipot.errors import IncrementFailed
+from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
+from bipot.laws.hardening import Perfect
+from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
+from bipot.meshes.sections import block
+from bipot.meshes.solids import brick
+from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.schedule import Schedule
-from bipot.tools.profiles import Profile
-from bipot.tools.revolved import Revolved, cone, sphere
+from bipot.tools.circle import Circle
+from bipot.tools.driving import Force
+from bipot.tools.profiles import Profile, wedge
+from bipot.tools.revolved import Revolved, cone, roll, sphere
 from bipot.tools.tool import ShapedTool
 from tests.space import RUBBER, dented
 
@@ -39,3 +49,66 @@ def test_a_sphere_does_not_go_through_a_block_in_one_increment():
     held = tuple(Support("base", d) for d in range(3))
     with pytest.raises(Exception, match="tau = 0"):
         list(march(replace(scene, supports=held, tools=(ball,)), Schedule(1), Control(Newton(), cuts=2)))
+
+
+def sharp(surface, travel):
+    """A block of large faces under a sharp tool that comes down between their nodes."""
+    steel = VonMises(Elasticity(70e3, 0.3), Perfect(100.0))
+    held = tuple(Support("base", d) for d in range(3))
+    tool = ShapedTool(surface, (0.0, 0.0, -travel), ("top",), mu=0.3)
+    return Scene(brick(12.0, 12.0, 12.0, 2, 2, 2), Geometry.SOLID, steel, held, (tool,))
+
+
+def deepest(scene, increments):
+    """The travel reached before the tool is refused, with no force on the way."""
+    reached = [0.0]
+
+    def go():
+        for accepted in march(scene, Schedule(increments), Control(Newton(), (), cuts=4)):
+            assert not accepted.tool_force(0).any()
+            reached.append(accepted.state.tau)
+
+    with pytest.raises(IncrementFailed, match="comes into the body between nodes"):
+        go()
+    return reached[-1] * abs(scene.tools[0].travel[2])
+
+
+@pytest.mark.parametrize("height", [0.0, 0.3, 0.7])
+def test_a_tip_is_seen_wherever_heights_along_its_axis_count_from(height):
+    """Its gap to itself is round-off, of either sign."""
+    axis = np.array([0.3, 0.2, 1.0]) / np.linalg.norm([0.3, 0.2, 1.0])
+    point = tuple(np.array([3.3, 3.1, 12.5]) - height * axis)
+    scene = sharp(Revolved(wedge((0.0, height), 5.0, 10.0), point, tuple(axis)), 3.5)
+    # Half a unit off, and a quarter of a tool's thickness deep at most.
+    assert deepest(scene, 28) < 0.5 + 0.25 * scene.tools[0].face.tips().thickness + 0.2
+
+
+def test_an_edge_around_the_axis_is_seen_between_the_points_of_faces():
+    blade = Revolved(wedge((3.0, 0.0), 8.0, 12.0), (6.1, 6.2, 12.1), (0.0, 0.0, 1.0))
+    scene = sharp(blade, 3.0)
+    assert deepest(scene, 60) < 0.1 + 0.25 * blade.tips().thickness + 0.1
+
+
+def test_a_ball_does_not_fly_through_a_body_in_one_increment():
+    steel = VonMises(Elasticity(70e3, 0.3), Perfect(100.0))
+    held = tuple(Support("base", d) for d in range(3))
+    ball = ShapedTool(sphere((-48.72, 0.5, 0.75), 0.15), (100.0, 0.0, 0.0), ("left", "right"), mu=0.1)
+    scene = Scene(brick(1.0, 1.0, 1.0, 1, 1, 2), Geometry.SOLID, steel, held, (ball,))
+    with pytest.raises(IncrementFailed, match="comes into the body between nodes"):
+        list(march(scene, Schedule(1), Control(Newton(), (), cuts=4)))
+
+
+def test_iterates_that_run_away_are_tried_shorter():
+    """A plate so thin that next to nothing holds the tool at first: the sinkage is that of plane strain."""
+    thin, steel, go = 1e-5, VonMises(Elasticity(70e3, 0.33), Perfect(100.0)), Schedule(5)
+    held = Support("base", 2), Support("base", 0), Support("front", 1), Support("back", 1)
+    surface, force = roll((2.0, 0.0, 6.0), (0.0, 1.0, 0.0), 4.0), Force((0.0, 0.0, -100 * thin))
+    tool = ShapedTool(surface, (-0.4, 0.0, 0.0), ("top",), mu=0.0, driven_by=force)
+    solid = Scene(brick(4.0, thin, 2.0, 4, 1, 3), Geometry.SOLID, steel, held, (tool,))
+    circle = ShapedTool(Circle((2.0, 6.0), 4.0), (-0.4, 0.0), ("top",), mu=0.0, driven_by=Force((0.0, -100.0)))
+    plane = Scene(
+        block(4.0, 2.0, 4, 3), Geometry.PLANE_STRAIN, steel, (Support("base", 0), Support("base", 1)), (circle,)
+    )
+    sunk = [list(march(scene, go))[-1].tool_pose(0)[axis] for scene, axis in ((solid, 2), (plane, 1))]
+    assert sunk[0] == pytest.approx(sunk[1], rel=1e-4)
+    assert sunk[0] < -0.01

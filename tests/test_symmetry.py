@@ -24,7 +24,7 @@ from bipot.results.description import describe
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.tool import FlatTool
+from bipot.tools.tool import FlatTool, Sampling
 from studies.fuzz.unfolded import about
 
 TIGHT = Control(Newton(), (), Limits(Bounds(equilibrium=1e-11, law=1e-11)))
@@ -280,3 +280,21 @@ def test_a_file_says_which_supports_are_planes_of_symmetry():
         {"boundary": "axis", "direction": 0, "symmetry": False},
         {"boundary": "base", "direction": 1, "symmetry": True},
     ]
+
+
+@pytest.mark.parametrize("name", ["load", "tool"])
+def test_the_axis_of_a_ring_is_no_surface_for_loads_or_tools(name):
+    mesh, held = cylinder(1.0, 1.0, 3, 3, element=Element.Q8), (Support("axis", 0), Support("base", 1))
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.05), ("top", "axis"), 0.2, sampling=Sampling.WEIGHTED)
+    tools, loads = ((tool,), ()) if name == "tool" else ((), (Pressure("axis", 1.0),))
+    with pytest.raises(SceneError, match=r"on the surface of the whole body: .* or on an axis, inside it"):
+        Scene(mesh, Geometry.AXISYMMETRIC, STEEL, held, tools, loads=loads)
+
+
+def test_round_off_of_places_far_from_the_origin_does_not_take_nodes_past_a_plane():
+    c, s = np.cos(1.1), np.sin(1.1)
+    Q, far, straight = np.array([[c, -s], [s, c]]), np.array([1e6, 1.2e6]), block(2.0, 1.0, 4, 2)
+    mesh = Mesh(straight.nodes @ Q.T + far, straight.elements, straight.boundaries)
+    tool = FlatTool(tuple(Q @ [0.0, 1.0] + far), (s, -c), (0.1 * s, -0.1 * c), ("top",), 0.2)
+    planes = Symmetry("left", (c, s)), Symmetry("base", (-s, c))
+    assert sum(a.cuts for a in march(Scene(mesh, Geometry.PLANE_STRAIN, STEEL, planes, (tool,)), Schedule(60))) == 0

@@ -124,18 +124,22 @@ class Candidates:
         """Gap (c,) of ``nodes`` (a, d) to the tools in the poses ``placed`` (k, p), good to its round-off."""
         return self.faces.distance(self.met.places(nodes), placed)
 
+    def reached(self, gap: Floats) -> Bools:
+        """Which tools (k,) may matter to the body, by the ``gap`` (c,) at the end if that rests."""
+        near = self._owned & (gap <= REACH * self.scene.mesh.size)
+        return np.asarray(near.any(axis=1))
+
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
         """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
 
         Where it turns, with what its turn has ``swept`` (w, d) along at the nearest candidate. ``gap`` (c,) is that at
         the end if the body rests.
         """
-        near = self._owned & (gap <= REACH * self.scene.mesh.size)
-        lengths = norm(travel)
-        for k in np.flatnonzero(self.scene.turning & near.any(axis=1)).tolist():
+        lengths, near = norm(travel), self.reached(gap)
+        for k in np.flatnonzero(self.scene.turning & near).tolist():
             own = self.parts.first[self._owned[k]]
             lengths[k] += norm(swept[own[np.argmin(gap[self._owned[k]])]])
-        return float(lengths[near.any(axis=1)].max(initial=0.0))
+        return float(lengths[near].max(initial=0.0))
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Contact forces r (c, d) on the body as vectors (w, d), by ``frames`` (w, d, d) or by those at rest."""

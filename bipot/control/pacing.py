@@ -48,6 +48,9 @@ ONSET, YIELDING, BEGUN = 1.4, 12.0, 0.4
 RESTS = 1e-6
 """A body whose nodes all move by less than this fraction of what its increment may be expected to move them rests."""
 
+SHORTEST = 1e-9
+"""Of pseudo-time: the least length to begin with, far above its round-off."""
+
 UNDRIVEN = 0.05
 """First pseudo-time where no tool or support goes a path."""
 
@@ -127,12 +130,13 @@ class Pacer:
         """The length with which a stretch of constant rates begins."""
         whole, scene = Increment(system, state, target), system.body.scene
         # Tools out of reach of the body strain nothing.
-        ways = [whole.driven, whole.travel if whole.reach > 0 else np.zeros_like(whole.travel)]
+        ways = [whole.driven, whole.travel[system.candidates.reached(whole.rows.gap)]]
         strained = float((np.abs(np.concatenate(ways)) / np.ptp(scene.mesh.nodes, axis=0)).sum(axis=1).max(initial=0.0))
         if strained == 0:
             return UNDRIVEN
         at_yield = float(scene.material.yield_stress(0.0)) / scene.material.elasticity.young
-        return max(ONSET * math.sqrt(self.aim), YIELDING * at_yield) / strained * (target - state.tau)
+        length = max(ONSET * math.sqrt(self.aim), YIELDING * at_yield) / strained * (target - state.tau)
+        return max(length, SHORTEST)
 
 
 def at_kink(system: System, tau: float) -> bool:

@@ -113,7 +113,10 @@ def _cells(mesh: Any) -> tuple[Ints, int]:
     require(len(kinds) > 0, "mesh cells", kinds, "of a plane or of space; there are none")
     allowed = f"all of one kind, one of {sorted(KINDS)}"
     require(len(kinds) == 1 and kinds[0] in KINDS, "mesh cells", kinds, allowed)
-    return np.concatenate([block.data for block in blocks]).astype(np.intp), dimension
+    cells = np.concatenate([np.asarray(block.data) for block in blocks])
+    whole = cells.dtype.kind in "iu"
+    require(whole, "mesh cells", f"node indices of type {cells.dtype}", "whole numbers")
+    return cells.astype(np.intp), dimension
 
 
 def _places(points: Any, cells: Ints, dimension: int) -> Floats:
@@ -122,8 +125,8 @@ def _places(points: Any, cells: Ints, dimension: int) -> Floats:
     require(given.dtype.kind in "iuf", "mesh nodes", f"of type {given.dtype}", "numbers")
     points = given.astype(np.float64)
     require(points.ndim == 2 and points.shape[1] in (2, 3), "mesh nodes", points.shape, "of two or three coordinates")
-    outside = cells[(cells < 0) | (cells >= len(points))][:1]
-    require(not outside.size, "mesh cells", f"node index {outside.max(initial=0)}", f"in [0, {len(points)})")
+    outside = cells[(cells < 0) | (cells >= len(points))][:1].tolist()
+    require(not outside, "mesh cells", f"node index {outside}", f"in [0, {len(points)})")
     used = points[np.unique(cells)]
     require(bool(np.isfinite(used).all()), "mesh nodes", "NaN or infinite", "finite")
     if dimension == 3:
@@ -151,7 +154,8 @@ def _tagged(mesh: Any, dimension: int, tag: str | None, names: Mapping[str, int]
     whole = whole and all((data == np.round(data)).all() for _, data in blocks)
     require(whole, "tag", tag, "cell data of one whole number a cell")
     values = sorted({int(value) for _, data in blocks for value in np.unique(data)})
-    called = {int(of[0]): name for name, of in mesh.field_data.items() if len(of) == 2 and of[1] == dimension - 1}
+    pairs = {name: np.asarray(of) for name, of in mesh.field_data.items()}
+    called = {int(of[0]): name for name, of in pairs.items() if of.shape == (2,) and of[1] == dimension - 1}
     numbered = [(called.get(value, str(value)), value) for value in values if value]
     twice = len({name for name, _ in numbered}) < len(numbered)
     require(bool(names) or not twice, "mesh boundaries", [name for name, _ in numbered], "of different names")

@@ -3,14 +3,13 @@ r"""Tools in space that are in the body where no candidate feels them: between t
 What :mod:`bipot.scene.between` asks of edges in a plane is asked of faces here. A face is the triangles between its
 outline and its middle, and L its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
 thickness, behind any: not at rest, nor at the end of an increment, nor on the way, straight from its start, which is
-looked at in steps of no more than that depth. Two ways it is found:
+looked at in steps of no more than that depth, or than its distance from the faces. Two ways it is found:
 
 * the gap at points of the triangles, dense enough for what is :data:`THIN` L thick: of thinner tools the scene is
   refused;
-* the centres of the spheres on a tool's axis, such as the tips of cones, which are too deep where they are in the body,
-  by the solid angle that its surface has around them, and farther behind its nearest triangle than that.
-
-A ring around the axis that is sharper than the points are dense is found as deep as it hits one of them.
+* the centres of the spheres on a tool's axis, such as the tips of cones, and points of the rings that edges and fillets
+  are around it, which are too deep where they are in the body, by the solid angle that its surface has around them, and
+  farther behind its nearest triangle than that.
 """
 
 from __future__ import annotations
@@ -36,7 +35,10 @@ THIN = 0.25
 PARTS = 6
 """Into how many parts the sides of a triangle are cut by its points."""
 
-STEPS = 64
+SHARP = 1e-6
+"""Of how deep a tool may be: what is no farther outside the tool is a part of it."""
+
+STEPS = 256
 """Of an increment at most: what goes farther from one to the next is looked at less densely."""
 
 
@@ -81,10 +83,15 @@ class Skin:
         near = _near(before, tool.face, moved)
         if not near.any():
             return None
-        allowed = _allowed(after, tool.face.tips())[near]
-        steps = int(np.clip(np.ceil((moved[near] / allowed).max()), 1, STEPS))
-        for s in np.linspace(0.0, 1.0, steps + 1)[1:]:
-            deep |= _deep((1 - s) * before + s * after, tool.face)
+        allowed, done = _allowed(after, tool.face.tips())[near], 0.0
+        for left in range(STEPS, 0, -1):
+            # A gap shrinks by no more than what goes: until then nothing is deep.
+            free = np.maximum(_off((1 - done) * before[near] + done * after[near], tool.face), allowed)
+            part = np.divide(free, moved[near], out=np.ones_like(free), where=moved[near] > free)
+            done = min(done + max(float(part.min()), (1 - done) / left), 1.0)
+            deep |= _deep((1 - done) * before + done * after, tool.face)
+            if done == 1.0:
+                break
         return self._found(deep)
 
     def _found(self, deep: Bools) -> tuple[int, int] | None:
@@ -140,9 +147,13 @@ def _allowed(triangles: Floats, tips: Tips) -> Floats:
 
 def _near(triangles: Floats, surface: Surface, moved: Floats) -> Bools:
     """Which faces (f, m, 3, 3) the tool may come to as they go as far as ``moved`` (f,)."""
+    return _off(triangles, surface) <= moved
+
+
+def _off(triangles: Floats, surface: Surface) -> Floats:
+    """How far at least (f,) faces (f, m, 3, 3) are off the tool, by their middles."""
     middle = triangles[:, 0, 2]
-    wide = norm(triangles[:, :, 0] - middle[:, None]).max(axis=1)
-    return surface.distance(middle).gap <= wide + moved
+    return surface.distance(middle).gap - norm(triangles[:, :, 0] - middle[:, None]).max(axis=1)
 
 
 def _deep(triangles: Floats, surface: Surface) -> Bools:
@@ -152,8 +163,12 @@ def _deep(triangles: Floats, surface: Surface) -> Bools:
     out = np.zeros(len(triangles), dtype=bool)
     near = _near(triangles, surface, np.zeros(len(triangles)))
     out[near] = -surface.distance(_points(triangles[near])).gap.min(axis=(1, 2), initial=np.inf) > allowed[near]
-    for centre, radius in zip(tips.centre, tips.radius, strict=True):
-        if float(surface.distance(centre).gap) <= 0 and _around_it(triangles, centre) > 2 * np.pi:
+    corners = triangles.reshape(-1, 3)
+    boxed = ((tips.centre > corners.min(axis=0)) & (tips.centre < corners.max(axis=0))).all(axis=1)
+    # Of a sharp corner the gap is zero but for round-off.
+    boxed &= surface.distance(tips.centre).gap <= SHARP * allowed.max()
+    for centre, radius in zip(tips.centre[boxed], tips.radius[boxed], strict=True):
+        if _around_it(triangles, centre) > 2 * np.pi:
             # The nearest face is where it came in.
             far = norm(_points(triangles) - centre).min(axis=(1, 2))
             face = int(np.argmin(far))

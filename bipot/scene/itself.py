@@ -26,6 +26,9 @@ from bipot.scene.symmetry import PLANAR, Plane
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
+DRIFT = 1e-12
+"""Of coordinates: what round-off takes nodes off a plane that they are held in, over some thousand increments."""
+
 BENEATH = 1e-3
 """Of the way from a node to the middle of its element."""
 
@@ -95,7 +98,8 @@ class Itself:
         """What is in what where the ``nodes`` (a, d) are, in words; None where nothing is."""
         for plane, beside in zip(self.mirrors, self.beside, strict=True):
             past = -beside * plane.side(nodes[self.surface])
-            if past.max() > plane.roundoff:
+            # Far from the origin places drift off the plane by their round-off, increment by increment.
+            if past.max() > plane.roundoff + DRIFT * np.abs(nodes).max():
                 node = self.surface[np.argmax(past)]
                 return f"node {node} is {past.max():.2g} past {plane.words}, in the body's own mirror image"
         x = nodes[self.surface]

@@ -42,7 +42,7 @@ from bipot.scene.holding import Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.scene.symmetry import PLANAR, Plane, planes_of, require_mirrored
+from bipot.scene.symmetry import PLANAR, Plane, planes_of, require_mirrored, require_outer
 from bipot.tools.poses import pose_size
 from bipot.tools.tool import AnyTool, FlatTool, Sampling, Tool
 from bipot.typing import Bools, Floats
@@ -89,6 +89,7 @@ class Scene:
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)
         fitted = Fitted(self.mesh, self.geometry, self.material, self.holding, self.surroundings)
+        require_outer(self.mirrors, self.mesh, self.tools, self.loads)
         for k, tool in enumerate(self.tools):
             require_fitting(fitted, tool, f"tools[{k}]")
         require_mirrored(self.planes, self.mesh, self.tools, self.loads)

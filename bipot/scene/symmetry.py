@@ -118,18 +118,30 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
     return plane
 
 
+def require_outer(mirrors: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
+    """Refuse tools and loads on edges in planes of symmetry, or on the axis of a ring: they are inside the whole body.
+
+    Raises:
+        SceneError: naming the field and an edge.
+    """
+    for plane in mirrors:
+        for k, tool in enumerate(tools):
+            _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
+        for k, load in enumerate(loads):
+            if isinstance(load, Traction | Pressure):
+                _require_outer(plane, mesh, (load.boundary,), f"scene.loads[{k}].boundary")
+
+
 def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse what is no body, tool or load together with its mirror images.
 
     Raises:
-        SceneError: a load or a tool on an edge in a plane, which lies inside the whole body; a tool cut by a plane
-            that travels off it, or turns but about its normal, or whose mirror image is in the modelled part; a body
-            force along the normal of a plane, or a point force in it along that.
+        SceneError: a tool cut by a plane that travels off it, or turns but about its normal, or whose mirror image is
+            in the modelled part; a body force along the normal of a plane, or a point force in it along that.
     """
     for plane in planes:
         d = named(plane.normal)
         for k, tool in enumerate(tools):
-            _require_outer(plane, mesh, tool.candidates, f"tools[{k}].candidates")
             halves = f"without a component along {d}: a plane of symmetry cuts the tool, and its halves would part"
             cut, force = plane.cuts(tool), tool.driven_by
             along = tool.goes_across(np.array(plane.normal))
@@ -168,9 +180,7 @@ def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Float
 
 def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:
     d = named(plane.normal)
-    if isinstance(load, Traction | Pressure):
-        _require_outer(plane, mesh, (load.boundary,), f"{label}.boundary")
-    elif isinstance(load, BodyForce):
+    if isinstance(load, BodyForce):
         turned = f"without a component along {d}: beyond the plane of symmetry it would turn round"
         require(plane.contains(load.vector), f"{label}.vector", load.vector, turned)
     elif isinstance(load, PointForce) and plane.holds(mesh.nodes[load.node]):
@@ -179,10 +189,10 @@ def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> 
 
 
 def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
-    """No edge of the boundaries lies in the plane."""
+    """No edge of the boundaries lies in the plane, which on a meridian may be the axis."""
     edges = mesh.edges(*names)
     inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
-    surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, inside it"
+    surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, or on an axis, inside it"
     require(not inside, label, names, surface)
 
 

@@ -11,6 +11,7 @@ which are one on the axis, where the normal is along that.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,6 +24,9 @@ from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, direction, frames
 from bipot.tools.ways import comes_through
 from bipot.typing import Bools, Floats, Vector
+
+AROUND = 48
+"""Points of a ring around the axis, each of which may come between nodes."""
 
 ON_AXIS = 1e-12
 """Of its distances: what is no farther from the axis is on it."""
@@ -111,14 +115,24 @@ class Revolved:
         """As :meth:`bipot.tools.surfaces.Surface.crossed`."""
         return comes_through(self.distance, self.tips().thickness, x, by)
 
-    def tips(self) -> Tips:
-        """As :meth:`bipot.tools.surfaces.Surface.tips`: those on the axis; around it as thick as the meridian."""
+    @cached_property
+    def _tips(self) -> Tips:
+        """Those on the axis, and :data:`AROUND` it of each that is off it; as thick as the meridian."""
         tips = self.meridian.tips()
         solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
         thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
         on = np.abs(tips.centre[:, 0]) <= ON_AXIS * (1 + tips.radius)
-        centres = np.array(self.point) + tips.centre[on, 1:] * np.array(self.axis)
-        return Tips(centres.reshape(-1, 3), tips.radius[on], thickness)
+        angle = 2 * np.pi / AROUND * np.arange(AROUND)[:, None]
+        first, second = frames(np.array([self.axis]))[0, 1:]
+        ring = np.cos(angle) * first + np.sin(angle) * second
+        beside = (tips.centre[~on, :1, None] * ring).reshape(-1, 3)
+        beside += np.repeat(tips.centre[~on, 1:] * np.array(self.axis), AROUND, axis=0)
+        centres = np.array(self.point) + np.concatenate([tips.centre[on, 1:] * np.array(self.axis), beside])
+        return Tips(centres, np.concatenate([tips.radius[on], np.repeat(tips.radius[~on], AROUND)]), thickness)
+
+    def tips(self) -> Tips:
+        """As :meth:`bipot.tools.surfaces.Surface.tips`."""
+        return self._tips
 
     def beyond(self, x: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.beyond`."""

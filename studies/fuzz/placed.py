@@ -210,8 +210,8 @@ def _multiple(tool: AnyTool, tau: float) -> Floats:
 def taken_along(scene: Scene, before: float, after: float) -> Floats:
     """Displacement (a, 2) between two times of a body that nothing but its supports moves.
 
-    All of it goes by the one translation that supports ask for, along the axis on a ring; where there is none, nodes
-    that they drive go alone.
+    All of it goes by the translation nearest to what supports ask for, by least squares, along the axis on a ring; of
+    what they hold components go as they ask.
     """
     alone = prescribed_at(scene, after) - prescribed_at(scene, before)
     normal, asked = directions_of(scene), np.zeros(len(scene.supports))
@@ -222,6 +222,5 @@ def taken_along(scene: Scene, before: float, after: float) -> Floats:
         return alone
     free = np.array([0.0, 1.0]) if scene.geometry is Geometry.AXISYMMETRIC else np.ones(2)
     way = np.linalg.pinv(normal * free) @ asked
-    if np.abs(normal @ way - asked).max() > SAME * np.abs(asked).max():
-        return alone
-    return np.tile(way, (len(alone), 1))
+    axes, held = held_by(scene)
+    return way + np.einsum("aij,ai->aj", axes, held * np.einsum("aij,aj->ai", axes, alone - way))
