@@ -99,10 +99,21 @@ def lying(x: Floats, gap: Floats, ends: Ints) -> Floats:
     >>> lying(steep, np.array([[0.0, 0.05, 0.2]]), np.array([0, 2])).round(12).tolist()
     [0.2]
     """
+    outer = x[:, ends]
+    chord = norm(outer[:, :, None] - outer[:, None]).max(axis=(1, 2))
+    steep = _over(gap.max(axis=1), chord) if len(ends) == 2 else _over(gap.min(axis=1), chord) + _slope(x, gap, ends)
+    return np.clip(1.0 - steep / LIES, 0.0, 1.0)
+
+
+def _slope(x: Floats, gap: Floats, ends: Ints) -> Floats:
+    """The largest slope (f,) of the gap of faces from one of their points to another, as in :func:`lying`."""
     end = np.isin(np.arange(x.shape[1]), ends)
     apart, rises = norm(x[:, :, None] - x[:, None]), np.abs(gap[:, :, None] - gap[:, None])
     rises = np.where(end[:, None] & end, 1.0, 0.5) * rises
-    h = apart[:, end][:, :, end].max(axis=(1, 2))
     slopes = np.divide(rises, apart, out=np.where(rises > 0, np.inf, 0.0), where=apart > 0)
-    off = np.divide(gap.min(axis=1), h, out=np.full_like(h, np.inf), where=h > 0)
-    return np.clip(1.0 - (off + slopes.max(axis=(1, 2))) / LIES, 0.0, 1.0)
+    return np.asarray(slopes.max(axis=(1, 2)))
+
+
+def _over(gap: Floats, length: Floats) -> Floats:
+    """Gaps over lengths (f,); where there is no length, more than any slope."""
+    return np.divide(gap, length, out=np.full_like(length, np.inf), where=length > 0)
