@@ -21,6 +21,7 @@ from bipot.fem.strain import Scratch
 from bipot.laws.projections import unit
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
+from bipot.scales import units_of
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
@@ -111,27 +112,10 @@ class Increment:
 
     @cached_property
     def units(self) -> Units:
-        """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
-
-        In plane strain it is that of a square, of unit thickness. Expected is the largest of the tools' travel, of what
-        is prescribed, and of what new loads do to their own nodes and to those of their tools; where nothing goes a
-        path, of the latter and the last motion; where all are zero, what would release the stress, or a small part of
-        the body's size.
-        """
-        state, scene = self.start, self.system.body.scene
-        young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(self.start.stress).max())
-        space, rigidity = self.system.body.space, self.system.rigidity
-        moved, new = float(norm(state.du).max()), 0.0
-        if scene.loads or scene.drives:
-            yielding = norm(space.spread(self.new_load)) / rigidity.nodal
-            sinking = np.abs(space.beside(self.new_load)) / rigidity.tools
-            new = float(max(yielding.max(), sinking.max(initial=0.0)))
+        """What its numbers are measured in (:mod:`bipot.scales`)."""
         prescribed = max(self.reach, float(norm(self.driven).max()))
-        length = max(prescribed, new) if prescribed else max(moved, new)
-        length = length or max(size * stress / young, LEAST_MOTION * size)
-        reached = max(young * length / size, stress)
-        stress = min(float(scene.material.yield_stress(0.0)), reached)
-        return Units(length, size, stress, size**scene.geometry.reduction.extents)
+        new = self.new_load if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
+        return units_of(self.system, self.start, prescribed, new)
 
     def at(self, x: Floats) -> Iterate:
         """The iterate of the unknowns x (n,): free displacements, and coordinates of tools that are driven.

@@ -14,11 +14,13 @@ from scipy.linalg import null_space
 from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF, cleaned, openable
 from bipot.contact import supported
+from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
-from bipot.iterate import Increment
+from bipot.iterate import Increment, Iterate
 from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.tools.poses import crossed, pose_size
 from bipot.typing import Floats
 
 SPINS = 0.95
@@ -105,7 +107,7 @@ def _spun(system: System, state: State, tau: float) -> str | None:
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
     if not drives.spins.any():
         return None
-    levers = contacts.levers(here.frames, here.meeting.arm)
+    levers = _levers(contacts, here)
     by_normal = contacts.driven_sums(levers[:, 0] * state.forces[:, 0])
     lever, held = norm(levers[:, 1:]), here.rows.limit(state.forces)
     # What is tied holds any moment where it has a lever; without one, or of another tool, it holds none.
@@ -124,6 +126,17 @@ def _spun(system: System, state: State, tau: float) -> str | None:
         f"most {by_friction[k]:.4g}, and {asked[k] - by_normal[k]:.4g} is asked of it: press the tool harder, turn it "
         "by a smaller moment, or by an angle."
     )
+
+
+def _levers(contacts: Candidates, here: Iterate) -> Floats:
+    """Moments (c, d) of unit forces on candidates about the axes of tools that turn; 0 of others."""
+    arm, scene = here.meeting.arm, contacts.scene
+    about = np.zeros((len(scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
+    for k, tool in enumerate(scene.tools):
+        if tool.turn is not None:
+            about[k] = tool.turn.about
+    swirl = crossed(about[contacts.tool[contacts.parts.owner]], arm)
+    return contacts.parts.motion(np.vecdot(here.frames, swirl[:, None]))
 
 
 def free_motion(system: System, state: State) -> Floats | None:

@@ -23,6 +23,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
+from bipot.contact.bending import Bent
 from bipot.contact.closeness import touches
 from bipot.contact.coupling import Coupled, Pushed, coupled
 from bipot.contact.means import Means
@@ -36,7 +37,6 @@ from bipot.scene.scene import Scene
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
-from bipot.tools.poses import crossed, pose_size
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints
 
@@ -163,24 +163,14 @@ class Candidates:
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
     def add_bending(self, K: Floats, meeting: Meeting, r: Floats) -> None:
-        """Take the derivatives of contact forces r (c, d) by the nodes' places off element matrices (e, dk, dk).
-
-        Those of curved tools; others have none. A node's are an element's that has it. Where such tools are driven
-        (:mod:`bipot.contact.coupling`) is another matter.
-        """
-        own, element, dofs = self._bent
-        bending = meeting.bending(self.parts.spread(r))[own]
-        np.subtract.at(K, (element[:, None, None], dofs[:, :, None], dofs[:, None, :]), bending)
+        """Take the derivatives of contact forces r (c, d) by the nodes' places off element matrices (e, dk, dk)."""
+        self._bent.take_off(K, meeting.bending(self.parts.spread(r)))
 
     @cached_property
-    def _bent(self) -> tuple[Ints, Ints, Ints]:
-        """Parts (b,) at curved tools, an element of each one's node, and the node's unknowns (b, d) in it."""
+    def _bent(self) -> Bent:
         shaped = np.array([not tool.flat for tool in self.scene.tools], dtype=bool)
-        own, elements = np.flatnonzero(shaped[self.tool[self.parts.owner]]), self.scene.mesh.elements
-        _, first = np.unique(elements, return_index=True)
-        element, local = np.divmod(first[self.met.weights.indices[own]], elements.shape[1])
-        d = self.scene.mesh.dimension
-        return own, element, d * local[:, None] + np.arange(d)
+        node = np.asarray(self.met.weights.indices, np.intp)
+        return Bent.of(self.scene.mesh, node, shaped[self.tool[self.parts.owner]])
 
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
@@ -279,18 +269,6 @@ class Candidates:
     def _owned(self) -> Bools:
         """Whether the candidate is the tool's (k, c)."""
         return np.asarray(self.tool == np.arange(len(self.scene.tools))[:, None])
-
-    def levers(self, frames: Floats, arm: Floats) -> Floats:
-        """Moments (c, d) of unit forces on candidates about the axes of tools that turn; 0 of others.
-
-        By ``frames`` (w, d, d) of parts that are seen at ``arm`` (w, d).
-        """
-        about = np.zeros((len(self.scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
-        for k, tool in enumerate(self.scene.tools):
-            if tool.turn is not None:
-                about[k] = tool.turn.about
-        swirl = crossed(about[self.tool[self.parts.owner]], arm)
-        return self.parts.motion(np.vecdot(frames, swirl[:, None]))
 
     def moments(self, vectors: Floats, nodes: Floats, placed: Floats) -> Floats:
         """Moments (k,) of vectors (w, d) at ``nodes`` (a, d) about centres of turning tools at ``placed`` (k, p)."""

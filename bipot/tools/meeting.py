@@ -33,7 +33,7 @@ from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
-HALVINGS = 40
+HALVINGS = 56
 """Of an increment: when a candidate that comes through the air touches."""
 
 
