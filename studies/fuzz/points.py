@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
-from bipot.tools.tool import AnyTool, FlatTool, Sampling
+from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz.meshes import Rng
@@ -22,6 +23,8 @@ from studies.independent.tools import turning
 
 WEIGHTED = 0.4
 """Of the scenes of quadratic elements have contact in weighted means: at all of their tools, or at one of two."""
+
+Tool = TypeVar("Tool", FlatTool, ShapedTool)
 
 ON_AXIS = 1e-9
 """A radius below this fraction of the largest is none."""
@@ -50,7 +53,7 @@ class Points:
     rubs: Bools
 
 
-def sampled(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool, ...]:
+def sampled(rng: Rng, mesh: Mesh, tools: tuple[Tool, ...]) -> tuple[Tool, ...]:
     """The tools with contact in weighted means, sometimes at one alone; friction node by node is that of ends then."""
     if not mesh.element.quadratic or rng.random() >= WEIGHTED:
         return tools
@@ -58,10 +61,10 @@ def sampled(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool
     return tuple(_weighted(mesh, tool) if alone in (None, k) else tool for k, tool in enumerate(tools))
 
 
-def _weighted(mesh: Mesh, tool: FlatTool) -> FlatTool:
+def _weighted(mesh: Mesh, tool: Tool) -> Tool:
     ends = np.concatenate([mesh.boundaries[name][:, [0, -1]] for name in tool.candidates])
-    mu_at = {node: mu for node, mu in tool.mu_at.items() if node in ends}
-    return replace(tool, sampling=Sampling.WEIGHTED, mu_at=mu_at)
+    mu_at, shear_at = ({a: v for a, v in by.items() if a in ends} for by in (tool.mu_at, tool.shear_at))
+    return replace(tool, sampling=Sampling.WEIGHTED, mu_at=mu_at, shear_at=shear_at)
 
 
 def posed(scene: Scene, setting: Setting) -> Points:
