@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bipot.contact.sampling import hat_areas
 from bipot.contact.shear import nodal_areas
 from bipot.fem.reduction import Geometry
 from bipot.tools.circle import Circle
@@ -16,8 +17,9 @@ from studies.fuzz.surfaces import Seen, cut, outlines
 from studies.independent.between import between, surface_of
 from studies.independent.chains import disc, half_plane
 from studies.independent.data import Setting
-from studies.independent.shear import Edges, carried, shares
-from studies.independent.tools import Rigid, met
+from studies.independent.sampling import Parts
+from studies.independent.shear import Edges, around, carried, shares
+from studies.independent.tools import Going, Rigid, met
 from tests.profiles import drawn, sampled
 
 SEEDS = range(12)
@@ -66,11 +68,17 @@ def tool_of(outline, gone, begun=(0.0, 0.0, 0.0), centre=(0.0, 0.0)):
     return Rigid((outline,), np.array(centre), begun, begun + gone, gone)
 
 
+def going(start, end, weights=None):
+    """Nodes one by one, or as means of these weights, of a body that rests but for them."""
+    parts = Parts.of(np.eye(len(start)) if weights is None else weights)
+    return Going(parts, start, end, end - start, np.zeros_like(start))
+
+
 def test_a_node_that_goes_round_with_a_roll_does_not_slip_and_one_that_rests_slips_by_the_arc():
     roll, angle = tool_of(disc((0.0, 2.0), 2.0, hollow=False), (0.0, 0.0, 0.3), centre=(0.0, 2.0)), 0.3
     start = np.array([[0.0, 0.0], [0.0, 0.0]])
     end = np.array([[2 * np.sin(angle), 2 - 2 * np.cos(angle)], [0.0, 0.0]])
-    found = met(roll, start, end, end - start, np.zeros((2, 2)), 1.0)
+    found = met(roll, going(start, end), 1.0)
     np.testing.assert_allclose(found.slip, [0.0, 2 * angle], atol=1e-15)
     np.testing.assert_allclose(found.opened, 0.0, atol=1e-15)
     np.testing.assert_allclose(found.normal[1][0], [np.sin(angle), -np.cos(angle)], atol=1e-15)
@@ -80,11 +88,33 @@ def test_what_a_node_slides_in_the_air_before_it_touches_is_no_slip():
     """A plane that comes down on a node at a slant: half of the way it is not there yet."""
     plane = tool_of(half_plane((0.0, 1.0), (0.0, -1.0)), (0.5, -2.0, 0.0))
     start = np.zeros((1, 2))
-    found = met(plane, start, np.array([[0.0, -1.0]]), np.array([[0.0, -1.0]]), np.zeros((1, 2)), 1.0)
+    found = met(plane, going(start, np.array([[0.0, -1.0]])), 1.0)
     assert found.slip == pytest.approx(0.25, abs=1e-14)
     touching = replace(plane, begun=np.array([0.0, -1.0, 0.0]), ended=np.array([0.5, -3.0, 0.0]))
-    along = met(touching, start, np.array([[0.0, -2.0]]), np.array([[0.0, -2.0]]), np.zeros((1, 2)), 1.0)
+    along = met(touching, going(start, np.array([[0.0, -2.0]])), 1.0)
     assert along.slip == pytest.approx(0.5, abs=1e-14)
+
+
+def test_a_mean_lands_where_its_gap_closes_and_slips_by_the_mean_of_its_nodes_arcs():
+    """Two nodes, one half a length farther off: a plane that comes down at a slant by two lengths closes their mean gap
+    after three halves. On the last quarter of its way both slip.
+    """
+    plane, start = tool_of(half_plane((0.0, 1.25), (0.0, -1.0)), (0.5, -2.0, 0.0)), np.array([[0.0, 0.0], [1.0, -0.5]])
+    means = met(plane, going(start, start - (0.0, 1.0), np.array([[0.5, 0.5]])), 1.0)
+    assert means.apart.tolist() == [True]
+    np.testing.assert_allclose(means.slip, 0.125, atol=1e-14)
+    alone = met(plane, going(start, start - (0.0, 1.0)), 1.0)
+    np.testing.assert_allclose(alone.slip, [0.5 * (1 - 1.25 / 2), 0.5 * (1 - 1.75 / 2)], atol=1e-14)
+
+
+def test_nodes_of_a_mean_that_touches_slip_from_the_start_though_one_is_off_the_tool():
+    """On a ball: each by its own arc, R/(R + g) of what it moves by, whatever its gap."""
+    ball = tool_of(disc((0.0, 2.0), 2.0, hollow=False), (0.0, 0.0, 0.0))
+    start = np.array([[0.0, 0.5], [0.0, -0.5]])
+    found = met(ball, going(start, start + np.array([1e-6, 0.0]), np.array([[0.5, 0.5]])), 1.0)
+    np.testing.assert_allclose(found.gap[0], [-0.5, 0.5], atol=1e-15)
+    assert not found.apart.any()
+    np.testing.assert_allclose(found.slip, -1e-6 * np.array([2 / 1.5, 2 / 2.5]), rtol=1e-9)
 
 
 def test_a_turned_tool_sees_points_where_they_would_be_if_it_rested():
@@ -108,9 +138,19 @@ def test_areas_and_caps_are_those_of_a_flat_edge_that_lies_on_the_tool(axisymmet
     around = 2 * np.pi * np.array([1 / 6 * 2 * 1.0, 4 / 6 * 2 * 2.0, 1 / 6 * 2 * 3.0])
     expected = around if axisymmetric else np.array([1, 4, 1]) / 3
     np.testing.assert_allclose(shares(x[None], axisymmetric)[0], expected, rtol=1e-14)
-    edges, strength = Edges(np.array([[0, 1, 2]]), np.array([0])), np.array([3.0])
+    edges, strength = Edges(np.array([[0, 1, 2]]), np.array([0]), np.array([[0, 1, 2]])), np.array([3.0])
     half = carried(edges, np.array([0.0, 0.25, 0.0]), strength, x, x, axisymmetric)
     np.testing.assert_allclose(half, 1.5 * expected, rtol=1e-14)
+
+
+@pytest.mark.parametrize("axisymmetric", [False, True])
+def test_caps_of_means_have_the_areas_of_hats_and_lie_by_the_gaps_of_the_edge_s_two(axisymmetric):
+    x = np.array([[1.0, 0.0], [2.0, 0.0], [3.0, 0.0], [4.0, 0.0], [5.0, 0.0]])
+    edges = Edges(np.array([[0, 1, 2], [2, 3, 4]]), np.array([0, 0]), np.array([[0, 1], [1, 2]]))
+    # int (1 - s) 2 pi r ds over an edge from r = a to a + 2 is 2 pi (a + 2/3).
+    a = np.array([1 + 2 / 3, 1 + 4 / 3, 3 + 2 / 3, 3 + 4 / 3]) * 2 * np.pi if axisymmetric else np.ones(4)
+    found = carried(edges, np.array([0.0, 0.0, 0.25]), np.array([3.0]), x, x, axisymmetric)
+    np.testing.assert_allclose(found, 3 * np.array([a[0], a[1] + a[2] / 2, a[3] / 2]), rtol=1e-14)
 
 
 @pytest.mark.parametrize("geometry", [Geometry.PLANE_STRAIN, Geometry.AXISYMMETRIC])
@@ -120,6 +160,8 @@ def test_areas_of_bent_edges_are_the_library_s_and_none_is_negative(geometry):
     own = shares(x[lines], geometry is Geometry.AXISYMMETRIC)
     assert (own >= 0).all()
     np.testing.assert_allclose(own, nodal_areas(x, lines, geometry), rtol=1e-12, atol=1e-14)
+    hats = around(x[lines], geometry is Geometry.AXISYMMETRIC)
+    np.testing.assert_allclose(hats, hat_areas(x, lines, geometry), rtol=1e-12, atol=1e-14)
 
 
 def square(mirrors=()):

@@ -22,7 +22,7 @@ from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool, Sampling
 from studies.fuzz import judge as fuzz_judge
 from studies.fuzz import points as fuzz_points
-from studies.fuzz.points import posed
+from studies.fuzz.points import points_of, posed
 from studies.fuzz.record import setting_of, step_of
 from studies.fuzz.scenes import draw
 from studies.fuzz.unfolded import unfolded
@@ -72,6 +72,7 @@ def test_weights_written_a_second_time_are_the_library_s(element, body, geometry
     np.testing.assert_array_equal(found.node, known.node)
     np.testing.assert_allclose(found.weights, known.means.weights.toarray(), rtol=0, atol=1e-13)
     np.testing.assert_allclose(found.weights.sum(axis=1), 1.0, rtol=1e-14)
+    np.testing.assert_array_equal(points_of(scene, setting_of(scene), scene.tools[0]).ends, known.points[0].edges)
     # Two of them at the corner of top and side, in one node.
     assert len(np.unique(found.node)) < len(found.node) < len(mesh.boundary_nodes(*names))
 
@@ -127,6 +128,13 @@ def found(run, **changes):
     return fuzz_judge.broken(measure(setting, replace(step, **changes)), exact=True)
 
 
+def at_their_nodes(contacts):
+    """Candidates of flat tools as if they were the nodes where they are."""
+    one = np.searchsorted(contacts.parts.owner, np.arange(len(contacts.node)))
+    by_node = {name: getattr(contacts, name)[one] for name in ("normal", "offset", "offset_end", "motion")}
+    return replace(contacts, weights=np.eye(contacts.weights.shape[1])[contacts.node], **by_node)
+
+
 def with_forces(run, forces):
     return {"end": replace(last_step(run)[1].end, forces=forces)}
 
@@ -140,10 +148,7 @@ def test_what_is_right_passes(pressed):
 
 def test_candidates_taken_for_their_nodes_are_found(pressed):
     """As if weights were those of nodes: neither balance nor gap is that of what was solved."""
-    contacts = last_step(pressed)[1].contacts
-    said = " ".join(
-        found(pressed, contacts=replace(contacts, weights=np.eye(contacts.weights.shape[1])[contacts.node]))
-    )
+    said = " ".join(found(pressed, contacts=at_their_nodes(last_step(pressed)[1].contacts)))
     assert "equilibrium" in said
     assert "penetration" in said
 
@@ -161,7 +166,7 @@ def test_forces_on_nodes_in_balance_that_no_pressure_makes_are_found(pressed):
     """Nodal forces W' r are in balance with the body; taken for those of candidates at their nodes they are not."""
     state = pressed.steps[-1].state
     contacts = last_step(pressed)[1].contacts
-    onto = contacts.on_nodes(state.forces)[contacts.node]
+    onto = (contacts.weights.T @ state.forces)[contacts.node]
     assert any("equilibrium" in what for what in found(pressed, **with_forces(pressed, onto)))
 
 
@@ -185,7 +190,7 @@ def test_a_stored_gap_that_is_that_of_the_node_is_not_believed(pressed):
     step = last_step(pressed)[1]
     c = step.contacts
     sunk = replace(c, offset_end=c.offset_end + 1e-4)
-    by_node = np.maximum(np.vecdot(c.normal, step.end.nodes[c.node]) - c.offset_end, 0)
+    by_node = np.maximum(at_their_nodes(c).gap(step.end.nodes), 0)
     assert any("penetration" in what for what in found(pressed, contacts=sunk, gap=by_node))
 
 
@@ -231,9 +236,9 @@ def test_weighted_contact_under_forces_and_supports_that_move_passes():
 
 def contact_of(weights):
     """A mean that a tool touches from below."""
-    none, one = np.zeros((1, 2)), np.zeros(1)
-    way, first = np.array([[0.0, 1.0]]), np.zeros(1, np.intp)
-    return Contacts(first, np.array([weights]), np.ones(1, bool), first, way, one, one, one, none, none)
+    count = int(np.count_nonzero(weights))
+    none, first, way = np.zeros(count), np.zeros(1, np.intp), np.tile([0.0, 1.0], (count, 1))
+    return Contacts(first, np.array([weights]), np.ones(1, bool), first, way, np.zeros(1), none, none, 0 * way)
 
 
 def test_the_stiffness_of_a_point_is_that_of_its_node_or_of_its_nodes_together():

@@ -10,9 +10,8 @@ from bipot.fem.strain import Configuration
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.tool import AnyTool, FlatTool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, Ints
 from studies.fuzz.placed import (
-    directions,
     gone,
     poses,
     taken_along,
@@ -20,12 +19,13 @@ from studies.fuzz.placed import (
     tools_gone,
     turned_by_moments,
 )
-from studies.fuzz.points import Points
+from studies.fuzz.points import Points, edges_of, points_of
 from studies.fuzz.surfaces import outlines
 from studies.independent.data import Contacts, Curved, Setting
 from studies.independent.element import place
+from studies.independent.sampling import Parts
 from studies.independent.shear import Edges, carried, mean_shear
-from studies.independent.tools import TOUCHES, Rigid, met
+from studies.independent.tools import Going, Rigid, met
 
 
 def displacement(start: State, end: State) -> Floats:
@@ -52,7 +52,14 @@ def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:
 
 def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
     """The ``points`` in the increment from ``start`` to ``end``."""
+    cap = _caps(scene, setting, points, start, end)
+    return replace(facing(scene, setting, points, start, end), cap=cap)
+
+
+def facing(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
+    """The same without caps: it is not asked what friction they may carry."""
     node, tool = points.node, points.tool
+    each = tool[Parts.of(points.weights).owner]
     flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
     normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
     point = np.array([(0.0, 0.0) if own is None else own.point for own in flat]).reshape(-1, 2)
@@ -62,28 +69,27 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
         weights=points.weights,
         rubs=points.rubs,
         tool=tool,
-        normal=normal[tool],
+        normal=normal[each],
         mu=mu,
-        offset=np.vecdot(normal, point + tools_at(scene, start))[tool],
-        offset_end=np.vecdot(normal, point + tools_at(scene, end))[tool],
-        motion=tools_gone(scene, start, end)[tool],
-        led=directions(scene)[tool],
-        cap=_caps(scene, setting, points, start, end),
+        offset=np.vecdot(normal, point + tools_at(scene, start))[each],
+        offset_end=np.vecdot(normal, point + tools_at(scene, end))[each],
+        motion=tools_gone(scene, start, end)[each],
     )
     return planes if None not in flat else _met(scene, setting, planes, start, end)
 
 
 def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
     """Candidates of which those of shaped tools have the planes that are tangent to these."""
-    by, asked = displacement(start, end), taken_along(scene, start.tau, end.tau)
-    at, after, du, driven = (planes.mean(nodal) for nodal in (start.nodes, end.nodes, by, asked))
+    fields = start.nodes, end.nodes, displacement(start, end), taken_along(scene, start.tau, end.tau)
+    at, after, du, driven = (nodal[planes.parts.node] for nodal in fields)
     normal, motion = planes.normal.copy(), planes.motion.copy()
     offset, offset_end, curved = planes.offset.copy(), planes.offset_end.copy(), _as_if_flat(planes)
     for k in range(len(scene.tools)):
-        tool, own = rigid(scene, k, start, end), planes.tool == k
+        tool, own = rigid(scene, k, start, end), planes.met == k
         if tool is None or not own.any():
             continue
-        found = met(tool, at[own], after[own], du[own], driven[own], setting.size)
+        going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], driven[own])
+        found = met(tool, going, setting.size)
         (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
         offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
         offset_end[own] = np.vecdot(found.normal[1], after[own]) - found.gap[1]
@@ -92,21 +98,21 @@ def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: St
         curved.slid[own] = found.slip - np.vecdot(tangent, beside)
         curved.places[own] = tool.extent
         curved.blurred[own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1), 0.0)
-        curved.apart[own], curved.past[own] = found.gap[0] > TOUCHES * setting.size, found.past
+        curved.apart[planes.tool == k], curved.past[own] = found.apart, found.past
         curved.stretch[0][own], curved.stretch[1][own] = found.stretch
     return replace(planes, normal=normal, motion=motion, offset=offset, offset_end=offset_end, curved=curved)
 
 
 def _as_if_flat(planes: Contacts) -> Curved:
-    """What candidates have beside their planes where no tool is curved."""
-    count = len(planes.node)
+    """What nodes have beside their planes where no tool is curved."""
+    count = len(planes.normal)
     return Curved(
         normal=planes.normal.copy(),
         stretch=(np.ones(count), np.ones(count)),
         opened=np.zeros(count),
         slid=np.zeros(count),
         blurred=np.zeros(count),
-        apart=np.zeros(count, dtype=bool),
+        apart=np.zeros(len(planes.node), dtype=bool),
         past=np.zeros(count, dtype=bool),
         places=np.zeros(count),
     )
@@ -125,9 +131,10 @@ def _caps(scene: Scene, setting: Setting, points: Points, start: State, end: Sta
     for k, tool in enumerate(scene.tools):
         own: Bools = np.isfinite(shear) & (points.tool == k)
         if own.any():
-            gap, edges = _gaps(scene, k, start, end), _edges(scene, tool)
+            every = points_of(scene, setting, tool)
+            gap, edges = every.weights @ _gaps(scene, k, start, end), _edges(scene, tool, every.ends)
             most = carried(edges, gap, strength, balanced, end.nodes, setting.axisymmetric)
-            out[own] = shear[own] * most[points.node[own]]
+            out[own] = shear[own] * most[points.number[own]]
     return out
 
 
@@ -144,7 +151,7 @@ def _gaps(scene: Scene, number: int, start: State, end: State) -> Floats:
     return shape.near(shape.seen(end.nodes, shape.ended))[0].gap
 
 
-def _edges(scene: Scene, tool: AnyTool) -> Edges:
-    nodes = np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
+def _edges(scene: Scene, tool: AnyTool, points: Ints) -> Edges:
+    nodes = edges_of(scene, tool)
     whole = (nodes[:, None, :, None] == scene.mesh.elements[None, :, None, :]).any(axis=-1).all(axis=-1)
-    return Edges(nodes, np.argmax(whole, axis=1))
+    return Edges(nodes, np.argmax(whole, axis=1), points)

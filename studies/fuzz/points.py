@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
-from bipot.tools.tool import AnyTool, FlatTool, Sampling
+from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Bools, Floats, Ints
 from studies.flat import axis_of
 from studies.fuzz.meshes import Rng
@@ -22,6 +23,8 @@ from studies.independent.tools import turning
 
 WEIGHTED = 0.4
 """Of the scenes of quadratic elements have contact in weighted means: at all of their tools, or at one of two."""
+
+Tool = TypeVar("Tool", FlatTool, ShapedTool)
 
 ON_AXIS = 1e-9
 """A radius below this fraction of the largest is none."""
@@ -37,18 +40,20 @@ ROUND = 1e-12
 class Points:
     """Points at a ``node`` (c,) that touch a ``tool`` (c,) or not, as the mean of nodes by ``weights`` (c, a).
 
-    ``fixed`` (c,) are those of which supports hold all nodes along the tangent, and no force moves the tool so. Others
-    rub (``rubs``), but for those where the body beyond them slips the other way: on an axis, or a plane of symmetry.
+    ``number`` (c,) is which they are of all points of their tool. ``fixed`` (c,) are those of which supports hold all
+    nodes along the tangent, and no force moves the tool so. Others rub (``rubs``), but for those where the body beyond
+    them slips the other way: on an axis, or a plane of symmetry.
     """
 
     node: Ints
     tool: Ints
+    number: Ints
     weights: Floats
     fixed: Bools
     rubs: Bools
 
 
-def sampled(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool, ...]:
+def sampled(rng: Rng, mesh: Mesh, tools: tuple[Tool, ...]) -> tuple[Tool, ...]:
     """The tools with contact in weighted means, sometimes at one alone; friction node by node is that of ends then."""
     if not mesh.element.quadratic or rng.random() >= WEIGHTED:
         return tools
@@ -56,47 +61,50 @@ def sampled(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool
     return tuple(_weighted(mesh, tool) if alone in (None, k) else tool for k, tool in enumerate(tools))
 
 
-def _weighted(mesh: Mesh, tool: FlatTool) -> FlatTool:
+def _weighted(mesh: Mesh, tool: Tool) -> Tool:
     ends = np.concatenate([mesh.boundaries[name][:, [0, -1]] for name in tool.candidates])
-    mu_at = {node: mu for node, mu in tool.mu_at.items() if node in ends}
-    return replace(tool, sampling=Sampling.WEIGHTED, mu_at=mu_at)
+    mu_at, shear_at = ({a: v for a, v in by.items() if a in ends} for by in (tool.mu_at, tool.shear_at))
+    return replace(tool, sampling=Sampling.WEIGHTED, mu_at=mu_at, shear_at=shear_at)
 
 
 def posed(scene: Scene, setting: Setting) -> Points:
     """Every candidate: a point of a tool's edges of which a node, or the tool by a force, goes along the normal."""
-    found = list[Means]()
-    for tool, movable in zip(scene.tools, _approaches(scene, setting), strict=True):
-        every = _points(setting, tool, _edges(scene, tool))
-        asked = ((every.weights != 0) & movable).any(axis=1)
-        found.append(Means(every.node[asked], every.weights[asked]))
-    return _by_tool(scene, setting, found)
+    found = [points_of(scene, setting, tool) for tool in scene.tools]
+    pairs = zip(found, _approaches(scene, setting), strict=True)
+    return _by_tool(scene, setting, found, [((every.weights != 0) & moves).any(axis=1) for every, moves in pairs])
 
 
 def held_nodes(scene: Scene, setting: Setting) -> Points:
     """The nodes of the tools' boundaries that supports hold along the normal while no force drives the tool so."""
     pairs = zip(scene.tools, _approaches(scene, setting), strict=True)
-    held = [np.setdiff1d(_edges(scene, tool), np.flatnonzero(movable)) for tool, movable in pairs]
-    return _by_tool(scene, setting, [at_nodes(nodes, len(setting.rest)) for nodes in held])
+    held = [np.setdiff1d(edges_of(scene, tool), np.flatnonzero(movable)) for tool, movable in pairs]
+    found = [at_nodes(nodes, len(setting.rest)) for nodes in held]
+    return _by_tool(scene, setting, found, [np.ones(len(nodes), dtype=bool) for nodes in held])
 
 
-def _by_tool(scene: Scene, setting: Setting, found: list[Means]) -> Points:
-    node, weights = (np.concatenate([getattr(own, name) for own in found]) for name in ("node", "weights"))
-    tool = np.repeat(np.arange(len(found)), [len(own.node) for own in found])
+def _by_tool(scene: Scene, setting: Setting, found: list[Means], asked: list[Bools]) -> Points:
+    """Those of the points ``found`` that are ``asked`` (p,) for, tool by tool."""
+    number = np.concatenate([np.flatnonzero(mine) for mine in asked])
+    node = np.concatenate([every.node[mine] for every, mine in zip(found, asked, strict=True)])
+    weights = np.concatenate([every.weights[mine] for every, mine in zip(found, asked, strict=True)])
+    tool = np.repeat(np.arange(len(found)), [np.count_nonzero(mine) for mine in asked])
     tangents = _normals(scene, setting)[..., ::-1] * (1.0, -1.0)
     slides = ((weights != 0) & _slides(scene, setting, tangents)[tool]).any(axis=1)
     beyond = moves(~_mirrored(scene, setting)[tool, node], np.zeros((1, 2)), tangents[tool, node])
-    return Points(node, tool, weights, ~slides, slides & beyond)
+    return Points(node, tool, number, weights, ~slides, slides & beyond)
 
 
-def _edges(scene: Scene, tool: AnyTool) -> Ints:
+def edges_of(scene: Scene, tool: AnyTool) -> Ints:
+    """Edges (f, n) of a tool's boundaries, end, middle, end."""
     return np.concatenate([scene.mesh.boundaries[name] for name in tool.candidates])
 
 
-def _points(setting: Setting, tool: AnyTool, edges: Ints) -> Means:
-    """All points of a tool's ``edges``. On linear ones means are nodes."""
+def points_of(scene: Scene, setting: Setting, tool: AnyTool) -> Means:
+    """All points of a tool's edges. On linear ones means are nodes."""
+    edges = edges_of(scene, tool)
     if tool.sampling is Sampling.WEIGHTED and edges.shape[1] == 3:
         return around_ends(setting.rest, edges, setting.axisymmetric)
-    return at_nodes(np.unique(edges), len(setting.rest))
+    return at_nodes(edges, len(setting.rest))
 
 
 def _normals(scene: Scene, setting: Setting) -> Floats:

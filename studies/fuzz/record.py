@@ -19,7 +19,7 @@ from bipot.response import State
 from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.typing import Bools, Floats, Ints
-from studies.fuzz.contacts import contacts, shaped
+from studies.fuzz.contacts import contacts, facing, shaped
 from studies.fuzz.placed import held_by, led_of, planes, prescribed_at, tools_gone
 from studies.fuzz.points import held_nodes, posed
 from studies.independent.between import surface_of
@@ -77,7 +77,7 @@ def step_of(scene: Scene, setting: Setting, accepted: Accepted, largest: float) 
         displacement=end.nodes - start.nodes if stored is None else stored,
         by_difference=stored is None,
         contacts=contacts(scene, setting, points, start, end),
-        held=contacts(scene, setting, held_nodes(scene, setting), start, end),
+        held=facing(scene, setting, held_nodes(scene, setting), start, end),
         gap=getattr(end, "gap", None),
         flow=None if flow is None else (mandel_to_full(flow.strain), flow.peeq),
         largest=largest,
@@ -107,9 +107,9 @@ def idle(scene: Scene, setting: Setting, accepted: Accepted, share: float) -> tu
 
 @dataclass(frozen=True)
 class Pushed:
-    """Contact forces (c, d) of the tools ``tool`` (c,) on candidates at the end, with what rubs on supports.
+    """Contact forces (w, d) of the tools ``tool`` (w,) on a ``node`` (w,) at the end, with what rubs on supports.
 
-    Candidates are at ``node`` (c,), and nodes take ``nodal`` (a, d).
+    They are the nodes' shares of forces on candidates, ``nodal`` (a, d) their sums.
 
     A candidate that supports hold along the tangent takes friction too where the tool moves along it (``rubs``).
     """
@@ -125,21 +125,21 @@ def pushed_by(scene: Scene, setting: Setting, accepted: Accepted) -> Pushed:
     """The forces of an accepted increment."""
     start, end, points = accepted.start, accepted.state, posed(scene, setting)
     c, r = contacts(scene, setting, points, start, end), end.forces
-    asked = c.mean(prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))
-    slip = np.vecdot(c.tangent, c.motion - asked)
+    asked = (prescribed_at(scene, end.tau) - prescribed_at(scene, start.tau))[c.parts.node]
+    slip = c.parts.mean(np.vecdot(c.tangent, c.motion - asked))
     # That support and tool go together is a difference of round-off.
-    together = np.abs(slip) <= TOGETHER * (np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
+    together = np.abs(slip) <= TOGETHER * c.parts.most(np.linalg.norm(c.motion, axis=1) + np.linalg.norm(asked, axis=1))
     held = points.fixed & ~together
     rubbed = np.where(held & ~c.welded, c.most(r), 0.0) * np.sign(slip)
     friction = r[:, 1] + rubbed
     forces = c.vectors(np.column_stack([r[:, 0], friction]))
-    return Pushed(c.node, c.tool, forces, c.on_nodes(forces), bool(rubbed.any()))
+    return Pushed(c.parts.node, c.met, forces, c.on_nodes(forces), bool(rubbed.any()))
 
 
 def forces_by_node(scene: Scene, setting: Setting, state: State) -> Floats:
     """Contact forces as vectors (tools, a, d) on nodes: those of means are as unique as these."""
     c = contacts(scene, setting, posed(scene, setting), state, state)
-    mine = c.tool == np.arange(len(scene.tools))[:, None]
+    mine = c.met == np.arange(len(scene.tools))[:, None]
     return np.stack([c.on_nodes(own[:, None] * c.vectors(state.forces)) for own in mine])
 
 
@@ -159,8 +159,7 @@ def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Float
 def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
     """The candidates at a state that a next increment starts from, and which (c,) of them touch a tool, not past it."""
     there = contacts(scene, setting, posed(scene, setting), state, state)
-    gap = np.vecdot(there.normal, there.mean(state.nodes)) - there.offset
-    return there, (gap <= TOUCHING * setting.size) & ~there.past
+    return there, (there.gap(state.nodes) <= TOUCHING * setting.size) & ~there.past
 
 
 def _applied(scene: Scene, tau: float) -> Applied:

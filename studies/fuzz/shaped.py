@@ -3,7 +3,7 @@
 Each is that of the same seed with flat tools, of which one or all get another surface: round, hollow, a wedge, a punch
 with round edges, a die, a closed roll, several surfaces at once. It is turned to where the flat one looked, and put as
 far off the body as that was. Of some the forces that press them and the moments that turn them are given, and some have
-supports between the axes (:mod:`studies.fuzz.led`).
+supports between the axes (:mod:`studies.fuzz.led`). Quadratic edges some meet in weighted means, as flat ones do.
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
 from bipot.typing import Floats
 from studies.fuzz.led import aslant, led
 from studies.fuzz.meshes import Rng
+from studies.fuzz.points import edges_of, sampled
 from studies.fuzz.scenes import Drawn, cut_by_planes, draw
 from studies.fuzz.surfaces import outlines, pair
 
@@ -63,7 +64,8 @@ def draw_shaped(seed: int) -> Drawn:
         try:
             shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
             driven = led(np.random.default_rng([seed, 12]), shaped)
-            return replace(drawn, scene=aslant(np.random.default_rng([seed, 14]), driven))
+            scene = aslant(np.random.default_rng([seed, 14]), driven)
+            return replace(drawn, scene=_in_means(np.random.default_rng([seed, 15]), scene))
         except SceneError as error:
             why = error
     assert why is not None
@@ -87,6 +89,12 @@ def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:
     tools = [_capped(rng, tool, scene) for tool in tools] if caps else tools
     other = replace(scene, supports=held, tools=tuple(tools))
     return cut_by_planes(rng, other) if planes else other
+
+
+def _in_means(rng: Rng, scene: Scene) -> Scene:
+    """The scene with contact in weighted means at its shaped tools as often as at flat ones."""
+    shaped = iter(sampled(rng, scene.mesh, tuple(tool for tool in scene.tools if isinstance(tool, ShapedTool))))
+    return replace(scene, tools=tuple(next(shaped) if isinstance(tool, ShapedTool) else tool for tool in scene.tools))
 
 
 def _tool(rng: Rng, scene: Scene, tool: AnyTool, symmetric: bool) -> ShapedTool:
@@ -129,12 +137,13 @@ def _turn(rng: Rng, surface: Surface, foot: Floats, normal: Floats, lengths: tup
 def _capped(rng: Rng, tool: AnyTool, scene: Scene) -> AnyTool:
     """Friction as it is, or of constant shear, or capped by it: at some nodes by another part, or not at all."""
     kind = str(rng.choice(CAPS, p=[0.45, 0.3, 0.25]))
-    if kind == "none" or tool.sampling is Sampling.WEIGHTED:
+    if kind == "none":
         return tool
     shear = float(rng.choice([0.0, rng.uniform(0, 1), 1.0], p=[0.05, 0.85, 0.1]))
     if kind == "constant" or np.isinf(tool.mu):
         return replace(tool, mu=np.inf, mu_at={}, shear=shear)
-    nodes = scene.mesh.boundary_nodes(*tool.candidates)
+    edges = edges_of(scene, tool)
+    nodes = np.unique(edges[:, [0, -1]] if tool.sampling is Sampling.WEIGHTED else edges)
     some = rng.choice(nodes, size=len(nodes) // 2) if rng.random() < 0.4 else nodes[:0]
     others = {int(a): float(rng.choice([rng.uniform(0, 1), np.inf], p=[0.8, 0.2])) for a in some}
     return replace(tool, shear=shear, shear_at=others)

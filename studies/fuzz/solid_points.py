@@ -77,7 +77,7 @@ def posed(scene: Scene, number: int) -> Posed:
     tool, mesh = flat(scene.tools[number]), scene.mesh
     faces = faces_of(mesh, tool)
     if not in_means(tool, faces):
-        found, within = at_nodes(np.unique(faces), len(mesh.nodes)), np.tile(np.eye(3), (len(np.unique(faces)), 1, 1))
+        found, within = at_nodes(faces, len(mesh.nodes)), np.tile(np.eye(3), (len(np.unique(faces)), 1, 1))
         for way, inside in planes_of(scene):
             within[inside[found.node]] @= np.eye(3) - np.outer(way, way)
         return Posed(found.node, found.weights, within, np.tile(np.eye(3), (len(found.node), 1, 1)))

@@ -48,8 +48,8 @@ class ContactMeasures:
 
 def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     """Measure the candidates of an increment whose end is ``placed``."""
-    c, du = step.contacts, step.contacts.mean(step.displacement)
-    before = np.vecdot(c.start_normal, c.mean(step.start.nodes)) - c.offset
+    c, du = step.contacts, step.displacement
+    before = c.start_gap(step.start.nodes)
     gap, blur = _gap(step, before)
     slip, opened = c.slip(du), c.opened(du)
     tied = c.welded & (before <= TOUCHING * s.size)
@@ -60,12 +60,14 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     law = np.where(np.broadcast_to(np.isinf(c.cap), mu.shape)[:, None], cone, cut)
     off = np.where(tied, _tied(rho, gap, slip), np.linalg.norm(r - law, axis=1))
     mean, pushed = (step.start.forces + r) / 2, (c.start_vectors(step.start.forces) + c.vectors(r)) / 2
-    work = np.vecdot(pushed, c.motion) + mean[:, 0] * opened
-    moved = np.linalg.norm(du, axis=1) + np.linalg.norm(c.motion, axis=1)
+    went = du[c.parts.node]
+    work = c.parts.sums(np.vecdot(pushed, c.motion)) + mean[:, 0] * opened
+    moved = c.parts.most(np.linalg.norm(went, axis=1) + np.linalg.norm(c.motion, axis=1))
     if c.curved is not None:
         # Who comes from afar does not come along its force: the tool's work is what body and friction take.
-        work = np.where(c.curved.apart, np.vecdot(pushed, du) - mean[:, 1] * slip, work)
-        moved, blur = moved + c.curved.blurred, blur + EPS * c.curved.blurred
+        taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip
+        work, blurred = np.where(c.curved.apart, taken, work), c.parts.most(c.curved.blurred)
+        moved, blur = moved + blurred, blur + EPS * blurred
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
@@ -86,22 +88,23 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
 
 
 def point_stiffness(c: Contacts, nodal: Floats, free: Bools, axes: Floats | None = None) -> Floats:
-    r"""rho = sum_a w_a^2 k_a / (sum_a w_a^2)^2 (c,) of the nodes a that give way, k_a = n . K_aa n, n the normal.
+    r"""rho = sum_a w_a^2 k_a / (sum_a w_a^2)^2 (c,) of the nodes a that give way, k_a = n . K_aa n, n their normals.
 
     In k_a it is the normal's components that are ``free`` (a, 2), along ``axes`` (a, 2, 2) of the nodes if there are
     any. A force r on the mean loads node a by w_a r. Where nodes give way in that proportion, v_a = w_a n / sum w^2,
-    the mean does by n, and with neighbours at rest that costs rho: so much force is a gap or slip of the mean. Of one
-    node it is k_a. The law is met for every rho or for none: it is but the scale by which lengths are compared with
+    the mean opens by one, and with neighbours at rest that costs rho: so much force is a gap or slip of the mean. Of
+    one node it is k_a. The law is met for every rho or for none: it is but the scale by which lengths are compared with
     forces, and of means it is larger than that of their nodes.
     Of held nodes that a tool is driven against it is the stiffness that they would have.
     """
-    along = np.broadcast_to(np.eye(2), (c.weights.shape[1], 2, 2)) if axes is None else axes
-    parts = np.einsum("aij,cj->cai", along, c.normal)
-    gives = (c.weights != 0) & moves(free, np.zeros((1, 1, 2)), parts)
-    stuck = ~gives.any(axis=1)
-    n = np.einsum("aij,cai->caj", along, parts * (free | stuck[:, None, None]))
-    share = np.where(gives | stuck[:, None], c.weights, 0.0) ** 2
-    return (share * np.einsum("cai,aij,caj->ca", n, nodal, n)).sum(axis=1) / share.sum(axis=1) ** 2
+    node, owner = c.parts.node, c.parts.owner
+    along = np.broadcast_to(np.eye(2), (len(node), 2, 2)) if axes is None else axes[node]
+    components = np.einsum("wij,wj->wi", along, c.normal)
+    gives = moves(free[node], np.zeros(2), components)
+    stuck = ~c.parts.any(gives)[owner]
+    n = np.einsum("wij,wi->wj", along, components * (free[node] | stuck[:, None]))
+    share = np.where(gives | stuck, c.parts.share, 0.0) ** 2
+    return c.parts.sums(share * np.einsum("wi,wij,wj->w", n, nodal[node], n)) / c.parts.sums(share) ** 2
 
 
 def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
@@ -115,7 +118,7 @@ def moves(free: Bools, led: Floats, direction: Floats) -> Bools:
 def _distance(c: Contacts, nodes: Floats) -> tuple[Floats, Floats]:
     """Of the candidates at the end from the planes (c,), by positions of nodes, and its round-off."""
     places = np.abs(c.offset_end) if c.curved is None else c.curved.places + np.abs(c.offset_end)
-    return np.vecdot(c.normal, c.mean(nodes)) - c.offset_end, EPS * (c.sizes(nodes) + places)
+    return c.gap(nodes), EPS * (c.sizes(nodes) + c.parts.most(places))
 
 
 def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
@@ -125,7 +128,7 @@ def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
     if step.gap is None:
         return gap, blur
     agrees: Bools = np.abs(step.gap - gap) <= 2 * blur
-    moved = c.sizes(step.displacement) + np.abs(c.motion).max(axis=1) + np.abs(before)
+    moved = c.sizes(step.displacement) + c.parts.most(np.abs(c.motion).max(axis=1)) + np.abs(before)
     return np.where(agrees, step.gap, gap), np.where(agrees, np.minimum(EPS * moved, blur), 0.0)
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from studies.independent.element import Bools, Floats, Ints
+from studies.independent.sampling import Parts
 from studies.independent.tools import Rigid
 
 EPS = 64 * float(np.finfo(np.float64).eps)
@@ -68,12 +70,13 @@ class Setting:
 
 @dataclass(frozen=True)
 class Curved:
-    """What candidates of tools that are not flat have beside the tangent plane at the end, zero or one of flat tools.
+    """What nodes have beside the tangent plane at the end of tools that are not flat, zero or one of flat tools.
 
-    ``normal`` (c, 2) at the start; ``stretch`` (c,) at start and end, by which the arc of a tool is longer than the way
-    of the point; what gap and slip grow by beyond the way along normal and tangent, ``opened`` and ``slid`` (c,), and
-    the lengths (c,) of places that these are differences of, ``blurred``. ``apart`` says which start in the air,
-    ``past`` which end past an open end of the tool (c,). ``places`` (c,) is the size of the tool's numbers.
+    Of the w nodes that candidates are means of: ``normal`` (w, 2) at the start; ``stretch`` (w,) at start and end, by
+    which the arc of a tool is longer than the way of the node; what gap and slip grow by beyond the way along normal
+    and tangent, ``opened`` and ``slid`` (w,), and the lengths (w,) of places that these are differences of,
+    ``blurred``; ``past`` (w,) says which end past an open end of the tool, ``places`` (w,) is the size of its numbers.
+    ``apart`` (c,) says which candidates start in the air.
     """
 
     normal: Floats
@@ -88,13 +91,15 @@ class Curved:
 
 @dataclass(frozen=True)
 class Contacts:
-    """Candidates in an increment: normal, coefficient, offset n . x of the plane at start and end, its motion.
+    """Candidates in an increment, each the mean of nodes by its ``weights`` (c, a), at ``node`` (c,).
 
-    Each is the mean of nodes by its ``weights`` (c, a), and is at ``node`` (c,). ``rubs`` (c,) says if it has friction,
-    ``cap`` (c,) what the shear yield stress lets it carry, inf where none is asked.
-    ``tool`` (c,) numbers their tools, ``led`` (c, 2) is the direction of the force that drives it, zero without one.
-    Of a curved tool the plane is the one that is tangent where the candidate is nearest at the end, and ``offset`` is
-    that of the start; the motion is that of the tool's point there.
+    ``rubs`` (c,) says if it has friction, with the coefficient ``mu`` (c,), ``cap`` (c,) what the shear yield stress
+    lets it carry, inf where none is asked. ``tool`` (c,) numbers their tools.
+
+    Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
+    end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
+    the end, and ``offset`` is that of the start; the motion is that of the tool's point there. Gaps and slips of
+    candidates are the means of those of nodes, and nodes take their shares of forces as vectors of their own.
     """
 
     node: Ints
@@ -106,14 +111,18 @@ class Contacts:
     offset: Floats
     offset_end: Floats
     motion: Floats
-    led: Floats
     cap: Floats | float = np.inf
     curved: Curved | None = None
 
+    @cached_property
+    def parts(self) -> Parts:
+        """The nodes that candidates are means of, one by one."""
+        return Parts.of(self.weights)
+
     @property
     def past(self) -> Bools:
-        """Which candidates (c,) end past an open end of their tool."""
-        return np.zeros(len(self.node), dtype=bool) if self.curved is None else self.curved.past
+        """Candidates (c,) of which a node ends past an open end of their tool."""
+        return np.zeros(len(self.node), dtype=bool) if self.curved is None else self.parts.any(self.curved.past)
 
     @property
     def welded(self) -> Bools:
@@ -122,18 +131,31 @@ class Contacts:
 
     @property
     def start_normal(self) -> Floats:
-        """The normal (c, 2) where the increment starts."""
+        """The normal (w, 2) where the increment starts."""
         return self.normal if self.curved is None else self.curved.normal
 
+    @property
+    def met(self) -> Ints:
+        """The tools (w,) that nodes meet."""
+        return self.tool[self.parts.owner]
+
+    def start_gap(self, nodes: Floats) -> Floats:
+        """Gaps (c,) with nodes (a, 2) where they start."""
+        return self.parts.mean(np.vecdot(self.start_normal, nodes[self.parts.node]) - self.offset)
+
+    def gap(self, nodes: Floats) -> Floats:
+        """Gaps (c,) with nodes (a, 2) where they end."""
+        return self.parts.mean(np.vecdot(self.normal, nodes[self.parts.node]) - self.offset_end)
+
     def opened(self, du: Floats) -> Floats:
-        """What gaps (c,) grow by as candidates go ``du`` (c, 2)."""
-        own = np.vecdot(self.normal, du - self.motion)
-        return own if self.curved is None else own + self.curved.opened
+        """What gaps (c,) grow by as nodes go ``du`` (a, 2)."""
+        own = np.vecdot(self.normal, du[self.parts.node] - self.motion)
+        return self.parts.mean(own if self.curved is None else own + self.curved.opened)
 
     def slip(self, du: Floats) -> Floats:
-        """Slips (c,) of candidates that go ``du`` (c, 2), zero where they do not rub."""
-        own = np.vecdot(self.tangent, du - self.motion)
-        return np.where(self.rubs, own if self.curved is None else own + self.curved.slid, 0.0)
+        """Slips (c,) of candidates as nodes go ``du`` (a, 2), zero where they do not rub."""
+        own = np.vecdot(self.tangent, du[self.parts.node] - self.motion)
+        return np.where(self.rubs, self.parts.mean(own if self.curved is None else own + self.curved.slid), 0.0)
 
     def most(self, r: Floats) -> Floats:
         """Largest friction (c,) under forces r (c, 2); without a coefficient the cap where a point carries at all."""
@@ -144,12 +166,8 @@ class Contacts:
 
     @property
     def tangent(self) -> Floats:
-        """(n_2, -n_1)."""
+        """(n_2, -n_1) of nodes (w, 2)."""
         return np.column_stack([self.normal[:, 1], -self.normal[:, 0]])
-
-    def mean(self, nodal: Floats) -> Floats:
-        """A nodal field (a, d) at the candidates (c, d)."""
-        return self.weights @ nodal
 
     def sizes(self, nodal: Floats) -> Floats:
         """Size (c,) of what the mean of a nodal field (a, d) is summed of, once for each of its terms."""
@@ -157,24 +175,23 @@ class Contacts:
         return terms * (np.abs(self.weights) @ np.abs(nodal)).max(axis=1)
 
     def vectors(self, forces: Floats) -> Floats:
-        """Forces (c, 2) dual to gap and slip at the end as vectors (c, 2)."""
-        return _vectors(forces, self.normal, 1.0 if self.curved is None else self.curved.stretch[1][:, None])
+        """What nodes (w, 2) take of forces (c, 2) dual to gap and slip at the end, as vectors."""
+        return self._taken(forces, self.normal, None if self.curved is None else self.curved.stretch[1])
 
     def start_vectors(self, forces: Floats) -> Floats:
-        """Forces (c, 2) of the start as vectors (c, 2)."""
-        return _vectors(forces, self.start_normal, 1.0 if self.curved is None else self.curved.stretch[0][:, None])
+        """The same of forces (c, 2) of the start."""
+        return self._taken(forces, self.start_normal, None if self.curved is None else self.curved.stretch[0])
 
-    def on_nodes(self, vectors: Floats) -> Floats:
-        """What nodes (a, d) take of ``vectors`` (c, d) on the candidates, as much of each as they have in its mean."""
-        return self.weights.T @ vectors
+    def on_nodes(self, taken: Floats) -> Floats:
+        """Sums (a, ...) over nodes of what they have ``taken`` (w, ...), one by one."""
+        out = np.zeros((self.weights.shape[1], *taken.shape[1:]))
+        np.add.at(out, self.parts.node, taken)
+        return out
 
-    def on_nodes_at_most(self, sizes: Floats) -> Floats:
-        """The ``sizes`` (c, ...) of forces on the candidates, as nodes (a, ...) take them whatever their directions."""
-        return np.abs(self.weights).T @ sizes
-
-
-def _vectors(forces: Floats, normal: Floats, stretch: Floats | float) -> Floats:
-    return forces[:, :1] * normal + forces[:, 1:] * stretch * np.column_stack([normal[:, 1], -normal[:, 0]])
+    def _taken(self, forces: Floats, normal: Floats, stretch: Floats | None) -> Floats:
+        own = self.parts.share[:, None] * forces[self.parts.owner]
+        along = np.column_stack([normal[:, 1], -normal[:, 0]])
+        return own[:, :1] * normal + own[:, 1:] * (along if stretch is None else stretch[:, None] * along)
 
 
 @dataclass(frozen=True)

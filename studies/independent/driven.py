@@ -16,9 +16,9 @@ from studies.independent.element import Placed, element_forces, nodal, place
 def driven(step: Step) -> float:
     """Largest |sum_c r . w - F| over F of the tools that forces drive, or moments, w what they go by; 0 without one."""
     led, c = step.led, step.contacts
-    vectors, x, worst = c.vectors(step.end.forces), c.mean(step.end.nodes), [0.0]
+    vectors, x, worst = c.vectors(step.end.forces), step.end.nodes[c.parts.node], [0.0]
     for k, (tool, force) in enumerate(zip(led.tool, led.force, strict=True)):
-        own = c.tool == tool
+        own = c.met == tool
         ways = led.ways(k, x[own])
         sizes = float((np.linalg.norm(vectors[own], axis=1) * np.linalg.norm(ways, axis=1)).sum())
         scale = max(abs(float(force)), sizes) if led.spin[k] else abs(float(force))
@@ -59,5 +59,5 @@ def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, floa
         element = element_forces(configuration, moment.stress)
         mean += (nodal(s.elements, element, len(asked)) - loads - c.on_nodes(pushes)) / 2
         terms = nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)
-        size += (terms + c.on_nodes_at_most(np.abs(pushes))) / 2
+        size += (terms + c.on_nodes(np.abs(pushes))) / 2
     return float(np.vdot(mean, asked)), float(np.vdot(size, np.abs(asked)))

@@ -27,22 +27,21 @@ STRAIGHT_TO = 1e-12
 
 @dataclass(frozen=True)
 class Fans(Means):
-    """Means with the fan (f, k) of each corner of the ``faces`` (f, n), and their unit normals there (f, k, 3)."""
+    """Means around the corners of ``faces`` (f, n), with the faces' unit normals there (f, k, 3)."""
 
     faces: Ints
-    fan: Ints
     normal: Floats
 
     def beyond(self, inside: Bools, way: Floats) -> Bools:
         """Which fans (p,) go on beyond a plane of symmetry with the unit normal ``way`` and the nodes ``inside``."""
         out = np.zeros(len(self.node), dtype=bool)
-        corners = self.faces[:, : self.fan.shape[1]]
+        corners = self.faces[:, : self.ends.shape[1]]
         for f, face in enumerate(corners):
             for k, node in enumerate(face):
                 besides = inside[face[k - 1]] or inside[face[(k + 1) % len(face)]]
                 image = self.normal[f, k] - 2 * (self.normal[f, k] @ way) * way
                 if inside[node] and besides and _goes_on(self.normal[f, k], image):
-                    out[self.fan[f, k]] = True
+                    out[self.ends[f, k]] = True
         return out
 
 
@@ -64,7 +63,7 @@ def around_corners(rest: Floats, faces: Ints, insides: Floats) -> Fans:
                 np.add.at(share, faces[g], shares[g][j])
             node.append(at)
             weights.append(share / share.sum())
-    return Fans(np.array(node, dtype=np.intp), np.array(weights).reshape(-1, len(rest)), faces, fan, normal)
+    return Fans(np.array(node, dtype=np.intp), np.array(weights).reshape(-1, len(rest)), fan, faces, normal)
 
 
 def _spread(corners: Ints, normal: Floats, face: int, corner: int) -> list[tuple[int, int]]:

@@ -148,7 +148,7 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     scale = max(float((nodal(s.elements, np.linalg.norm(f, axis=-1), count) + acting).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
     round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
-    round_off += EPS * (c.on_nodes_at_most(np.linalg.norm(forces, axis=1)) + step.loads[2])
+    round_off += EPS * (c.on_nodes(np.linalg.norm(forces, axis=1)) + step.loads[2])
     return beyond(np.linalg.norm(residual, axis=1), round_off, scale)
 
 

@@ -114,15 +114,16 @@ def _farthest(c: Collapse, k: int) -> float:
     least.
     """
     contacts, direction = c.contacts, c.led.direction[k]
-    own, v = contacts.tool == c.led.tool[k], contacts.mean(c.motion)
+    own, v, parts = contacts.tool == c.led.tool[k], contacts.weights @ c.motion, contacts.parts
     mine = own & c.touching
     welded = mine & contacts.welded
+    mu = np.where(contacts.welded | ~contacts.rubs, 0.0, contacts.mu)[parts.owner, None]
     ways = [v[welded] @ direction]
     for sign in (-1.0, 1.0):
-        leaning = contacts.normal + sign * np.where(contacts.welded, 0.0, contacts.mu)[:, None] * contacts.tangent
-        resists = leaning @ direction
+        leaning = contacts.normal + sign * mu * contacts.tangent
+        resists = parts.mean(leaning @ direction)
         ends = mine & ~welded & (resists > FREE)
-        ways.append(np.vecdot(leaning, v)[ends] / resists[ends])
+        ways.append(parts.mean(np.vecdot(leaning, c.motion[parts.node]))[ends] / resists[ends])
     if sum(map(len, ways)):
         return float(np.concatenate(ways).min())
     lands = c.led.normal[k] @ direction
@@ -136,13 +137,14 @@ def _closing(c: Collapse, ways: Floats) -> tuple[float, float]:
 
     That by more than contacts open by as they slip: the body itself slips without opening.
     """
-    contacts, way = c.contacts, np.zeros((len(c.contacts.tool), 2))
-    x = contacts.mean(c.placed)
+    contacts, parts = c.contacts, c.contacts.parts
+    x, v = c.placed[parts.node], c.motion[parts.node]
     for k, (number, gone) in enumerate(zip(c.led.tool, ways, strict=True)):
-        own = contacts.tool == number
-        way[own] += gone * c.led.ways(k, x[own])
-    v = contacts.mean(c.motion) - way
-    opened, slip = np.vecdot(contacts.normal, v), np.abs(np.vecdot(contacts.tangent, v))
+        own = contacts.met == number
+        v[own] -= gone * c.led.ways(k, x[own])
+    stretch = 1.0 if contacts.curved is None else contacts.curved.stretch[1]
+    opened = parts.mean(np.vecdot(contacts.normal, v))
+    slip = np.where(contacts.rubs, np.abs(parts.mean(stretch * np.vecdot(contacts.tangent, v))), 0.0)
     welded = contacts.welded
     dilated = np.where(welded, 0.0, contacts.mu) * slip
     short = np.where(welded, np.abs(opened) + slip, dilated - opened)[c.touching].max(initial=0.0)

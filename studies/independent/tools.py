@@ -2,8 +2,9 @@ r"""Shaped tools in an increment, for the fuzz study's recomputation: where node
 
 A point of the tool that is at X at rest is at C + a + Q(theta) (X - C) in the pose (a, theta). Nodes are seen from the
 tool as if it rested. Of a node that the tool sees at y and that goes by dy there, the slip is the arc of the outline
-between the nearest places of start and end, over a joint of two outlines that of both; of one that starts apart from
-the tool it begins where the tool, as it goes on past a body at rest, would come to touch it.
+between the nearest places of start and end, over a joint of two outlines that of both. A candidate is a mean of nodes:
+of one that starts apart from the tool slips begin where its mean gap would come to close as the tool goes on past a
+body at rest.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import numpy as np
 
 from studies.independent.element import Bools, Floats, Ints
 from studies.independent.outline import Near, Outline
+from studies.independent.sampling import Parts
 
 TOUCHES = 1e-9
-"""A node nearer than this, over the size of the body, touches."""
+"""A candidate nearer than this, over the size of the body, touches."""
 
 LOOKS = 52
-"""Halvings of an increment, until a node in the air touches."""
+"""Halvings of an increment, until a candidate in the air touches."""
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,11 @@ class Rigid:
 
 @dataclass(frozen=True)
 class Met:
-    """How c nodes meet a tool: ``gap``, unit ``normal`` and ``stretch`` at start and end.
+    """How w nodes meet a tool: ``gap``, unit ``normal`` and ``stretch`` at start and end.
 
     ``past`` says who ends past an open end, ``opened`` what the gap grew by, ``slip`` is as in the module docstring.
-    ``gone`` (c, 2) is how far the tool went under the node; ``blurred`` (c,) says where ``opened`` and ``slip`` are
-    differences of places.
+    ``gone`` (w, 2) is how far the tool went under the node; ``blurred`` (w,) says where ``opened`` and ``slip`` are
+    differences of places. ``apart`` (c,) are the candidates that start in the air.
     """
 
     gap: tuple[Floats, Floats]
@@ -93,41 +95,67 @@ class Met:
     slip: Floats
     gone: Floats
     blurred: Bools
+    apart: Bools
 
 
-def met(tool: Rigid, start: Floats, end: Floats, by: Floats, asked: Floats, size: float) -> Met:
-    """Nodes of a body of the ``size`` that go ``by`` (c, 2) from ``start`` to ``end`` (c, 2).
+@dataclass(frozen=True)
+class Going:
+    """Nodes that are the ``parts`` of c candidates and go ``by`` (w, 2) from ``start`` to ``end`` (w, 2).
 
-    Supports ask them to go ``asked`` (c, 2): of a body at rest they would go so, and not at all elsewhere.
+    Supports ask them to go ``asked`` (w, 2): of a body at rest they would go so, and not at all elsewhere.
     """
-    y, dy = tool.seen(start, tool.begun), tool.way(start, by)
-    (one, before), (other, which) = tool.near(y), tool.near(tool.seen(end, tool.ended))
-    grown, jumped = np.zeros((len(y), 2)), np.zeros(len(y), dtype=bool)
-    for k, outline in enumerate(tool.outlines):
-        mine = which == k
-        grown[mine] = outline.slid(y[mine], dy[mine])
-        jumped[mine] = outline.jumped(y[mine], dy[mine])
-    moved = before != which
-    grown[moved, 1] = _over_joints(tool, y[moved], dy[moved], before[moved], which[moved])
-    opened = np.where(moved, other.gap - one.gap, grown[:, 0])
-    apart, air = one.gap > TOUCHES * size, np.zeros(len(y))
-    if apart.any():
+
+    parts: Parts
+    start: Floats
+    end: Floats
+    by: Floats
+    asked: Floats
+
+
+def met(tool: Rigid, nodes: Going, size: float) -> Met:
+    """Nodes of a body of the ``size``."""
+    y, dy = tool.seen(nodes.start, tool.begun), tool.way(nodes.start, nodes.by)
+    one, other = tool.near(y)[0], tool.near(tool.seen(nodes.end, tool.ended))[0]
+    passed, blurred = _passed(tool, y, dy)
+    slip, apart = passed[:, 1], nodes.parts.mean(one.gap) > TOUCHES * size
+    late = apart[nodes.parts.owner]
+    if late.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
-        air[apart] = in_air(tool, y[apart], aloft.way(start[apart], asked[apart]))
+        air = in_air(tool, nodes.parts, y, aloft.way(nodes.start, nodes.asked))
+        slid, jumped = _passed(tool, y + air, dy - air)
+        slip, blurred = np.where(late, slid[:, 1], slip), blurred | (late & jumped)
     return Met(
         gap=(one.gap, other.gap),
         normal=(one.normal @ turning(tool.begun[2]).T, other.normal @ turning(tool.ended[2]).T),
         stretch=(one.stretch, other.stretch),
         past=other.past,
-        opened=opened,
-        slip=grown[:, 1] - air,
-        gone=tool.carried((start + end) / 2),
-        blurred=moved | jumped,
+        opened=passed[:, 0],
+        slip=slip,
+        gone=tool.carried((nodes.start + nodes.end) / 2),
+        blurred=blurred,
+        apart=apart,
     )
 
 
+def _passed(tool: Rigid, y: Floats, dy: Floats) -> tuple[Floats, Bools]:
+    """What gap and arc (w, 2) of points that the tool sees at y grow by as they go dy (w, 2).
+
+    Then, which (w,) of these are differences of places.
+    """
+    (one, before), (other, which) = tool.near(y), tool.near(y + dy)
+    out, jumped = np.zeros((len(y), 2)), np.zeros(len(y), dtype=bool)
+    for k, outline in enumerate(tool.outlines):
+        mine = which == k
+        out[mine] = outline.slid(y[mine], dy[mine])
+        jumped[mine] = outline.jumped(y[mine], dy[mine])
+    moved = before != which
+    out[moved, 0] = (other.gap - one.gap)[moved]
+    out[moved, 1] = _over_joints(tool, y[moved], dy[moved], before[moved], which[moved])
+    return out, moved | jumped
+
+
 def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) -> Floats:
-    """Arcs (c,) of points that go from one outline to another: on the first while that is nearest, then on the last."""
+    """Arcs (w,) of points that go from one outline to another: on the first while that is nearest, then on the last."""
     near, far = np.zeros(len(y)), np.ones(len(y))
     for _ in range(LOOKS if len(y) else 0):
         middle = (near + far) / 2
@@ -140,26 +168,22 @@ def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) 
     return out
 
 
-def in_air(tool: Rigid, y: Floats, way: Floats) -> Floats:
-    """Arcs (c,) along which points that the tool sees at y (c, 2), and go a ``way`` (c, 2), are still in the air."""
-    until = way.copy()
-    lands = tool.near(y + way)[0].gap < 0
-    if lands.any():
-        until[lands] *= _landing(tool, y[lands], way[lands])[:, None]
-    which, out = tool.near(y + until)[1], np.zeros(len(y))
-    for k, outline in enumerate(tool.outlines):
-        out[which == k] = outline.slid(y[which == k], until[which == k])[:, 1]
-    return out
+def in_air(tool: Rigid, parts: Parts, y: Floats, way: Floats) -> Floats:
+    """How far (w, 2) nodes that the tool sees at y, and go a ``way`` (w, 2), come before their candidates touch.
 
+    The whole way of candidates that do not.
+    """
 
-def _landing(tool: Rigid, y: Floats, way: Floats) -> Floats:
-    """The part (c,) of their ways after which points y (c, 2) touch, which end in the tool."""
-    low, high = np.zeros(len(y)), np.ones(len(y))
+    def inside(fraction: Floats) -> Bools:
+        return parts.mean(tool.near(y + fraction[parts.owner, None] * way)[0].gap) < 0
+
+    low, high = np.zeros(parts.count), np.ones(parts.count)
+    lands = inside(high)
     for _ in range(LOOKS):
         middle = (low + high) / 2
-        inside = tool.near(y + middle[:, None] * way)[0].gap < 0
-        low, high = np.where(inside, low, middle), np.where(inside, middle, high)
-    return low
+        touches = inside(middle)
+        low, high = np.where(touches, low, middle), np.where(touches, middle, high)
+    return np.where(lands, low, 1.0)[parts.owner, None] * way
 
 
 def turning(angle: float) -> Floats:
