@@ -245,6 +245,7 @@ def test_shaped_tools_in_means_are_drawn_with_the_library_s_candidates():
             np.testing.assert_array_equal(points.number[points.tool == k], np.flatnonzero(number >= 0))
 
 
+@pytest.mark.slow
 def test_means_at_shaped_tools_are_drawn_by_a_stream_of_their_own(monkeypatch):
     seeds = range(3300000, 3300060)
     known = drawn(seeds)

@@ -127,6 +127,7 @@ def test_every_form_finds_the_same_forces_under_a_sphere(form):
     assert apart(forces(other)[:kept], forces(pushed())[:kept]) < 1e-6
 
 
+@pytest.mark.slow
 def test_forms_agree_on_a_body_that_flows():
     soft = VonMises(Elasticity(1e3, 0.3), Linear(20.0, 50.0))
     scene = quadratic(dented(material=soft))
