@@ -80,3 +80,18 @@ def apart(one, other):
     """Largest difference of two histories over the largest of their numbers."""
     one, other = np.asarray(one), np.asarray(other)
     return np.abs(one - other).max() / np.abs(other).max()
+
+
+def check_differences(increment, x, r) -> np.ndarray:
+    """The tangent K (n, n) and the rows of gaps against differences by every unknown x (n,), at frozen forces r."""
+
+    def of(y):
+        there = increment.at(y)
+        return there.residual - there.rows.forces(r), there.motion[:, 0]
+
+    here, h = increment.at(x), 1e-6
+    K = increment.system.body.space.matrix(here.tangent(r)).toarray()
+    ways = [[(a - b) / (2 * h) for a, b in zip(of(x + e), of(x - e), strict=True)] for e in h * np.eye(len(x))]
+    np.testing.assert_allclose(K, np.array([balance for balance, _ in ways]).T, atol=1e-6 * np.abs(K).max())
+    np.testing.assert_allclose(here.rows.G_n.toarray(), np.array([gap for _, gap in ways]).T, atol=1e-8)
+    return K

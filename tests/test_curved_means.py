@@ -25,7 +25,7 @@ from bipot.system import system_of
 from bipot.tools.circle import Circle
 from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
-from tests.curved import RADIUS, TIGHT, apart, dragged, forces, marched, pressed
+from tests.curved import RADIUS, TIGHT, apart, check_differences, dragged, forces, marched, pressed
 from tests.scenes import PLANES, named
 from tests.test_curved_forms import SURFACES, TURNS, check_derivatives, start_of
 from tests.test_driven_curved import DRIVEN
@@ -67,16 +67,7 @@ def test_the_tangent_of_driven_tools_is_that_of_differences(name):
     x[-count:] = 2e-2
     r = 1e3 * rng.normal(size=(len(system.candidates.node), 2))
     r[~system.candidates.tangent_free, 1] = 0.0
-
-    def of(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r), there.motion[:, 0]
-
-    here, h = increment.at(x), 1e-6
-    K = system.body.space.matrix(here.tangent(r)).toarray()
-    ways = [[(a - b) / (2 * h) for a, b in zip(of(x + e), of(x - e), strict=True)] for e in h * np.eye(len(x))]
-    np.testing.assert_allclose(K, np.array([balance for balance, _ in ways]).T, atol=1e-6 * np.abs(K).max())
-    np.testing.assert_allclose(here.rows.G_n.toarray(), np.array([gap for _, gap in ways]).T, atol=1e-8)
+    check_differences(increment, x, r)
 
 
 @pytest.mark.parametrize("geometry", PLANES)

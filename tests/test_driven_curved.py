@@ -24,7 +24,7 @@ from bipot.tools.circle import Circle
 from bipot.tools.driving import Force, Moment
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
-from tests.curved import TIGHT, apart, dragged, forces, marched, pressed
+from tests.curved import TIGHT, apart, check_differences, dragged, forces, marched, pressed
 from tests.scenes import refused
 
 EXACT = replace(TIGHT, tool_equilibrium=1e-11)
@@ -130,17 +130,8 @@ def test_the_tangent_is_that_of_differences(name, aslant):
         * rng.normal(size=(len(system.candidates.node), 2))
         * np.column_stack([np.ones(len(system.candidates.node)), system.candidates.tangent_free])
     )
-
-    def of(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r), there.motion[:, 0]
-
-    here = increment.at(x)
-    K, h = system.body.space.matrix(here.tangent(r)).toarray(), 1e-6
-    ways = [[(a - b) / (2 * h) for a, b in zip(of(x + e), of(x - e), strict=True)] for e in h * np.eye(len(x))]
-    np.testing.assert_allclose(K, np.array([balance for balance, _ in ways]).T, atol=1e-6 * np.abs(K).max())
+    K = check_differences(increment, x, r)
     np.testing.assert_allclose(K[-count:], K[:, -count:].T, atol=1e-9 * np.abs(K).max())
-    np.testing.assert_allclose(here.rows.G_n.toarray(), np.array([gap for _, gap in ways]).T, atol=1e-8)
 
 
 def test_what_no_drive_may_be_is_refused():

@@ -17,7 +17,6 @@ from bipot.meshes.solids import brick
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.system import system_of
-from bipot.tools.driving import Force
 from bipot.tools.revolved import sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
@@ -26,7 +25,7 @@ from tests.scenes import named
 from tests.solids import turned
 from tests.space import RUBBER, dented, mirrored_scene, rubbed, turned_scene
 from tests.test_curved_forms import check_derivatives, derivative
-from tests.test_space_tools import SURFACES, TURN, start_of
+from tests.test_space_tools import SURFACES, TURN, check_balance, pushed_by_a_force, start_of
 
 WEIGHTED = Sampling.WEIGHTED
 QUADRATIC = (Element.H20, Element.T10)
@@ -71,21 +70,7 @@ def test_slips_change_as_measured_where_the_surface_is_even():
 
 
 def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
-    rng = np.random.default_rng(3)
-    path = ((0.0, 0.0), (1.0, 1.0))
-    scene = rubbed(travel=(0.03, -0.02, 0.0), path=path, driven_by=Force((0.0, 0.0, -9.0)))
-    increment, x, r = start_of(quadratic(scene, elements=1), rng)
-    K = increment.system.body.space.matrix(increment.at(x).tangent(r))
-
-    def unbalanced(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r)
-
-    for _ in range(3):
-        v = rng.uniform(-1, 1, len(x))
-        found = derivative(unbalanced, x, v)
-        np.testing.assert_allclose(found, K @ v, atol=1e-9 * np.abs(found).max())
-        np.testing.assert_allclose(found[-1], (K @ v)[-1], atol=1e-7 * abs(found[-1]))
+    check_balance(quadratic(pushed_by_a_force(), elements=1))
 
 
 @pytest.mark.parametrize("element", QUADRATIC)

@@ -29,7 +29,7 @@ from bipot.tools.revolved import roll, sphere
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import Sampling, ShapedTool
 from tests.courses import stored
-from tests.curved import apart, forces
+from tests.curved import apart, check_differences, forces
 from tests.recording import COLUMNS, arrays
 from tests.scenes import named, refused
 from tests.solids import turned
@@ -68,16 +68,7 @@ def test_the_tangent_is_that_of_differences(name, weighted):
     x[-count:] = 2e-2
     r = 1e3 * rng.normal(size=(len(system.candidates.node), 3))
     r[~system.candidates.tangent_free, 1:] = 0.0
-
-    def of(y):
-        there = increment.at(y)
-        return there.residual - there.rows.forces(r), there.motion[:, 0]
-
-    here, h = increment.at(x), 1e-6
-    K = system.body.space.matrix(here.tangent(r)).toarray()
-    ways = [[(a - b) / (2 * h) for a, b in zip(of(x + e), of(x - e), strict=True)] for e in h * np.eye(len(x))]
-    np.testing.assert_allclose(K, np.array([balance for balance, _ in ways]).T, atol=1e-6 * np.abs(K).max())
-    np.testing.assert_allclose(here.rows.G_n.toarray(), np.array([gap for _, gap in ways]).T, atol=1e-8)
+    check_differences(increment, x, r)
 
 
 def slab(moment, element=Element.H8, **tool) -> Scene:

@@ -71,13 +71,17 @@ def test_rows_motions_and_newtons_tangent_are_derivatives(name, turn):
     assert np.abs(here.measured - np.eye(3)).max() < 0.2
 
 
-def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
-    rng = np.random.default_rng(3)
+def pushed_by_a_force():
+    """A small sphere that goes aside while a force presses it."""
     path = ((0.0, 0.0), (1.0, 1.0))
-    scene = rubbed(travel=(0.03, -0.02, 0.0), path=path, driven_by=Force((0.0, 0.0, -9.0)))
+    return rubbed(travel=(0.03, -0.02, 0.0), path=path, driven_by=Force((0.0, 0.0, -9.0)))
+
+
+def check_balance(scene):
+    """What is unbalanced changes as the tangent says, at the tool too, whose equation is of another size."""
+    rng = np.random.default_rng(3)
     increment, x, r = start_of(scene, rng)
-    here, space = increment.at(x), increment.system.body.space
-    K = space.matrix(here.tangent(r))
+    K = increment.system.body.space.matrix(increment.at(x).tangent(r))
 
     def unbalanced(y):
         there = increment.at(y)
@@ -87,8 +91,11 @@ def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
         v = rng.uniform(-1, 1, len(x))
         found = derivative(unbalanced, x, v)
         np.testing.assert_allclose(found, K @ v, atol=1e-9 * np.abs(found).max())
-        # The tool's own equation too, which is of another size.
         np.testing.assert_allclose(found[-1], (K @ v)[-1], atol=1e-7 * abs(found[-1]))
+
+
+def test_newtons_tangent_of_a_sphere_that_a_force_drives_is_a_derivative():
+    check_balance(pushed_by_a_force())
 
 
 def test_newtons_steps_are_quadratic_and_would_not_be_without_the_curvatures(monkeypatch):

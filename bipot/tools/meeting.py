@@ -189,12 +189,12 @@ class Faces:
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
             start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
             early, late = np.zeros(self.parts.count), np.ones(self.parts.count)
-            off = self._touching(tool, own, start + by)
+            lands = self._touching(tool, own, start + by)
             for _ in range(HALVINGS):
                 middle = (early + late) / 2
                 touches = self._touching(tool, own, start + middle[owner[own], None] * by)
                 early, late = np.where(touches, early, middle), np.where(touches, middle, late)
-            out[own] = np.where(off, early, 1.0)[owner[own], None] * by
+            out[own] = np.where(lands, early, 1.0)[owner[own], None] * by
         return out
 
     def _touching(self, tool: Tool, own: Ints, places: Floats) -> Bools:
