@@ -25,6 +25,7 @@ SHOWN = {
     "shaped": (
         "scenes with shaped tools",
         {
+            "weighted": "weighted contact",
             "circle": "round or hollow tools",
             "profile": "profiles",
             "union": "several surfaces",
