@@ -18,6 +18,7 @@ LAYERS = (
     ("contact",),
     ("response",),
     ("advance", "system"),
+    ("scales",),
     ("iterate",),
     ("checks", "limit_analysis", "traction"),
     ("forms",),
