@@ -98,6 +98,7 @@ def test_a_ball_does_not_fly_through_a_body_in_one_increment():
         list(march(scene, Schedule(1), Control(Newton(), (), cuts=4)))
 
 
+@pytest.mark.slow
 def test_iterates_that_run_away_are_tried_shorter():
     """A plate so thin that next to nothing holds the tool at first: the sinkage is that of plane strain."""
     thin, steel, go = 1e-5, VonMises(Elasticity(70e3, 0.33), Perfect(100.0)), Schedule(2)
