@@ -21,8 +21,8 @@ stress sigma, plastic strain increment e_p from the state the increment started 
 Where friction is capped (:func:`bipot.laws.coulomb.limit`), min(mu r_n, cap) stands for mu r_n in the cone and the gap.
 
 Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
-measure is its :class:`Resolution`; where that is above the bound the measure decides nothing and is said to be below
-resolution, neither passed nor refused.
+measure, or of the gap the motion that the round-off of forces makes, is its :class:`Resolution`; where that is above
+the bound the measure decides nothing and is said to be below resolution, neither passed nor refused.
 """
 
 from __future__ import annotations
@@ -202,6 +202,8 @@ def certify(
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
     # What may not touch has no contact force to blur.
     unsure = balance.blur if len(contact.r) else 0.0
+    # What a contact moves by may be, to this length, what the round-off of forces moves it by.
+    blur = contact.blur + np.minimum(norm(contact.motion), unsure / contact.stiffness)
     law_blur = unsure + float((contact.stiffness * contact.blur).max(initial=0.0))
     law = float(norm(law_residual(contact)).max(initial=0.0))
     # Where no force measures it, the law is met to round-off or it is not met.
@@ -211,7 +213,7 @@ def certify(
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(unsure, contact.largest),
         law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
-        relative_gap=_ratio(float(np.vdot(norm(contact.r), contact.blur) + balance.blur * moved.sum()), energy),
+        relative_gap=_ratio(float(np.vdot(norm(contact.r), blur) + balance.blur * moved.sum()), energy),
     )
     return Certificate(
         equilibrium=balance.equilibrium,

@@ -25,8 +25,8 @@ from bipot.tools.surfaces import ACROSS, Distance, Plane, Surface, Tips, directi
 from bipot.tools.ways import comes_through
 from bipot.typing import Bools, Floats, Vector
 
-AROUND = 48
-"""Points of a ring around the axis, each of which may come between nodes."""
+RING = 48
+"""Points of a ring around the axis: each may come between nodes, and straights between them draw it."""
 
 ON_AXIS = 1e-12
 """Of its distances: what is no farther from the axis is on it."""
@@ -37,8 +37,8 @@ NEXT_TO_AXIS = 1e-9
 HALF, FAR = (1.0, 0.0), 1e6
 """The normal of the axis in the half plane, and how far lines without an end are looked at, over the rest."""
 
-MERIDIANS, CIRCLES, AROUND = 12, 9, 48
-"""By how many meridians and circles a surface is drawn, and by how many straights a circle."""
+MERIDIANS, CIRCLES = 12, 9
+"""By how many meridians and circles a surface is drawn."""
 
 
 @dataclass(frozen=True)
@@ -117,18 +117,18 @@ class Revolved:
 
     @cached_property
     def _tips(self) -> Tips:
-        """Those on the axis, and :data:`AROUND` it of each that is off it; as thick as the meridian."""
+        """Those on the axis, and :data:`RING` it of each that is off it; as thick as the meridian."""
         tips = self.meridian.tips()
         solid = isinstance(self.meridian, Plane) and self.meridian.normal[0] > ACROSS
         thickness = -2 * float(self.meridian.gap(np.zeros(2), np.zeros(2))) if solid else tips.thickness
         on = np.abs(tips.centre[:, 0]) <= ON_AXIS * (1 + tips.radius)
-        angle = 2 * np.pi / AROUND * np.arange(AROUND)[:, None]
+        angle = 2 * np.pi / RING * np.arange(RING)[:, None]
         first, second = frames(np.array([self.axis]))[0, 1:]
         ring = np.cos(angle) * first + np.sin(angle) * second
         beside = (tips.centre[~on, :1, None] * ring).reshape(-1, 3)
-        beside += np.repeat(tips.centre[~on, 1:] * np.array(self.axis), AROUND, axis=0)
+        beside += np.repeat(tips.centre[~on, 1:] * np.array(self.axis), RING, axis=0)
         centres = np.array(self.point) + np.concatenate([tips.centre[on, 1:] * np.array(self.axis), beside])
-        return Tips(centres, np.concatenate([tips.radius[on], np.repeat(tips.radius[~on], AROUND)]), thickness)
+        return Tips(centres, np.concatenate([tips.radius[on], np.repeat(tips.radius[~on], RING)]), thickness)
 
     def tips(self) -> Tips:
         """As :meth:`bipot.tools.surfaces.Surface.tips`."""
@@ -164,12 +164,12 @@ class Revolved:
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
         """As :meth:`bipot.tools.surfaces.Surface.lines`: meridians, and circles around the axis."""
         first, second = frames(np.array(self.axis))[1:]
-        out, angle = list[Floats](), np.linspace(0.0, 2 * np.pi, AROUND + 1)
+        out, angle = list[Floats](), np.linspace(0.0, 2 * np.pi, RING + 1)
         for line in self.meridian.lines(self._place(middle)[0], reach):
             half = line[line[:, 0] >= -ON_AXIS * reach]
             ways = np.cos(angle)[:, None] * first + np.sin(angle)[:, None] * second
             r, z = half[:, :1], half[:, 1:]
-            out += [self.point + r * way + z * self.axis for way in ways[: -1 : AROUND // MERIDIANS]]
+            out += [self.point + r * way + z * self.axis for way in ways[: -1 : RING // MERIDIANS]]
             chosen = half[np.linspace(0, len(half) - 1, min(CIRCLES, len(half))).astype(int)]
             out += [self.point + r * ways + z * np.array(self.axis) for r, z in chosen[chosen[:, 0] > ON_AXIS * reach]]
         return out
