@@ -62,7 +62,7 @@ def test_between_is_by_the_way_of_both():
     """A square goes straight on and gets out of shape, brute force: how deep a small circle is in it all the way."""
     rng = np.random.default_rng(3)
     mesh, R = block(1.0, 1.0, 1, 1), 0.01
-    body = Surroundings.of(mesh, ())
+    body = Surroundings.of(mesh, (), ring=False)
     tool = ShapedTool(Circle((0.0, 0.0), R), (0.0, 0.0), ("top",), 0.1)
     around, seen, asked = mesh.elements[0][:4], 0, 0
     for _ in range(150):
@@ -96,7 +96,7 @@ def test_a_circle_that_is_in_the_body_at_rest_is_refused(centre):
     mesh = block(1.0, 1.0, 2, 2)
     for circle in (Circle((0.5, 1.05), 0.06), Circle((0.5, 0.5), 3.0, concave=True)):
         tool = ShapedTool(circle, (0.0, 0.0), ("top",), 0.1)
-        assert Surroundings.of(mesh, ()).inside(tool, mesh.nodes, np.zeros(3)) is None
+        assert Surroundings.of(mesh, (), ring=False).inside(tool, mesh.nodes, np.zeros(3)) is None
 
 
 def test_a_mirror_image_that_meets_the_modelled_part_is_named():

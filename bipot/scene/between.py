@@ -41,18 +41,22 @@ STEPS, HALVINGS = 8, 40
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it."""
+    """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it.
+
+    Of a ``ring`` the last of them is that of its axis.
+    """
 
     lines: Ints
     planes: Sequence[Plane]
+    ring: bool
 
     @staticmethod
-    def of(mesh: Mesh, planes: Sequence[Plane]) -> Surroundings:
+    def of(mesh: Mesh, planes: Sequence[Plane], ring: bool) -> Surroundings:
         """Of the modelled part what is not in a plane."""
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
         edges = edges[~np.any(cut, axis=0)] if cut else edges
-        return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes)
+        return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes, ring)
 
     def ends(self, nodes: Floats) -> Floats:
         """Ends (f', 2, d) of the whole body's segments where the modelled part's nodes are at ``nodes`` (a, d)."""
@@ -70,7 +74,7 @@ class Surroundings:
         if not len(tips.radius):
             return None
         ends = tool.own(self.ends(nodes), pose)
-        return self.nodes(_behind(ends, tips, tool.face) | _sunk(ends, tips, tool.face))
+        return self.nodes(self._deep(ends, tips, tool.face))
 
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface between which a part of the tool comes in, or None.
@@ -81,8 +85,14 @@ class Surroundings:
         if not len(tips.radius):
             return None
         before, after = tool.own(self.ends(start), poses[0]), tool.own(self.ends(end), poses[1])
-        sunk = _behind(after, tips, tool.face) | _sunk(after, tips, tool.face)
-        return self.nodes(sunk | _passed(before, after, tips, tool.face))
+        return self.nodes(self._deep(after, tips, tool.face) | _passed(before, after, tips, tool.face))
+
+    def _deep(self, ends: Floats, tips: Tips, surface: Surface) -> Bools:
+        """Which segments (f', 2, d) have a tip too deep behind them, or are too deep in the tool."""
+        out = _behind(ends, tips, surface)
+        here = slice(len(ends) // 2 if self.ring else len(ends))
+        out[here] |= _sunk(ends[here], tips, surface)
+        return out
 
     def nodes(self, found: Bools) -> tuple[int, int] | None:
         """The ends of the first segment (f',) that was found."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import SceneError, require
 from bipot.fem.reduction import Geometry
 from bipot.laws.material import Material
 from bipot.meshes.mesh import Mesh
@@ -17,8 +18,10 @@ from bipot.scene.holding import Holding
 from bipot.scene.symmetry import PLANAR
 from bipot.tensors import norm
 from bipot.tools.poses import pose_size
+from bipot.tools.profiles import Profile
+from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance, Plane, Surface
-from bipot.tools.tool import Sampling, Tool
+from bipot.tools.tool import FlatTool, Sampling, Tool
 from bipot.typing import Floats
 
 INSIDE = 1e-9
@@ -65,9 +68,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     holding = body.holding
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
     require(movable, f"{label}.candidates", names, "boundaries of which a node can move along its normal")
-    deep = body.surroundings.inside(tool, body.mesh.nodes, np.zeros(pose_size(d)))
-    allowed = f"off the body: a part of it is behind nodes {deep}, between which no candidate feels it"
-    require(deep is None, f"{label}.surface", tool.face, allowed)
+    _require_outside(body, tool, label)
     if body.ring and not tool.flat:
         _require_revolved(body, tool, label)
     if tool.turn is not None:
@@ -84,6 +85,36 @@ def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
     require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
     twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
     require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
+
+
+def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
+    """No part of a tool is in the body at rest, nor all the body in it; if it faces the wrong way that is said."""
+    wrong = _inside(body, tool)
+    if wrong is None:
+        return
+    if isinstance(tool, FlatTool):
+        raise SceneError(f"{label}.normal = {tool.normal}: must point from the tool into the body: {wrong}")
+    other = _followed_back(tool.face)
+    if other is not None and other.distance(body.mesh.nodes).gap.min() >= -PLANAR * body.mesh.size:
+        wrong += "; with its points in the other order the tool, on the right of its line, is off the body"
+    raise SceneError(f"{label}.surface = {tool.face!r}: must be off the body: {wrong}")
+
+
+def _inside(body: Fitted, tool: Tool) -> str | None:
+    """What of the body at rest is inside the tool, or of that in the body; None where nothing is that must not be."""
+    nodes, pose = body.mesh.nodes, np.zeros(pose_size(body.mesh.dimension))
+    if tool.distance(nodes, pose).max() <= PLANAR * body.mesh.size:
+        return "all of the body is inside it"
+    deep = body.surroundings.inside(tool, nodes, pose)
+    return None if deep is None else f"a part of it is behind nodes {deep}, between which no candidate feels it"
+
+
+def _followed_back(surface: Surface) -> Surface | None:
+    """The surface of the same line with the tool on its other side, None of what is no line's."""
+    if isinstance(surface, Revolved):
+        meridian = _followed_back(surface.meridian)
+        return None if meridian is None else replace(surface, meridian=meridian)
+    return surface.followed_back() if isinstance(surface, Profile) else None
 
 
 def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:

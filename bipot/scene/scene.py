@@ -146,7 +146,9 @@ class Scene:
     @cached_property
     def surroundings(self) -> Surroundings | Skin:
         """The whole body's surface: beyond its mirrors by mirror image."""
-        return (Skin if self.mesh.dimension == 3 else Surroundings).of(self.mesh, self.mirrors)
+        if self.mesh.dimension == 3:
+            return Skin.of(self.mesh, self.mirrors)
+        return Surroundings.of(self.mesh, self.mirrors, self.ring)
 
     @cached_property
     def itself(self) -> Itself:

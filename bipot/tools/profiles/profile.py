@@ -8,7 +8,7 @@ and gaps are distances to one line that ends nowhere.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeGuard
 
@@ -43,7 +43,8 @@ class Profile:
     ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. ``closed``, the line
     leads back to the first point, and all of them are inner: clockwise the tool is inside, anticlockwise outside. An
     open one goes on straight beyond its ends, where it may not be touched. On a meridian it is a tool of revolution:
-    give both sides of the axis, or begin on the axis at a right angle to it.
+    give both sides of the axis, or begin on the axis at a right angle to it, or stay off it; what is beyond counts for
+    nothing.
 
     A sharp corner pushes in the direction from it to the point, and its arc stands still. A node that comes to rest on
     one has no one normal: give such a corner a small fillet.
@@ -71,6 +72,11 @@ class Profile:
         object.__setattr__(self, "points", points)
         object.__setattr__(self, "fillets", self._checked_fillets())
         object.__setattr__(self, "pieces", pieces_of(self.points, self._radii, self.closed))
+
+    def followed_back(self) -> Profile:
+        """The same line from its last point to its first: it has the tool on its other side."""
+        fillets = self.fillets[::-1] if isinstance(self.fillets, tuple) else self.fillets
+        return replace(self, points=self.points[::-1], fillets=fillets)
 
     def distance(self, x: Floats) -> Distance:
         """As :meth:`bipot.tools.surfaces.Surface.distance`."""
