@@ -196,3 +196,11 @@ def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):
     met = np.where(met < 1, met, np.nan)
     gap = profile.distance(x[:, None] + np.nan_to_num(met)[..., None] * by[:, None]).gap
     np.testing.assert_allclose(gap[np.isfinite(met)], 0.0, atol=1e-13)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-310, 1e-160])
+def test_a_way_of_next_to_nothing_meets_no_line(tiny):
+    x = np.array([[0.3, 1.0], [-0.1, 0.5], [0.0, -1.0]])
+    for by in (np.full((3, 2), tiny), np.array([[tiny, 0.1]] * 3)):
+        assert not BLADE.crossed(x, by).any()
+        assert (BLADE.pieces.met(x, by) == 1.0).all()

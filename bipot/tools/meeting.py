@@ -33,8 +33,8 @@ from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
-HALVINGS = 56
-"""Of an increment: when a candidate that comes through the air touches."""
+PARTS, TIMES = 16, 14
+"""Of an increment, and of one of them, and so on: in which a candidate that comes through the air touches first."""
 
 
 class Going(NamedTuple):
@@ -153,10 +153,11 @@ class Faces:
             place[mine] = start = tool.own(going.x[mine], pose)
             by[mine] = went = tool.going(going.x[mine], going.by[mine], pose, advance)
             slips = start + before[mine], went - before[mine]
-            motion[mine, 0] = tool.face.passed(start, went)[:, 0]
             if motion.shape[1] == 2:
-                motion[mine, 1] = tool.face.passed(*slips)[:, 1]
+                passed = tool.face.passed(np.stack([start, slips[0]]), np.stack([went, slips[1]]))
+                motion[mine] = np.stack([passed[0, :, 0], passed[1, :, 1]], axis=-1)
             else:
+                motion[mine, 0] = tool.face.passed(start, went)[:, 0]
                 begun.take(mine, tool, slips[0], pose + advance)
             seen.take(mine, tool, start + went, pose + advance)
             slid[mine] = tool.turned(slips[1], pose + advance)
@@ -188,19 +189,27 @@ class Faces:
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
             start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
-            early, late = np.zeros(self.parts.count), np.ones(self.parts.count)
-            lands = self._touching(tool, own, start + by)
-            for _ in range(HALVINGS):
-                middle = (early + late) / 2
-                touches = self._touching(tool, own, start + middle[owner[own], None] * by)
-                early, late = np.where(touches, early, middle), np.where(touches, middle, late)
-            out[own] = np.where(lands, early, 1.0)[owner[own], None] * by
+            out[own] = by
+            lands = self._touching(tool, own, start + by)[owner[own]]
+            if lands.any():
+                own, start, by = own[lands], start[lands], by[lands]
+                out[own] = self._before(tool, own, start, by)[:, None] * by
         return out
 
+    def _before(self, tool: Tool, own: Ints, start: Floats, by: Floats) -> Floats:
+        """How much (m,) of the way ``own`` parts (m,) come, from ``start`` (m, d) ``by`` (m, d), before they touch."""
+        early, step, owner = np.zeros(self.parts.count), 1.0, self.parts.owner[own]
+        for _ in range(TIMES):
+            step /= PARTS
+            late = early[:, None] + step * np.arange(1, PARTS)
+            touches = self._touching(tool, own, start[:, None] + late[owner, :, None] * by[:, None])
+            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
+        return early[owner]
+
     def _touching(self, tool: Tool, own: Ints, places: Floats) -> Bools:
-        """Candidates (c,) inside the ``tool`` where it sees their ``own`` parts (m,) at ``places`` (m, d)."""
-        gap = np.zeros(len(self.parts.owner))
-        gap[own] = tool.face.distance(places).gap
+        """Candidates (c, …) inside the ``tool`` where it sees their ``own`` parts (m,) at ``places`` (m, …, d)."""
+        gap = np.zeros((len(self.parts.owner), *places.shape[1:-1]))
+        gap[own] = tool.face.gap(places, np.zeros(places.shape[-1]))
         return self.parts.gathered(gap) < 0
 
     def crossed(self, meeting: Meeting) -> Bools:

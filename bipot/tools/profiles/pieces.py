@@ -86,6 +86,10 @@ class Pieces:
     span: float
     extent: float
 
+    def gap(self, x: Floats) -> Floats:
+        """The gap (…) of points x (…, d)."""
+        return self._nearest(x)[1]
+
     def foot(self, x: Floats) -> Foot:
         """The nearest place of points x (…, d)."""
         piece, gap = self._nearest(x)
@@ -168,7 +172,7 @@ class Pieces:
         s, off = self.straights, self._off(x + by)
         across = np.vecdot(by[..., None, :], s.normal)
         gap = np.vecdot(x[..., None, :] - s.start, s.normal)
-        part = np.divide(-gap, across, out=np.full_like(gap, np.nan), where=across != 0)
+        part = np.divide(-gap, across, out=np.full_like(gap, np.nan), where=np.abs(across) > np.abs(gap))
         at = np.vecdot(x[..., None, :] + _safe(part)[..., None] * by[..., None, :] - s.start, s.along)
         on = (part > 0) & (part < 1) & (at >= s.low - off) & (at <= s.high + off)
         return np.sort(np.concatenate([np.where(on, part, 1.0), *self._met_rounds(x, by)], axis=-1), axis=-1)
@@ -195,7 +199,8 @@ class Pieces:
         gap = np.concatenate([self.rounds.turn * (norm(out) - self.rounds.radius), np.vecdot(ahead, s.normal)], axis=-1)
         own = np.concatenate([self._in_sector(out, off), on], axis=-1)
         piece = np.argmin(np.where(own, np.abs(gap), np.inf), axis=-1)
-        return piece, np.take_along_axis(gap, piece[..., None], axis=-1)[..., 0]
+        one = np.arange(piece.size) * gap.shape[-1] + piece.ravel()
+        return piece, gap.ravel()[one].reshape(piece.shape)
 
     def _in_sector(self, out: Floats, off: Floats) -> Bools:
         """Whether places (…, m, d) off the centres are in the sectors of the rounds."""

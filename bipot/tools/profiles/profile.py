@@ -85,7 +85,7 @@ class Profile:
 
     def gap(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`bipot.tools.surfaces.Surface.gap`."""
-        return self.pieces.foot(x - moved).gap
+        return self.pieces.gap(x - moved)
 
     def size(self, x: Floats, moved: Floats) -> Floats:
         """As :meth:`bipot.tools.surfaces.Surface.size`."""
