@@ -233,7 +233,9 @@ def straight(**changes):
             r"tools\[0\].travel = .*: must be without a component along 0: a plane of symmetry cuts the tool",
         ),
         (
-            lambda: block_with(tools=(straight(), straight(point=(WIDTH, 0.0), normal=(-1.0, 0.0), candidates=("right",)))),
+            lambda: block_with(
+                tools=(straight(), straight(point=(WIDTH, 0.0), normal=(-1.0, 0.0), candidates=("right",)))
+            ),
             r"tools\[1\].travel = .*: must be without a component along 1",
         ),
         (
