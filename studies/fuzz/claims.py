@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
@@ -58,11 +59,21 @@ def proofs(scene: Scene, claim: Claim) -> list[Proof]:
     placed = scene.mesh.nodes if setting.small else state.nodes
     loads, led = loads_at(scene, setting, placed, claim.tau)[0], led_of(scene, claim.tau, state)
     collapse = Collapse(placed, claim.motion, loads, led, *candidates_at(scene, setting, state))
-    motions = claim.motion, rigid_part(setting, placed, claim.motion), np.zeros_like(claim.motion)
-    if any(not isinstance(scene.tools[k], FlatTool) for k in led.tool.tolist()):
-        return [judged(setting, replace(collapse, motion=motion), claim.ways) for motion in motions]
-    cases = [(motion, False) for motion in motions] + [(motion, True) for motion in motions[:2]]
-    return [judged(setting, replace(collapse, motion=motion, following=follows)) for motion, follows in cases]
+    ways = claim.ways if any(not isinstance(scene.tools[k], FlatTool) for k in led.tool.tolist()) else None
+
+    def judge(motion: Floats, following: bool) -> Proof:
+        return judged(setting, replace(collapse, motion=motion, following=following), ways)
+
+    return tried(claim.motion, rigid_part(setting, placed, claim.motion), judge)
+
+
+def tried(motion: Floats, rigid: Floats, judge: Callable[[Floats, bool], Proof]) -> list[Proof]:
+    """The judgements of a motion, of the ``rigid`` one in it and of none; then of the former two, tools ``following``.
+
+    Where ways of tools are given they follow nothing, and what is judged twice is the same.
+    """
+    motions = motion, rigid, np.zeros_like(motion)
+    return [judge(way, False) for way in motions] + [judge(way, True) for way in motions[:2]]
 
 
 def refuted(scene: Scene, claim: Claim) -> list[str]:
@@ -71,7 +82,12 @@ def refuted(scene: Scene, claim: Claim) -> list[str]:
     The library's motion is without those of the tools. Here these go as far as they can, so that the load gains as much
     or more, and what is carried is as much or less.
     """
-    reasons = [_missing(found, claim.fraction) for found in proofs(scene, claim)]
+    return unmet(proofs(scene, claim), claim.fraction)
+
+
+def unmet(found: list[Proof], fraction: float) -> list[str]:
+    """What the first two of proofs lack if none of them proves that a ``fraction`` of the load is carried at most."""
+    reasons = [_missing(proof, fraction) for proof in found]
     return [f"claim: {what}" for what in dict.fromkeys(chain(*reasons[:2]))] if all(reasons) else []
 
 

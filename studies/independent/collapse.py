@@ -157,11 +157,8 @@ class Pressed:
 
 
 def ways_of(farthest: list[float], force: Floats, loads: Floats, motion: Floats) -> Floats:
-    """Ways (m,) of driven tools that go so far at most; those that nothing ends make the whole gain one at least.
-
-    Without a force a tool that nothing ends rests.
-    """
-    most = (1 + abs(float(np.vdot(loads, motion)))) / np.where(force > 0, force, np.inf)
+    """Ways (m,) of driven tools that go so far at most; those that nothing ends make the whole gain one at least."""
+    most = (1 + abs(float(np.vdot(loads, motion)))) / force
     return np.where(np.isinf(farthest), most, farthest)
 
 
