@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
@@ -16,7 +16,8 @@ from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.placed import led_of
 from studies.fuzz.record import candidates_at, loads_at, setting_of
-from studies.independent.limit import Collapse, Proof, judged, rigid_part
+from studies.independent.collapse import Proof
+from studies.independent.limit import Collapse, judged, rigid_part
 
 LIMITS = {"volume": 1e-5, "overtaken": 1e-5, "held": 1e-9}
 """Ten times what the library lets pass; held nodes hardly move at all."""
@@ -43,12 +44,9 @@ def claim_of(error: BaseException) -> Claim | None:
     """The claim that ends a march, None if it makes none."""
     if not isinstance(error, LimitPassed):
         return None
-    # The time that was asked for is in the sentence alone, to six digits.
-    asked = re.search(r"to (\S+) failed", str(error))
-    assert asked is not None, error
     state: Any = error.state
     ways = np.array(error.translation, dtype=np.float64)
-    return Claim(state, np.array(error.ray, dtype=np.float64), error.fraction, float(asked[1]), ways)
+    return Claim(state, np.array(error.ray, dtype=np.float64), error.fraction, error.tau, ways)
 
 
 def proofs(scene: Scene, claim: Claim) -> list[Proof]:
@@ -61,11 +59,21 @@ def proofs(scene: Scene, claim: Claim) -> list[Proof]:
     placed = scene.mesh.nodes if setting.small else state.nodes
     loads, led = loads_at(scene, setting, placed, claim.tau)[0], led_of(scene, claim.tau, state)
     collapse = Collapse(placed, claim.motion, loads, led, *candidates_at(scene, setting, state))
-    motions = claim.motion, rigid_part(setting, placed, claim.motion), np.zeros_like(claim.motion)
-    if any(not isinstance(scene.tools[k], FlatTool) for k in led.tool.tolist()):
-        return [judged(setting, replace(collapse, motion=motion), claim.ways) for motion in motions]
-    cases = [(motion, False) for motion in motions] + [(motion, True) for motion in motions[:2]]
-    return [judged(setting, replace(collapse, motion=motion, following=follows)) for motion, follows in cases]
+    ways = claim.ways if any(not isinstance(scene.tools[k], FlatTool) for k in led.tool.tolist()) else None
+
+    def judge(motion: Floats, following: bool) -> Proof:
+        return judged(setting, replace(collapse, motion=motion, following=following), ways)
+
+    return tried(claim.motion, rigid_part(setting, placed, claim.motion), judge)
+
+
+def tried(motion: Floats, rigid: Floats, judge: Callable[[Floats, bool], Proof]) -> list[Proof]:
+    """The judgements of a motion, of the ``rigid`` one in it and of none; then of the former two, tools ``following``.
+
+    Where ways of tools are given they follow nothing, and what is judged twice is the same.
+    """
+    motions = motion, rigid, np.zeros_like(motion)
+    return [judge(way, False) for way in motions] + [judge(way, True) for way in motions[:2]]
 
 
 def refuted(scene: Scene, claim: Claim) -> list[str]:
@@ -74,7 +82,12 @@ def refuted(scene: Scene, claim: Claim) -> list[str]:
     The library's motion is without those of the tools. Here these go as far as they can, so that the load gains as much
     or more, and what is carried is as much or less.
     """
-    reasons = [_missing(found, claim.fraction) for found in proofs(scene, claim)]
+    return unmet(proofs(scene, claim), claim.fraction)
+
+
+def unmet(found: list[Proof], fraction: float) -> list[str]:
+    """What the first two of proofs lack if none of them proves that a ``fraction`` of the load is carried at most."""
+    reasons = [_missing(proof, fraction) for proof in found]
     return [f"claim: {what}" for what in dict.fromkeys(chain(*reasons[:2]))] if all(reasons) else []
 
 

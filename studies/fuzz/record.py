@@ -51,7 +51,7 @@ def setting_of(scene: Scene) -> Setting:
         quadrature=scene.rule.value,
         young=scene.material.elasticity.young,
         poisson=scene.material.elasticity.poisson,
-        yield_stress=_curve(scene.material.hardening),
+        yield_stress=curve_of(scene.material.hardening),
         held=held,
         size=size,
         rest=scene.mesh.nodes,
@@ -195,7 +195,7 @@ def _moment(state: State) -> Moment:
     return Moment(state.nodes, stress, plastic, state.peeq, state.forces)
 
 
-def _curve(hardening: Hardening) -> Callable[[Floats], Floats]:
+def curve_of(hardening: Hardening) -> Callable[[Floats], Floats]:
     """The yield stress written a second time, from the curve's numbers."""
     if isinstance(hardening, Perfect):
         sigma = hardening.sigma_y

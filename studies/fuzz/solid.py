@@ -17,6 +17,7 @@ from studies.fuzz.judge import DISAGREEMENT, DISSIPATES, Ran, run
 from studies.fuzz.record import reported_unique
 from studies.fuzz.row import Outcome, Row, ended
 from studies.fuzz.scenes import Drawn
+from studies.fuzz.solid_claims import refuted
 from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
@@ -113,14 +114,14 @@ def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
 
 
 def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
-    """What is wrong with the increments of a run, and their measures."""
+    """What is wrong with the increments of a run and with the claim that ends it, if any, and their measures."""
     found = measured(ran)
     wrong = [
         f"increment {k}: {what}"
         for k, (m, accepted) in enumerate(zip(found, ran.steps, strict=True), 1)
         for what in broken(m, exact, faint(ran.scene, accepted))
     ]
-    return wrong, found
+    return wrong + ([] if ran.claim is None else refuted(ran.scene, ran.claim)), found
 
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:

@@ -148,18 +148,19 @@ class Gone(NamedTuple):
     @staticmethod
     def of(scene: Scene, accepted: Accepted, k: int) -> Gone:
         """The k-th tool's: on its path, and along the force that drives it."""
-        tool = flat_tools(scene)[k]
-        driven = [i for i, other in enumerate(scene.tools) if other.driven_by is not None]
-        taus = [tau for tau, _ in tool.path]
-        values = np.array([np.broadcast_to(multiple, 3) for _, multiple in tool.path], dtype=np.float64)
+        return Gone(gone_at(scene, k, accepted.start), gone_at(scene, k, accepted.state))
 
-        def at(state: State) -> Floats:
-            out = np.array([np.interp(state.tau, taus, own) for own in values.T]) * np.array(tool.travel)
-            if tool.driven_by is not None:
-                out = out + state.translation[driven.index(k)] * tool.driven_by.direction
-            return out
 
-        return Gone(at(accepted.start), at(accepted.state))
+def gone_at(scene: Scene, k: int, state: State) -> Floats:
+    """How far (3,) the k-th tool has gone since rest at a state."""
+    tool = flat_tools(scene)[k]
+    driven = [i for i, other in enumerate(scene.tools) if other.driven_by is not None]
+    taus = [tau for tau, _ in tool.path]
+    values = np.array([np.broadcast_to(multiple, 3) for _, multiple in tool.path], dtype=np.float64)
+    out = np.array([np.interp(state.tau, taus, own) for own in values.T]) * np.array(tool.travel)
+    if tool.driven_by is not None:
+        out = out + state.translation[driven.index(k)] * tool.driven_by.direction
+    return out
 
 
 def touching(scene: Scene, accepted: Accepted) -> Touching:

@@ -15,13 +15,18 @@ from studies.independent.solid import face_forces, place, rule, shape_functions
 
 def loads_at(scene: Scene, accepted: Accepted, end: int) -> Floats:
     """Nodal forces (a, 3) at the start, 0, or the ``end``, 1, of an increment, where equilibrium is asked."""
-    mesh, tau = scene.mesh, (accepted.start.tau, accepted.state.tau)[end]
-    rest, elements, out = mesh.nodes, mesh.elements, np.zeros(mesh.nodes.shape)
     balanced = accepted.start.nodes
     if scene.configuration is Configuration.SMALL:
-        balanced = rest
+        balanced = scene.mesh.nodes
     elif scene.configuration is Configuration.MIDPOINT and end:
         balanced = accepted.state.nodes
+    return loads_on(scene, balanced, (accepted.start.tau, accepted.state.tau)[end])
+
+
+def loads_on(scene: Scene, balanced: Floats, tau: float) -> Floats:
+    """Nodal forces (a, 3) at a time on the nodes ``balanced`` (a, 3)."""
+    mesh = scene.mesh
+    rest, elements, out = mesh.nodes, mesh.elements, np.zeros(mesh.nodes.shape)
     for load in scene.loads:
         now = multiple(load.amplitude, tau)
         if isinstance(load, PointForce):
