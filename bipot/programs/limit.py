@@ -29,7 +29,7 @@ from bipot.programs.terms import ContactTerms, norm_rows, widened
 from bipot.typing import Floats
 
 DENSE = 3000
-"""Unknowns up to which it is asked whether elements lock."""
+"""Unknowns up to which it is asked which motions keep the volume."""
 
 DEPENDENT = 1e-8
 """What is left of a row, over the longest, when the others are taken off: none."""
@@ -110,7 +110,7 @@ class LimitProgram:
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
         """The motion found, judged.
 
-        Rows that repeat each other may defeat interior points: only then is it asked which motions keep the volume.
+        Rows of volume may defeat interior points: only then is it asked which motions keep it.
 
         Raises:
             InfeasibleProgram: no motion that the load drives keeps the volume.
@@ -123,10 +123,10 @@ class LimitProgram:
         except InfeasibleProgram:
             raise
         except ProgramError:
-            if (basis := self._isochoric()) is None:
+            if (basis := isochoric(self._volumes)) is None:
                 raise
         else:
-            if found.admissible or (basis := self._isochoric()) is None:
+            if found.admissible or (basis := isochoric(self._volumes)) is None:
                 return found
         return self.judged(basis @ self.within(basis).motion(solver, accuracy))
 
@@ -161,7 +161,7 @@ class LimitProgram:
 
         Rows that repeat each other change next to nothing; the motion is judged whatever it is.
         """
-        rows = self.model.volumetric if self.volumes is None else self.volumes
+        rows = self._volumes
         length = row_lengths(rows, axis=1)
         rows = sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
         m, n = rows.get_shape()
@@ -175,8 +175,10 @@ class LimitProgram:
         """What the motion v (n,) is."""
         return Mechanism.of(self.model, self.force, self.rows, v)
 
-    def _isochoric(self) -> Floats | None:
-        return isochoric(self.model.volumetric) if self.volumes is None else None
+    @property
+    def _volumes(self) -> sp.csr_matrix:
+        """Rows that say all changes of volume."""
+        return self.model.volumetric if self.volumes is None else self.volumes
 
     def conic(self) -> ConicProgram:
         """Variables (v, t): least sum_q w sqrt(2/3) sigma_Y t_q, t_q >= |dev B v|, and the constraints."""
@@ -186,7 +188,7 @@ class LimitProgram:
         norms = layout.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
         free = np.zeros(len(self.rows.frictional))
-        volume = widened(m.volumetric if self.volumes is None else self.volumes, layout.size)
+        volume = widened(self._volumes, layout.size)
         return ConicProgram(
             P=sp.csc_matrix((layout.size, layout.size)),
             q=np.concatenate([np.zeros(len(self.force)), ROOT * m.weight * m.threshold]),
@@ -200,18 +202,16 @@ class LimitProgram:
         )
 
 
-def isochoric(volumetric: sp.csr_matrix) -> Floats | None:
-    """Orthonormal motions (n, k) without change of volume where elements lock: its rows then repeat each other.
+def isochoric(volumes: sp.csr_matrix) -> Floats | None:
+    """Orthonormal motions (n, k) of which the rows ``volumes`` (m, n) are zero; None where there are too many to ask.
 
-    As equalities they would stall interior points. None where no row repeats others, or there are too many to ask.
+    Where elements lock the rows repeat each other: as equalities they would stall interior points.
     """
-    points, unknowns = volumetric.get_shape()
-    if unknowns > DENSE:
+    if volumes.get_shape()[1] > DENSE:
         return None
-    factors: tuple[Floats, ...] = qr(volumetric.toarray().T, pivoting=True)  # type: ignore[assignment]
+    factors: tuple[Floats, ...] = qr(volumes.toarray().T, pivoting=True)  # type: ignore[assignment]
     Q, size = factors[0], np.abs(np.diagonal(factors[1]))
-    rank = int((size > DEPENDENT * size[0]).sum())
-    return Q[:, rank:] if rank < points else None
+    return Q[:, int((size > DEPENDENT * size[0]).sum()) :]
 
 
 def still(rows: ContactRows) -> ContactRows:
