@@ -5,13 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.contact.overlap import overlap
+from bipot.contact.overlap import overlap, unfelt
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
-from bipot.marching import Control, Schedule, march
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.plot import curved
+from bipot.results.columns import UNFELT
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
@@ -110,3 +111,23 @@ def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     assert at.solved.certificate.penetration < 1e-9
     assert sampled > 1e-5
     assert deepest == pytest.approx(sampled, rel=1e-4)
+
+
+@pytest.mark.parametrize("candidates", [("top",), ("top", "right")])
+def test_what_is_no_candidate_and_comes_behind_a_flat_tool_is_told(candidates):
+    """A wall comes upon the side of a block; the side feels it where it is a candidate, its upper end in any case."""
+    wall = FlatTool((4.0, 0.0), (-1.0, 0.0), (-0.05, 0.0), candidates, 0.0)
+    held = tuple(Support("left", d) for d in range(2))
+    scene = Scene(block(4.0, 2.0, 8, 4), Geometry.PLANE_STRAIN, STEEL, held, (wall,))
+    *_, last = march(scene, Schedule(4), Control(Newton()))
+    found = float(UNFELT.value(system_of(scene), last))
+    behind = float(last.state.nodes[:, 0].max() - 3.95) / scene.mesh.size
+    assert found == pytest.approx(behind, abs=1e-12)
+    assert (found > 1e-3) == (candidates == ("top",))
+
+
+def test_what_was_behind_a_flat_tool_at_rest_is_no_matter():
+    """A bolt's head rests on it, and its shank is in the hole."""
+    scene = under(0.0, 1.0, point=(0.0, 1.0), candidates=("right",))
+    assert unfelt(scene, scene.mesh.nodes, REST) == 0.0
+    assert unfelt(scene, scene.mesh.nodes - [0.0, 1.5], REST) == pytest.approx(1.5 / scene.mesh.size)

@@ -22,6 +22,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.between_faces import points_between
 from bipot.scene.scene import Scene
+from bipot.scene.symmetry import PLANAR
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints
 
@@ -46,6 +47,20 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
         if scene.mesh.dimension == 3 and not tool.flat:
             points = points_between(nodes, scene.mesh.edges(*tool.candidates))
             deepest = max(deepest, -float(tool.distance(points, pose).min()))
+    return deepest / scene.mesh.size
+
+
+def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
+    """How far surface nodes that are no candidates of a flat tool came behind its plane, over the body size; 0 if none.
+
+    Of ``nodes`` (a, d) at the tools' poses ``placed`` (k, p) those that were not behind it at rest. Beside a punch that
+    is all there is of the tool nothing is wrong with that; where the tool goes on, they should have been candidates.
+    """
+    deepest, surface = 0.0, np.unique(scene.mesh.outline)
+    for tool, at_rest, pose in zip(scene.tools, scene.at_rest, placed, strict=True):
+        others = np.setdiff1d(surface, scene.mesh.boundary_nodes(*tool.candidates)) if tool.flat else surface[:0]
+        others = others[tool.distance(scene.mesh.nodes[others], at_rest) >= -PLANAR * scene.mesh.size]
+        deepest = max(deepest, -float(tool.distance(nodes[others], pose).min(initial=0.0)))
     return deepest / scene.mesh.size
 
 

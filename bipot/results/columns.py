@@ -11,7 +11,7 @@ from bipot.control.accepted import Accepted
 from bipot.certificate import Bounds
 from bipot.errors import require, require_number, require_type
 from bipot.fem.orientation import scaled_jacobians
-from bipot.contact.overlap import overlap
+from bipot.contact.overlap import overlap, unfelt
 from bipot.control.pacing import error_estimate
 from bipot.system import System
 
@@ -78,6 +78,13 @@ OVERLAP = Column(
     "overlap",
     "largest penetration anywhere on the edges that may touch a tool over body size",
     lambda system, a: overlap(
+        system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
+    ),
+)
+UNFELT = Column(
+    "unfelt",
+    "how far surface nodes that are no candidates of a flat tool came behind its plane over body size",
+    lambda system, a: unfelt(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),
 )
