@@ -30,13 +30,18 @@ LIMITS = {
     "yielding": TEN * BOUNDS.yield_violation,
     "elastic": TEN * BOUNDS.equilibrium,
     "penetration": TEN * BOUNDS.penetration,
+    "past": TEN * BOUNDS.cone_violation,
+    "between": 1.3,
     "disc": TEN * 1e-6,
     "placed": 1e-12,
     "balance": TEN * BOUNDS.equilibrium,
     "stated": 1e-9,
     "energies": 1e-9,
 }
-"""Ten times the library's bounds; what it has none for is held to round-off, or to equilibrium's."""
+"""Ten times the library's bounds; what it has none for is held to round-off, or to equilibrium's.
+
+What faces are in tools between their nodes is theirs but for what the library's sparser places miss of it.
+"""
 
 OF_THE_LAW = ("penetration", "disc")
 """Asked of forms that pose Coulomb's law."""
@@ -125,9 +130,9 @@ def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
 
 def nodal_forces(scene: Scene, accepted: Accepted) -> Floats:
     """Contact forces (tools, a, 3) as vectors on nodes."""
-    c = touching(scene, accepted)
-    vectors, own = c.vectors(accepted.state.forces), c.tool == np.arange(len(scene.tools))[:, None]
-    return np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0)) for mine in own])
+    c, count = touching(scene, accepted), len(scene.mesh.nodes)
+    vectors, own = c.vectors(accepted.state.forces), c.tool[c.owner] == np.arange(len(scene.tools))[:, None]
+    return np.array([c.on_nodes(np.where(mine[:, None], vectors, 0.0), count) for mine in own])
 
 
 def disagreement(base: Ran, other: Ran, seen: SolidVariant, resolution: float) -> float:
