@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +20,7 @@ from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_measures import SolidMeasures, measure
 from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_shaped import draw_solid_shaped
 from studies.fuzz.solid_unfolded import unfolded
 from studies.fuzz.solid_variants import SolidVariant, variants
 
@@ -61,14 +62,19 @@ STRAIGHT = -1e-8
 
 def judge_solid(seed: int, others: bool = True) -> Row:
     """The row of a seed's body in space; ``others`` says whether its variants are run too."""
-    return ended(_known(seed, others))
+    return ended(_known("solid", seed, draw_solid, others))
 
 
-def _known(seed: int, others: bool) -> Iterator[Row]:
-    yield (row := Row(seed, "solid", "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
+def judge_solid_shaped(seed: int, others: bool = True) -> Row:
+    """The same of the seed's body under tools that are not flat."""
+    return ended(_known("solid shaped", seed, draw_solid_shaped, others))
+
+
+def _known(name: str, seed: int, drawing: Callable[[int], Drawn], others: bool) -> Iterator[Row]:
+    yield (row := Row(seed, name, "", Outcome.RAW, "", 0, 0.0, 0.0, 0.0, 0.0))
     try:
-        drawn = draw_solid(seed)
-        yield (row := replace(row, kind=f"solid {drawn.kind}", form=drawn.form))
+        drawn = drawing(seed)
+        yield (row := replace(row, kind=f"{name} {drawn.kind}", form=drawn.form))
         yield judged(row, drawn, _others(drawn, seed) if others else [])
     except BipotError as error:
         # A scene or variant that is refused when it is made.
