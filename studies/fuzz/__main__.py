@@ -6,9 +6,9 @@
 Scenes have flat tools, shaped ones curved and turning tools beside (:mod:`studies.fuzz.shaped`), solid ones are of
 bodies in space (:mod:`studies.fuzz.solid`), under curved and turning tools too (:mod:`studies.fuzz.solid_shaped`).
 Scenes and problems have the seeds S, S + 1, ...: one seed again is
-``--seed THAT --scenes 1 --shaped 0 --solid 0 --solid-shaped 0 --coulomb 0``. Every scene is marched as drawn, in other units, mirrored,
-renumbered and, about each of its planes of symmetry, unfolded; bodies in space turned or with axes exchanged instead of
-mirrored, and unfolded about one plane.
+``--seed THAT --scenes 1 --shaped 0 --solid 0 --solid-shaped 0 --coulomb 0``. Every scene is marched as drawn, in other
+units, mirrored, renumbered and, about each of its planes of symmetry, unfolded; bodies in space turned or with axes
+exchanged instead of mirrored, and unfolded about one plane.
 ``DIR/fuzz.csv`` (seed, kind, form, outcome, reason, increments, worst_residual, worst_law, worst_disagreement, seconds)
 gets a row as each is done. Rows depend on their seeds alone, so that those it has are not run again, with ``--resume``
 or without; ``--overwrite`` starts afresh. ``kind`` says which surfaces are not flat, whether contact is weighted or
