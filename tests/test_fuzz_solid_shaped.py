@@ -26,8 +26,9 @@ from bipot.tools.tool import Sampling, ShapedTool
 from studies.fuzz import solid_measures as fuzz_measures
 from studies.fuzz.judge import Ran
 from studies.fuzz.row import Outcome, first
-from studies.fuzz.solid import LIMITS, broken, disagreement, faults, judge_solid_shaped, measured
+from studies.fuzz.solid import LIMITS, broken, disagreement, faults, judge_solid_shaped
 from studies.fuzz.solid_contacts import touching
+from studies.fuzz.solid_measures import SolidMeasures
 from studies.fuzz.solid_shaped import draw_solid_shaped
 from studies.fuzz.solid_surfaces import cut, faces
 from studies.fuzz.solid_turned import Turned
@@ -39,8 +40,8 @@ from tests.curved import STEEL
 from tests.scenes import with_course
 from tests.solids import turned as rotation
 
-CERTIFIED = (8, 22)
-"""Seeds of bodies that take little time: a brick that a moment-driven tool meets, and one whose tool turns, capped."""
+CERTIFIED = (22,)
+"""Seeds of bodies that take little time: a brick under a roll that turns, its friction capped."""
 
 AXIS = (0.0, 1.0, 0.0)
 PRESSED, SLID = 300.0, 150.0
@@ -69,14 +70,14 @@ def under(surface: Any, element: Element = Element.H8, **given: Any) -> Scene:
     )
 
 
-def ran(scene: Scene, increments: int = 4) -> Ran:
+def ran(scene: Scene, increments: int) -> Ran:
     return Ran(scene, list(march(scene, Schedule(increments))), "")
 
 
 @cache
 def rolled() -> Ran:
     """Under a roll that turns as it goes, its friction capped."""
-    return ran(under(SURFACES["roll"], shear=0.6, turn=Turn(0.05, (0.4, 0.0, 1.8), axis=AXIS)))
+    return ran(under(SURFACES["roll"], shear=0.6, turn=Turn(0.05, (0.4, 0.0, 1.8), axis=AXIS)), 3)
 
 
 @cache
@@ -84,7 +85,7 @@ def led() -> Ran:
     """Weighted contact with a bowl that a force presses and a moment rolls."""
     turn = Turn(0.0, (0.5, 0.5, -1.5), driven_by=Moment(SLID), axis=AXIS)
     tool: dict[str, Any] = {"travel": (0.0, 0.02, 0.0), "driven_by": Force((0.0, 0.0, -PRESSED)), "turn": turn}
-    return ran(under(SURFACES["hollow"], Element.H20, sampling=Sampling.WEIGHTED, **tool), 3)
+    return ran(under(SURFACES["hollow"], Element.H20, sampling=Sampling.WEIGHTED, **tool), 2)
 
 
 RUNS = {"rolled": rolled, "led": led}
@@ -103,7 +104,16 @@ def seen_otherwise(run: Ran, **changes: Any) -> Ran:
 
 def said(run: Ran) -> str:
     """What is said of the last increment."""
-    return " ".join(broken(measured(run)[-1], exact=True, blurred=False))
+    return " ".join(broken(last_measured(run), exact=True, blurred=False))
+
+
+def last_measured(run: Ran) -> SolidMeasures:
+    """The measures of the last increment."""
+    before, last = run.steps[-2:]
+    stated = before.energies
+    energies = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+    largest = max(float(np.abs(step.state.forces).max()) for step in run.steps)
+    return fuzz_measures.measure(run.scene, last, largest, float(np.abs(energies).max()), energies)
 
 
 @pytest.mark.parametrize("seed", CERTIFIED)
@@ -173,7 +183,7 @@ ERRORS: dict[str, Callable[[Ran], Ran]] = {
 @pytest.mark.parametrize("run", RUNS)
 @pytest.mark.parametrize("name", ERRORS)
 def test_planted_errors_are_found(name, run):
-    assert getattr(measured(ERRORS[name](RUNS[run]()))[-1], name) > LIMITS[name]
+    assert getattr(last_measured(ERRORS[name](RUNS[run]())), name) > LIMITS[name]
 
 
 def test_a_tool_between_nodes_is_found():
@@ -260,10 +270,10 @@ def test_what_is_cut_is_its_own_mirror_image():
 def test_a_ball_in_two_planes_of_symmetry_is_that_of_the_whole_body_and_of_the_body_turned():
     symmetric = Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)
     scene = replace(under(sphere((0.0, 0.0, 1.9), 0.9), travel=(0.0, 0.0, -0.06)), supports=symmetric)
-    base = ran(scene, 2)
+    base = ran(scene, 1)
     assert faults(base, exact=True)[0] == []
     for seen in (unfolded(scene, symmetric[0]), turned(scene, rotation((1.0, -2.0, 3.0), 0.8))):
-        other = ran(seen.scene, 2)
+        other = ran(seen.scene, 1)
         assert faults(other, exact=True)[0] == []
         assert disagreement(base, other, seen, 0.0) < 1e-5
         assert disagreement(planted(base, forces=1.001 * base.steps[-1].state.forces), other, seen, 0.0) > 1e-4
