@@ -211,7 +211,9 @@ def test_forces_and_moments_that_are_not_those_that_drive_a_tool_are_found():
     assert "stated" in said(seen_otherwise(led(), driven_by=pushed))
     assert "stated" in said(seen_otherwise(led(), turn=replace(tool.turn, driven_by=moment)))
     state = led().steps[-1].state
-    assert "penetration" in said(planted(led(), translation=state.translation * (1 + 1e-4)))
+    assert {"penetration", "placed", "stated"} <= set(
+        said(planted(led(), translation=state.translation * 1.0001)).split()
+    )
 
 
 @pytest.mark.parametrize("run", RUNS)

@@ -59,13 +59,25 @@ def draw_shaped(seed: int) -> Drawn:
         SceneError: no draw made a scene that the library takes.
     """
     rng, drawn = np.random.default_rng([seed, 10]), draw(seed)
+
+    def made() -> Scene:
+        shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
+        scene = aslant(np.random.default_rng([seed, 14]), led(np.random.default_rng([seed, 12]), shaped))
+        return _in_means(np.random.default_rng([seed, 15]), scene)
+
+    return replace(drawn, scene=tried(made))
+
+
+def tried(made: Callable[[], Scene]) -> Scene:
+    """The first scene ``made`` that the library takes.
+
+    Raises:
+        SceneError: none of so many was one.
+    """
     why: SceneError | None = None
     for _ in range(TRIES):
         try:
-            shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
-            driven = led(np.random.default_rng([seed, 12]), shaped)
-            scene = aslant(np.random.default_rng([seed, 14]), driven)
-            return replace(drawn, scene=_in_means(np.random.default_rng([seed, 15]), scene))
+            return made()
         except SceneError as error:
             why = error
     assert why is not None

@@ -14,10 +14,11 @@ Each measure is over the largest number of its kind, with what double precision 
   both tangents; what is tied rests. Where supports or planes of symmetry hold both, no friction is of an unknown;
 * orientation: least det J over its element's mean, sampled densely, at the end and at the middle;
 * plastic, friction: what the increment dissipates over the largest energy so far;
-* placed: how far held nodes are from where supports ask for them, over the size;
+* placed: how far held nodes are from where supports ask for them, and coordinates of driven tools from where increments
+  take them, over the size;
 * balance: resultant and moment of the forces of tools, loads and supports as the library states them, over their sizes;
 * stated: forces and moments of whole tools that are not the sums of nodal ones, over their sizes, nor what drives
-  them;
+  them, and tools that are elsewhere;
 * energies: the increment's work and its three parts, off what the library states, over the largest energy so far;
   where supports are driven their work is not made a second time.
 """
@@ -38,7 +39,7 @@ from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_held import freed, misplaced, planes_of
 from studies.fuzz.solid_loads import loads_at
 from studies.fuzz.solid_movable import FREE
-from studies.fuzz.solid_placed import asked_of, axis_of, cuts, pose
+from studies.fuzz.solid_stated import balance, jumped, over, past, stated
 from studies.fuzz.solid_surfaces import bent
 from studies.fuzz.solid_touching import Touching
 from studies.independent.solid import (
@@ -55,9 +56,6 @@ from studies.independent.solid import (
 
 EPS = 256 * float(np.finfo(np.float64).eps)
 """Round-off over the terms that cancel: sums of up to some hundreds of products."""
-
-DRIVEN = 1e-3
-"""Ten times the library's bound on the balance of driven tools is this far above that on sums."""
 
 MANDEL = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
@@ -170,35 +168,30 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     elastic, yielding = _material(scene, accepted, s)
     off, gap_off = _law(scene, contact, accepted, s.stiffness, largest)
     parts = _energies(scene, accepted, s, contact, (begun + ended) / 2)
-    stated = accepted.energies
-    after = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+    said = accepted.energies
+    after = np.array([said.work, said.elastic, said.plastic, said.friction])
     own, most = parts * images(scene), max(energy, float(np.abs(parts).max()))
     middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
     lost = _lost(scene, accepted, s, contact)
     driven = any(isinstance(support, Prescribed) for support in scene.supports)
     return SolidMeasures(
-        equilibrium=_over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
+        equilibrium=over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
         yielding=yielding,
         elastic=elastic,
         penetration=gap_off,
-        past=_past(scene, accepted, contact, largest),
+        past=past(accepted, contact, largest),
         between=between(scene, accepted),
         disc=off,
         orientation=min(orientation(x, elements) for x in [end.nodes, *middle]),
-        plastic=_over(lost[0], most),
-        friction=_over(lost[1], most),
-        placed=_over(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), scene.mesh.size),
-        balance=_balance(accepted, scene, contact, ended, sizes.sum()),
-        stated=_stated(scene, accepted, contact),
-        energies=0.0 if driven else _over(np.abs(after - before - own).max(), images(scene) * most),
+        plastic=over(lost[0], most),
+        friction=over(lost[1], most),
+        placed=over(max(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), jumped(accepted)), scene.mesh.size),
+        balance=balance(accepted, scene, contact, ended, sizes.sum()),
+        stated=stated(scene, accepted, contact),
+        energies=0.0 if driven else over(np.abs(after - before - own).max(), images(scene) * most),
         largest_energy=most,
         resolution=float((_stiff(scene, contact, s.stiffness) * contact.places).max(initial=0.0)),
     )
-
-
-def _over(value: float, scale: float) -> float:
-    """0/0 is 0."""
-    return (float(value / scale) if scale > 0 else float("inf")) if value else 0.0
 
 
 def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, float]:
@@ -212,7 +205,7 @@ def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, fl
     sigma_y = scene.material.yield_stress(end.peeq)
     excess = np.sqrt(1.5) * _size(_deviator(full(end.stress))) / sigma_y - 1
     excess -= EPS * (1 + _size(full(end.stress)) / sigma_y)
-    return _over(off, largest), float(np.maximum(excess, 0.0).max())
+    return over(off, largest), float(np.maximum(excess, 0.0).max())
 
 
 def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, largest: float) -> tuple[float, float]:
@@ -223,7 +216,7 @@ def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, large
     # Who is past an open end is in no tool.
     sunk = np.where(c.past, 0.0, np.maximum(np.where(c.tied, np.abs(c.gap), -c.gap) - c.blur, 0.0)).max(initial=0.0)
     inside = max(0.0, c.inside - EPS * float(np.abs(accepted.state.nodes).max()))
-    return _over(off, largest), _over(max(sunk, inside), scene.mesh.size)
+    return over(off, largest), over(max(sunk, inside), scene.mesh.size)
 
 
 def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
@@ -271,44 +264,3 @@ def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[
     lengths = c.at_most(np.linalg.norm(end.du[c.part], axis=1) + np.linalg.norm(c.motion, axis=1)) + c.unsure
     rubbed = -float(np.vdot(end.forces[:, 1:], c.slip)) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
     return plastic, rubbed
-
-
-def _balance(accepted: Accepted, scene: Scene, c: Touching, loads: Floats, sizes: float) -> float:
-    """Resultant and moment of what acts on the modelled part: its supports' part as the library states it."""
-    iterate = accepted.solved.iterate
-    total = loads + iterate.reactions(accepted.solved.r)
-    total = total + c.on_nodes(c.vectors(c.rubbed(accepted.state.forces)), len(total))
-    x = iterate.balanced - iterate.balanced.mean(axis=0)
-    moment = np.cross(x, total).sum(axis=0) / scene.mesh.size
-    scale = max(float(np.linalg.norm(total, axis=1).sum()), float(sizes))
-    return _over(max(np.abs(total.sum(axis=0)).max(), np.abs(moment).max()), scale)
-
-
-def _stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
-    """Whole tools' forces and moments against sums of nodal ones, and against what drives them."""
-    worst, vectors, state = 0.0, c.vectors(c.rubbed(accepted.state.forces)), accepted.state
-    for k, tool in enumerate(scene.tools):
-        mine, planes = c.tool[c.owner] == k, cuts(scene, tool)
-        own, whole = vectors[mine], 2.0 ** len(planes)
-        force, scale = own.sum(axis=0), whole * float(np.linalg.norm(own, axis=1).sum())
-        for way, _ in planes:
-            force = 2 * (force - (force @ way) * way)
-        worst = max(worst, _over(np.abs(accepted.tool_force(k) - force).max(), scale))
-        along, turned = asked_of(scene, k, state.tau)
-        if tool.driven_by is not None:
-            way = np.array(tool.driven_by.vector) / np.linalg.norm(tool.driven_by.vector)
-            worst = max(worst, DRIVEN * _over(abs(float(force @ way) - along), max(along, scale)))
-        if tool.turn is not None:
-            arm = state.nodes[c.part[mine]] - np.array(tool.turn.centre) - pose(scene, k, state)[:3]
-            moment = whole * float(np.vdot(axis_of(tool), np.cross(arm, own).sum(axis=0)))
-            sizes = whole * float((np.linalg.norm(arm, axis=1) * np.linalg.norm(own, axis=1)).sum())
-            worst = max(worst, _over(abs(accepted.tool_moment(k) - moment), sizes))
-            if tool.turn.driven_by is not None:
-                worst = max(worst, DRIVEN * _over(abs(moment - turned), max(abs(turned), sizes)))
-    return worst
-
-
-def _past(scene: Scene, accepted: Accepted, c: Touching, largest: float) -> float:
-    """The largest force of who ends past an open end of a tool, over the largest of the run."""
-    forces = np.linalg.norm(accepted.state.forces, axis=1)
-    return _over(float(forces[c.past].max(initial=0.0)), largest)

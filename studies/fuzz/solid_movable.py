@@ -69,7 +69,9 @@ def _turns(scene: Scene, number: int, held: Floats, led: Floats) -> Bools:
         return np.abs(held).max(axis=(1, 2)) > FREE
     steps = np.diff([np.broadcast_to(multiple, 3) for _, multiple in tool.path], axis=0)
     ways = [np.tile(way, (len(held), 1)) for way in steps * np.array(tool.travel)]
-    goes = np.array([_along(held, way) for way in [*ways, *led]]).any(axis=0)
+    goes = np.zeros(len(held), dtype=bool)
+    for way in [*ways, *led]:
+        goes |= _along(held, way)
     for support in scene.supports:
         if isinstance(support, Prescribed) and support.displacement != 0:
             own = np.zeros_like(scene.mesh.nodes)

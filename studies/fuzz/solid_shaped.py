@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from bipot.errors import SceneError
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.poses import Turn
@@ -21,11 +20,11 @@ from bipot.typing import Floats
 from studies.flat import flat
 from studies.fuzz.meshes import Rng
 from studies.fuzz.scenes import Drawn, cut_by_planes
-from studies.fuzz.shaped import ALONE, AMPLITUDES, TRIES, UNCAPPED, capped, lowered
+from studies.fuzz.shaped import ALONE, AMPLITUDES, UNCAPPED, capped, lowered, tried
 from studies.fuzz.solid_held import planes_of
 from studies.fuzz.solid_led import led
 from studies.fuzz.solid_points import faces_of, in_means
-from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_scenes import FORMS, draw_solid
 from studies.fuzz.solid_shapes import drawn as drawn_shape
 from studies.fuzz.solid_supports import sides
 from studies.fuzz.solid_surfaces import CUT, faces
@@ -34,6 +33,9 @@ from studies.independent.revolved import Round, nearest
 
 SYMMETRIC, TURNING = 0.6, 0.5
 """Of the bodies that planes cut have tools that these cut too; of the tools that may turn do."""
+
+EXACT = FORMS[:3]
+"""Forms that solve for whatever drives a tool."""
 
 MOST = 0.6
 """Of the angles (radians) that tools turn by."""
@@ -46,15 +48,16 @@ def draw_solid_shaped(seed: int) -> Drawn:
         SceneError: no draw made a scene that the library takes.
     """
     rng, drawn = np.random.default_rng([seed, 30]), draw_solid(seed)
-    why: SceneError | None = None
-    for _ in range(TRIES):
-        try:
-            scene = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
-            return replace(drawn, scene=led(np.random.default_rng([seed, 31]), scene))
-        except SceneError as error:
-            why = error
-    assert why is not None
-    raise why
+
+    def made() -> Scene:
+        shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
+        return led(np.random.default_rng([seed, 31]), shaped)
+
+    scene = tried(made)
+    led_by = any(t.driven_by is not None or (t.turn is not None and t.turn.driven_by is not None) for t in scene.tools)
+    # What penalised forms and Delassus' refuse by their nature says nothing of tools in space.
+    form = str(rng.choice(EXACT)) if led_by and drawn.form not in EXACT else drawn.form
+    return replace(drawn, scene=scene, form=form)
 
 
 def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:

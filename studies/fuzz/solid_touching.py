@@ -82,7 +82,7 @@ class Touching:
 
     def sums(self, values: Floats) -> Floats:
         """Sums (c,) of the values (w,) of their nodes."""
-        return np.bincount(self.owner, values, len(self.node))
+        return np.asarray(np.bincount(self.owner, values, len(self.node)), np.float64)
 
     def at_most(self, sizes: Floats) -> Floats:
         """What means (c,) of values of these ``sizes`` (w,) are summed of."""

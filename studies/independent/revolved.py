@@ -15,7 +15,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from studies.independent.element import Bools, Floats
+from studies.independent.element import Bools, Floats, Ints
 from studies.independent.outline import Outline
 
 BESIDE = 1e-9
@@ -118,9 +118,9 @@ def nearest(faces: tuple[Face, ...], x: Floats) -> Seen:
     return Seen(**{f.name: np.stack([getattr(seen, f.name) for seen in found])[which, every] for f in fields(Seen)})
 
 
-def _bends(outline: Outline, piece: Floats, place: Floats) -> Floats:
+def _bends(outline: Outline, piece: Ints, place: Floats) -> Floats:
     """The curvature (w,) of the lines of equal gaps of an outline through places (w, 2) nearest to those pieces."""
-    arc = np.asarray(piece) - len(outline.length)
+    arc = piece - len(outline.length)
     if not len(outline.radius):
         return np.zeros(len(place))
     own = np.maximum(arc, 0)
