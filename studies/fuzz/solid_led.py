@@ -1,6 +1,6 @@
 """Shaped tools of drawn bodies in space that forces press and moments turn: by a stream of its own.
 
-One of three scenes is to have one; what the library refuses is drawn again, or left as it was.
+Two of five scenes are to have one; what the library refuses is drawn again, or left as it was.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def led(rng: Rng, scene: Scene) -> Scene:
 def _driven(rng: Rng, scene: Scene, tool: object) -> ShapedTool:
     """A tool driven by a force about along the normal where it is nearest, a moment about an axis, or both."""
     assert isinstance(tool, ShapedTool)
-    kind, own = str(rng.choice(KINDS, p=[0.4, 0.3, 0.3])), faces(tool.surface)
+    kind, own = str(rng.choice(KINDS, p=[0.5, 0.25, 0.25])), faces(tool.surface)
     x = scene.mesh.nodes[scene.mesh.boundary_nodes(*tool.candidates)]
     seen = nearest(own, x)
     at = x[np.argmin(seen.gap)], seen.normal[np.argmin(seen.gap)]
@@ -68,19 +68,29 @@ def _pressed(rng: Rng, scene: Scene, tool: ShapedTool, normal: Floats, planes: l
 
 
 def _turned(rng: Rng, scene: Scene, tool: ShapedTool, at: tuple[Floats, Floats], planes: list[Floats]) -> ShapedTool:
-    """By nothing, or up to what friction may hold; about its own axis, or near to or far from where it is nearest."""
+    """By nothing, or about up to what friction holds; about its own axis, or near to or far from where it is nearest."""
     (x, normal), own = at, faces(tool.surface)[0]
-    axis, far = rng.normal(size=3), scene.mesh.size * 10.0 ** rng.uniform(-1, 1) * float(rng.choice([-1.0, 1.0]))
+    axis, side = rng.normal(size=3), float(rng.choice([-1.0, 1.0], p=[0.8, 0.2]))
+    far = scene.mesh.size * 10.0 ** rng.uniform(-1, 1) * side
     axis = planes[0] if planes else axis - (axis @ normal) * normal * float(rng.random() < 0.6)
     centre = x + far * normal
-    if isinstance(own, Round) and rng.random() < 0.6:
+    if isinstance(own, Round) and rng.random() < 0.75:
         centre = own.middle
         axis = own.axis if not planes and rng.random() < 0.7 else axis
     lever = max(float(np.linalg.norm(centre - x)), 0.1 * scene.mesh.size)
-    share = min(tool.mu, 0.6) * float(rng.choice([0.0, 10.0 ** rng.uniform(-5, -0.5)], p=[0.25, 0.75]))
-    moment = share * 0.5 * carried(scene, tool) * lever * float(rng.choice([-1.0, 1.0]))
+    share = min(tool.mu, 0.6) * float(rng.choice([0.0, 10.0 ** rng.uniform(-3, 0.1)], p=[0.25, 0.75]))
+    moment = share * _pressing(scene, tool) * lever * float(rng.choice([-1.0, 1.0]))
     driven, unit = Moment(moment, MOMENTS[rng.choice(4, p=[0.2, 0.5, 0.2, 0.1])]), axis / np.linalg.norm(axis)
     return replace(tool, turn=Turn(0.0, tuple(centre.tolist()), driven_by=driven, axis=tuple(unit.tolist())))
+
+
+def _pressing(scene: Scene, tool: ShapedTool) -> float:
+    """About what presses the tool: the force that drives it, or what the body answers its path with."""
+    if tool.driven_by is not None:
+        return tool.driven_by.size
+    strain = float(np.linalg.norm(tool.travel)) / scene.mesh.size
+    stress = scene.material.elasticity.young * strain / float(scene.material.yield_stress(0.0))
+    return 0.1 * min(stress, 1.0) * carried(scene, tool)
 
 
 def carried(scene: Scene, tool: ShapedTool) -> float:

@@ -127,14 +127,14 @@ def _turning(rng: Rng, tool: ShapedTool, at: tuple[Floats, Floats], cut: list[Fl
     if len(cut) > 1:
         return tool
     (foot, normal), own = at, faces(tool.surface)[0]
-    centre, axis = foot + rng.uniform(-2, 0.5) * extent * normal, cut[0] if cut else rng.normal(size=3)
+    centre, axis = foot + rng.uniform(-1, 0.5) * extent * normal, cut[0] if cut else rng.normal(size=3)
     kind = str(rng.choice(["own", "drill", "any"], p=[0.5, 0.25, 0.25]))
     if kind == "own" and isinstance(own, Round) and (not cut or np.linalg.norm(np.cross(own.axis, cut[0])) <= CUT):
         centre, axis = own.middle, own.axis
     elif kind == "drill" and not cut:
         axis = normal
     way = float(np.linalg.norm(tool.travel)) or 1e-3 * extent
-    angle = min(way / extent * 10.0 ** rng.uniform(-1.5, 1.0), MOST) * float(rng.choice([-1.0, 1.0]))
+    angle = min(way / extent * 10.0 ** rng.uniform(-1.5, 0.5), MOST) * float(rng.choice([-1.0, 1.0]))
     amplitude = AMPLITUDES[rng.choice(3, p=[0.6, 0.25, 0.15])]
     unit = tuple((axis / np.linalg.norm(axis)).tolist())
     return replace(tool, turn=Turn(angle, tuple(centre.tolist()), amplitude, axis=unit))
