@@ -68,7 +68,7 @@ def _pressed(rng: Rng, scene: Scene, tool: ShapedTool, normal: Floats, planes: l
 
 
 def _turned(rng: Rng, scene: Scene, tool: ShapedTool, at: tuple[Floats, Floats], planes: list[Floats]) -> ShapedTool:
-    """By nothing, or about up to what friction holds; about its own axis, or near to or far from where it is nearest."""
+    """By nothing, or up to about what friction holds; about its own axis, or near or far from where it is nearest."""
     (x, normal), own = at, faces(tool.surface)[0]
     axis, side = rng.normal(size=3), float(rng.choice([-1.0, 1.0], p=[0.8, 0.2]))
     far = scene.mesh.size * 10.0 ** rng.uniform(-1, 1) * side
