@@ -44,7 +44,7 @@ CERTIFIED = (22,)
 """Seeds of bodies that take little time: a brick under a roll that turns, its friction capped."""
 
 AXIS = (0.0, 1.0, 0.0)
-PRESSED, SLID = 300.0, 150.0
+PRESSED, SLID = 300.0, 60.0
 GOES = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, 1.0))
 SURFACES = {
     "ball": sphere((0.4, 0.55, 1.9), 0.9),
