@@ -14,8 +14,9 @@ from studies.fuzz.judge import Ran, run
 from studies.fuzz.row import Outcome
 from studies.fuzz.scenes import Drawn
 from studies.fuzz.solid import LIMITS, disagreement, faults, judge_solid, measured
-from studies.fuzz.solid_contacts import framed, projected
+from studies.fuzz.solid_contacts import framed
 from studies.fuzz.solid_scenes import draw_solid
+from studies.fuzz.solid_touching import projected
 from studies.fuzz.solid_variants import symmetries, turned, variants
 from studies.independent.solid import face_forces, orientation, places, rotation
 from tests.scenes import with_course
@@ -126,11 +127,11 @@ def test_rotations_frames_and_projections_are_what_they_are():
     W = np.cross(np.eye(3), -w).T
     np.testing.assert_allclose(rotation(w, 1.0), np.linalg.solve(np.eye(3) - W / 2, np.eye(3) + W / 2), atol=1e-14)
     np.testing.assert_allclose(rotation(w, 0.5) @ rotation(w, 0.5), rotation(w, 1.0), atol=1e-14)
-    n, own = np.array([0.6, 0.0, 0.8]), np.array([[[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]])
-    np.testing.assert_array_equal(framed(n, own), own)
+    n, own = (0.6, 0.0, 0.8), np.array([[[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]]])
+    np.testing.assert_array_equal(framed(own, n), own)
     for wrong in (own[:, [1, 0, 2]], own * (1.0, 1.0 + 1e-12, 1.0)):
         with pytest.raises(ValueError, match="frames of candidates"):
-            framed(n, wrong)
+            framed(wrong, n)
     p, mu = np.random.default_rng(1).normal(size=(50, 3)), np.full(50, 0.4)
     nearest = projected(p, mu)
     assert (np.linalg.norm(nearest[:, 1:], axis=1) <= mu * nearest[:, 0] + 1e-15).all()

@@ -113,7 +113,21 @@ def test_a_table_of_the_short_form_is_not_gone_on_with_by_the_long_one(tmp_path,
 
 
 def fuzz_line(folder, *more):
-    return ["--scenes", "0", "--shaped", "0", "--solid", "0", "--coulomb", "3", "--out", str(folder), *more]
+    return [
+        "--scenes",
+        "0",
+        "--shaped",
+        "0",
+        "--solid",
+        "0",
+        "--solid-shaped",
+        "0",
+        "--coulomb",
+        "3",
+        "--out",
+        str(folder),
+        *more,
+    ]
 
 
 @pytest.mark.parametrize("lost", [1, 40, 0])

@@ -152,7 +152,25 @@ def test_a_study_that_is_called_leaves_the_handlers_as_they_were(tmp_path):
     before = [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)]
     from studies.fuzz import __main__ as fuzz
 
-    assert fuzz.main(["--scenes", "0", "--shaped", "0", "--solid", "0", "--coulomb", "0", "--out", str(tmp_path)]) == 0
+    assert (
+        fuzz.main(
+            [
+                "--scenes",
+                "0",
+                "--shaped",
+                "0",
+                "--solid",
+                "0",
+                "--solid-shaped",
+                "0",
+                "--coulomb",
+                "0",
+                "--out",
+                str(tmp_path),
+            ]
+        )
+        == 0
+    )
     assert [signal.getsignal(n) for n in (signal.SIGINT, signal.SIGTERM)] == before
 
 

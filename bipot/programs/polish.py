@@ -28,6 +28,9 @@ from bipot.typing import Floats
 ITERATIONS = 12
 EXACT = 1e-10
 
+RUNAWAY = 1e100
+"""A step or a force above this, in the program's own units, has next to no square, and leads nowhere."""
+
 
 def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
     """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
@@ -78,6 +81,8 @@ def _newton(
         except ProgramError:
             break
         dx, r = last.step(residual, motion, r)
+        if not max(float(np.abs(dx).max(initial=0.0)), float(np.abs(r).max(initial=0.0))) <= RUNAWAY:
+            break
         # Where there is no force, what is left of it is the round-off of its row.
         x, r = x + dx, np.where(last.pieces.none, 0.0, r)
     return *best, least

@@ -7,6 +7,7 @@ says of one that a moment turns the angle times its lever.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -89,22 +90,30 @@ class Drive(NamedTuple):
 
 
 def drives(scene: Scene) -> list[Drive]:
-    """What drives tools, tool by tool, a force before a moment; a coordinate of the state is that of each."""
+    """What drives tools of a scene in a plane."""
+    return driven_by(scene, lambda tool, centre: _lever(scene, tool, centre))
+
+
+def driven_by(scene: Scene, lever: Callable[[AnyTool, Floats], float]) -> list[Drive]:
+    """What drives tools, tool by tool, a force before a moment; a coordinate of the state is that of each.
+
+    The ``lever`` is that of a tool which a moment turns about a centre (d,).
+    """
     out = list[Drive]()
     for k, tool in enumerate(scene.tools):
         force, moment = tool.driven_by, None if tool.turn is None else tool.turn.driven_by
         if force is not None:
             out.append(Drive(k, math.hypot(*force.vector), force.amplitude, 0.0))
-        if moment is not None:
-            out.append(Drive(k, moment.value, moment.amplitude, 1 / _lever(scene, tool)))
+        if tool.turn is not None and moment is not None:
+            spin = 1 / lever(tool, np.array(tool.turn.centre))
+            out.append(Drive(k, moment.value, moment.amplitude, spin))
     return out
 
 
-def _lever(scene: Scene, tool: AnyTool) -> float:
+def _lever(scene: Scene, tool: AnyTool, centre: Floats) -> float:
     """How far the centre of a turn is from the surface, or the body's larger side where that is more."""
-    assert tool.turn is not None
-    centre, size = np.array([tool.turn.centre]), float(np.ptp(scene.mesh.nodes, axis=0).max())
-    return max(abs(float(min(outline.near(centre).gap[0] for outline in outlines(tool.face)))), size)
+    size = float(np.ptp(scene.mesh.nodes, axis=0).max())
+    return max(abs(float(min(outline.near(centre[None]).gap[0] for outline in outlines(tool.face)))), size)
 
 
 def halves(scene: Scene) -> Floats:

@@ -65,6 +65,18 @@ def ended(known: Iterator[Row]) -> Row:
 
 HEADER = [f.name for f in fields(Row)]
 
+TWO_WORDS = ("solid shaped",)
+"""Kinds of which the first word is another's."""
+
+
+def first(kind: str) -> str:
+    """Of the words of a kind those that say what was drawn.
+
+    >>> first("solid shaped h8 revolved"), first("solid h8")
+    ('solid shaped', 'solid')
+    """
+    return next((words for words in TWO_WORDS if f"{kind} ".startswith(f"{words} ")), kind.split()[0])
+
 
 class Table:
     """Rows appended to a file as they come; a file that exists is gone on with, unless ``afresh``.
@@ -91,7 +103,7 @@ class Table:
         if lines.fieldnames != HEADER:
             raise ResultsError(f"{self.path}: has other columns: give another --out")
         for line in lines:
-            self.done.add((line["kind"].split()[0], int(line["seed"])))
+            self.done.add((first(line["kind"]), int(line["seed"])))
             self.outcomes[line["outcome"]] += 1
 
     def add(self, row: Row) -> None:
@@ -108,7 +120,7 @@ class Table:
             except BaseException:
                 file.truncate(end)
                 raise
-        self.done.add((row.kind.split()[0], row.seed))
+        self.done.add((first(row.kind), row.seed))
         self.outcomes[row.outcome.value] += 1
 
     def has(self, seed: int, counts: Mapping[str, int]) -> int:

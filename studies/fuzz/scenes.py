@@ -26,6 +26,8 @@ from bipot.paths import Amplitude, Path
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.revolved import Revolved
+from bipot.tools.surfaces import Surface
 from bipot.tools.tool import FlatTool, Sampling
 from bipot.typing import Vector
 from studies.fuzz.driven import forced, prescribed
@@ -57,7 +59,7 @@ class Drawn:
         forced = any(tool.driven_by is not None for tool in self.scene.tools)
         moved = any(isinstance(support, Prescribed) for support in self.scene.supports)
         weighted = any(tool.sampling is Sampling.WEIGHTED for tool in self.scene.tools)
-        faces = sorted({type(tool.face).__name__.lower() for tool in self.scene.tools if not tool.flat})
+        faces = sorted({_named(tool.face) for tool in self.scene.tools if not tool.flat})
         turning = any(tool.turn is not None for tool in self.scene.tools)
         capped = any(tool.capped for tool in self.scene.tools)
         moments = any(tool.turn is not None and tool.turn.driven_by is not None for tool in self.scene.tools)
@@ -65,6 +67,12 @@ class Drawn:
         drives = " turning" * turning + " by force" * forced + " by moment" * moments + " by supports" * moved
         drives += " aslant" * aslant
         return " ".join([self.body, *faces]) + " weighted" * weighted + " capped" * capped + drives
+
+
+def _named(face: Surface) -> str:
+    """What a surface is, and what of it goes around an axis."""
+    own = type(face).__name__.lower()
+    return f"{own}-{type(face.meridian).__name__.lower()}" if isinstance(face, Revolved) else own
 
 
 def draw(seed: int) -> Drawn:

@@ -23,7 +23,7 @@ from bipot.tools.poses import Turn
 from bipot.tools.profiles import Profile, Union, flat_punch, wedge
 from bipot.tools.surfaces import Plane, Surface
 from bipot.tools.tool import AnyTool, FlatTool, Sampling, ShapedTool
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints
 from studies.fuzz.led import aslant, led
 from studies.fuzz.meshes import Rng
 from studies.fuzz.points import edges_of, sampled
@@ -59,13 +59,25 @@ def draw_shaped(seed: int) -> Drawn:
         SceneError: no draw made a scene that the library takes.
     """
     rng, drawn = np.random.default_rng([seed, 10]), draw(seed)
+
+    def made() -> Scene:
+        shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
+        scene = aslant(np.random.default_rng([seed, 14]), led(np.random.default_rng([seed, 12]), shaped))
+        return _in_means(np.random.default_rng([seed, 15]), scene)
+
+    return replace(drawn, scene=tried(made))
+
+
+def tried(made: Callable[[], Scene]) -> Scene:
+    """The first scene ``made`` that the library takes.
+
+    Raises:
+        SceneError: none of so many was one.
+    """
     why: SceneError | None = None
     for _ in range(TRIES):
         try:
-            shaped = _shaped(rng, drawn.scene, caps=drawn.form not in UNCAPPED)
-            driven = led(np.random.default_rng([seed, 12]), shaped)
-            scene = aslant(np.random.default_rng([seed, 14]), driven)
-            return replace(drawn, scene=_in_means(np.random.default_rng([seed, 15]), scene))
+            return made()
         except SceneError as error:
             why = error
     assert why is not None
@@ -86,7 +98,7 @@ def _shaped(rng: Rng, scene: Scene, caps: bool) -> Scene:
     chosen = [int(rng.choice(may))] if len(may) > 1 and rng.random() < ALONE else may
     symmetric = planes and rng.random() < 0.5
     tools = [_tool(rng, scene, tool, symmetric) if k in chosen else tool for k, tool in enumerate(scene.tools)]
-    tools = [_capped(rng, tool, scene) for tool in tools] if caps else tools
+    tools = [capped(rng, tool, _touching(scene, tool)) for tool in tools] if caps else tools
     other = replace(scene, supports=held, tools=tuple(tools))
     return cut_by_planes(rng, other) if planes else other
 
@@ -110,7 +122,8 @@ def _tool(rng: Rng, scene: Scene, tool: AnyTool, symmetric: bool) -> ShapedTool:
     foot = np.array([0.0 if ring else left, 0.0]) if centred else x[rng.integers(len(x))]
     kind = str(rng.choice(list(KINDS), p=SHARES))
     local, gap = KINDS[kind](rng, extent, centred), float(((x - tool.point) @ normal).min())
-    down = _lowered(_moved(local, normal, foot), x, normal, gap, 2 * scene.mesh.size)
+    own = outlines(_moved(local, normal, foot))
+    down = lowered(lambda by: min(float(o.near(x - by * normal).gap.min()) for o in own), gap, 2 * scene.mesh.size)
     surface = _moved(local, normal, foot + down * normal)
     travel = (0.0, tool.travel[1]) if centred else tool.travel
     rests = ring or centred or rng.random() >= TURNING
@@ -134,29 +147,31 @@ def _turn(rng: Rng, surface: Surface, foot: Floats, normal: Floats, lengths: tup
     return Turn(angle * float(rng.choice([-1.0, 1.0])), middle, AMPLITUDES[rng.choice(3, p=[0.6, 0.25, 0.15])])
 
 
-def _capped(rng: Rng, tool: AnyTool, scene: Scene) -> AnyTool:
-    """Friction as it is, or of constant shear, or capped by it: at some nodes by another part, or not at all."""
+def _touching(scene: Scene, tool: AnyTool) -> Ints:
+    """Nodes (n,) at which a tool may have coefficients of its own."""
+    edges = edges_of(scene, tool)
+    return np.unique(edges[:, [0, -1]] if tool.sampling is Sampling.WEIGHTED else edges)
+
+
+def capped(rng: Rng, tool: AnyTool, nodes: Ints) -> AnyTool:
+    """Friction as it is, or of constant shear, or capped by it: at some ``nodes`` by another part, or not at all."""
     kind = str(rng.choice(CAPS, p=[0.45, 0.3, 0.25]))
     if kind == "none":
         return tool
     shear = float(rng.choice([0.0, rng.uniform(0, 1), 1.0], p=[0.05, 0.85, 0.1]))
     if kind == "constant" or np.isinf(tool.mu):
         return replace(tool, mu=np.inf, mu_at={}, shear=shear)
-    edges = edges_of(scene, tool)
-    nodes = np.unique(edges[:, [0, -1]] if tool.sampling is Sampling.WEIGHTED else edges)
     some = rng.choice(nodes, size=len(nodes) // 2) if rng.random() < 0.4 else nodes[:0]
     others = {int(a): float(rng.choice([rng.uniform(0, 1), np.inf], p=[0.8, 0.2])) for a in some}
     return replace(tool, shear=shear, shear_at=others)
 
 
-def _lowered(surface: Surface, x: Floats, normal: Floats, gap: float, far: float) -> float:
-    """How far along the ``normal`` the surface has to go for the nearest of x (a, 2) to be a ``gap`` off it."""
-
-    low, high, own = -far, far, outlines(surface)
+def lowered(least: Callable[[float], float], gap: float, far: float) -> float:
+    """How far, no farther than ``far``, a tool has to go for what is the ``least`` gap there to be the ``gap``."""
+    low, high = -far, far
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        least = min(float(outline.near(x - middle * normal).gap.min()) for outline in own)
-        low, high = (middle, high) if least > gap else (low, middle)
+        low, high = (middle, high) if least(middle) > gap else (low, middle)
     return low
 
 

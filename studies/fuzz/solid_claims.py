@@ -15,10 +15,12 @@ from bipot.typing import Floats
 from studies.flat import flat, flat_tools
 from studies.fuzz.claims import Claim, tried, unmet
 from studies.fuzz.record import curve_of
-from studies.fuzz.solid_contacts import TOUCHING, gone_at, movable
-from studies.fuzz.solid_held import freed, multiple, planes_of
+from studies.fuzz.solid_contacts import TOUCHING
+from studies.fuzz.solid_held import freed, multiple
 from studies.fuzz.solid_loads import loads_on
-from studies.fuzz.solid_points import CUT, posed
+from studies.fuzz.solid_movable import movable
+from studies.fuzz.solid_placed import cuts, pose
+from studies.fuzz.solid_points import posed
 from studies.independent.collapse import HARDENED, Proof
 from studies.independent.solid_limit import Discs, Drives, Solid, SolidCollapse, judged, rigid_part
 
@@ -63,9 +65,9 @@ def drives_at(scene: Scene, tau: float) -> Drives:
     number, force = list[int](), list[float]()
     for k, tool in enumerate(flat_tools(scene)):
         if (drive := tool.driven_by) is not None:
-            cuts = sum(abs(float(way @ tool.normal)) <= CUT for way, _ in planes_of(scene))
             number.append(k)
-            force.append(float(np.linalg.norm(drive.vector)) * multiple(drive.amplitude, tau) / 2**cuts)
+            whole = float(np.linalg.norm(drive.vector)) * multiple(drive.amplitude, tau)
+            force.append(whole / 2 ** len(cuts(scene, tool)))
     own = [flat(scene.tools[k]) for k in number]
     ways = np.array([tool.driven_by.vector for tool in own if tool.driven_by is not None]).reshape(-1, 3)
     return Drives(
@@ -87,8 +89,8 @@ def points_at(scene: Scene, state: State) -> Discs:
 def _points_of(scene: Scene, k: int, state: State) -> Discs:
     """Those of the k-th tool of which a node can move along the normal, or the tool can."""
     tool, every = flat(scene.tools[k]), posed(scene, k)
-    own = every.only(((every.weights != 0) & movable(scene, tool)[:, 0]).any(axis=1))
-    gap = (own.weights @ state.nodes - np.array(tool.point) - gone_at(scene, k, state)) @ np.array(tool.normal)
+    own = every.only(((every.weights != 0) & movable(scene, k)[:, 0]).any(axis=1))
+    gap = (own.weights @ state.nodes - np.array(tool.point) - pose(scene, k, state)[:3]) @ np.array(tool.normal)
     mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
     return Discs(
         tool=np.full(len(own.node), k),

@@ -1,4 +1,4 @@
-r"""Increments of bodies in space under flat tools, judged from their stored arrays by the study's own mechanics.
+r"""Increments of bodies in space under tools, judged from their stored arrays by the study's own mechanics.
 
 Each measure is over the largest number of its kind, with what double precision cannot tell from zero taken off first:
 
@@ -7,13 +7,18 @@ Each measure is over the largest number of its kind, with what double precision 
 * elastic: sigma - R sigma_n R' - 2 G dev (de - de_p) - K tr de 1, over the largest stress;
 * penetration: (-gap)+ of every point of the tools' boundaries, and of their nodes that are held along the normal, over
   the size of the body; points are nodes, or the study's own means of nodes (:mod:`studies.independent.fans`);
+* past: the force of who is past an open end of a tool, over the largest of the run;
+* between: how deep the faces that a tool may touch are in it, anywhere, over what is allowed
+  (:mod:`studies.fuzz.solid_between`);
 * disc: |r - P_K(r - rho (u + mu |u_t| n))| over the largest contact force of the run, u = (gap, slip), K the cone of
   both tangents; what is tied rests. Where supports or planes of symmetry hold both, no friction is of an unknown;
 * orientation: least det J over its element's mean, sampled densely, at the end and at the middle;
 * plastic, friction: what the increment dissipates over the largest energy so far;
-* placed: how far held nodes are from where supports ask for them, over the size;
+* placed: how far held nodes are from where supports ask for them, and coordinates of driven tools from where increments
+  take them, over the size;
 * balance: resultant and moment of the forces of tools, loads and supports as the library states them, over their sizes;
-* stated: forces of whole tools that are not the sums of nodal ones, over their sizes, nor what drives them;
+* stated: forces and moments of whole tools that are not the sums of nodal ones, over their sizes, nor what drives
+  them, and tools that are elsewhere;
 * energies: the increment's work and its three parts, off what the library states, over the largest energy so far;
   where supports are driven their work is not made a second time.
 """
@@ -29,11 +34,14 @@ from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
 from bipot.typing import Floats
-from studies.flat import flat_tools
-from studies.fuzz.solid_contacts import FREE, Touching, touching
+from studies.fuzz.solid_between import between
+from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_held import freed, misplaced, planes_of
 from studies.fuzz.solid_loads import loads_at
-from studies.fuzz.solid_points import CUT
+from studies.fuzz.solid_movable import FREE
+from studies.fuzz.solid_stated import balance, jumped, over, past, stated
+from studies.fuzz.solid_surfaces import bent
+from studies.fuzz.solid_touching import Touching
 from studies.independent.solid import (
     displacement_gradient,
     element_forces,
@@ -64,6 +72,8 @@ class SolidMeasures:
     yielding: float
     elastic: float
     penetration: float
+    past: float
+    between: float
     disc: float
     orientation: float
     plastic: float
@@ -150,40 +160,38 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     s, contact = _strained(scene, accepted), touching(scene, accepted)
     count, pushes = len(scene.mesh.nodes), contact.vectors(end.forces)
     begun, ended = loads_at(scene, accepted, 0), loads_at(scene, accepted, 1)
-    residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes)
+    residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes, count)
     residual = np.einsum("aij,aj->ai", freed(scene), residual)
     sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)
-    noise = nodal(elements, s.lever, count) + EPS * (contact.on_nodes_at_most(pushes) + np.linalg.norm(ended, axis=1))
+    acting = contact.on_nodes(np.linalg.norm(pushes, axis=1), count) + np.linalg.norm(ended, axis=1)
+    noise = nodal(elements, s.lever, count) + EPS * acting
     elastic, yielding = _material(scene, accepted, s)
     off, gap_off = _law(scene, contact, accepted, s.stiffness, largest)
     parts = _energies(scene, accepted, s, contact, (begun + ended) / 2)
-    stated = accepted.energies
-    after = np.array([stated.work, stated.elastic, stated.plastic, stated.friction])
+    said = accepted.energies
+    after = np.array([said.work, said.elastic, said.plastic, said.friction])
     own, most = parts * images(scene), max(energy, float(np.abs(parts).max()))
     middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
     lost = _lost(scene, accepted, s, contact)
     driven = any(isinstance(support, Prescribed) for support in scene.supports)
     return SolidMeasures(
-        equilibrium=_over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
+        equilibrium=over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
         yielding=yielding,
         elastic=elastic,
         penetration=gap_off,
+        past=past(accepted, contact, largest),
+        between=between(scene, accepted),
         disc=off,
         orientation=min(orientation(x, elements) for x in [end.nodes, *middle]),
-        plastic=_over(lost[0], most),
-        friction=_over(lost[1], most),
-        placed=_over(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), scene.mesh.size),
-        balance=_balance(accepted, scene, contact, ended, sizes.sum()),
-        stated=_stated(scene, accepted, contact),
-        energies=0.0 if driven else _over(np.abs(after - before - own).max(), images(scene) * most),
+        plastic=over(lost[0], most),
+        friction=over(lost[1], most),
+        placed=over(max(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), jumped(accepted)), scene.mesh.size),
+        balance=balance(accepted, scene, contact, ended, sizes.sum()),
+        stated=stated(scene, accepted, contact),
+        energies=0.0 if driven else over(np.abs(after - before - own).max(), images(scene) * most),
         largest_energy=most,
         resolution=float((_stiff(scene, contact, s.stiffness) * contact.places).max(initial=0.0)),
     )
-
-
-def _over(value: float, scale: float) -> float:
-    """0/0 is 0."""
-    return (float(value / scale) if scale > 0 else float("inf")) if value else 0.0
 
 
 def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, float]:
@@ -197,7 +205,7 @@ def _material(scene: Scene, accepted: Accepted, s: _Strained) -> tuple[float, fl
     sigma_y = scene.material.yield_stress(end.peeq)
     excess = np.sqrt(1.5) * _size(_deviator(full(end.stress))) / sigma_y - 1
     excess -= EPS * (1 + _size(full(end.stress)) / sigma_y)
-    return _over(off, largest), float(np.maximum(excess, 0.0).max())
+    return over(off, largest), float(np.maximum(excess, 0.0).max())
 
 
 def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, largest: float) -> tuple[float, float]:
@@ -205,9 +213,10 @@ def _law(scene: Scene, c: Touching, accepted: Accepted, stiffness: Floats, large
     rho = _stiff(scene, c, stiffness)
     unsure = (1 + np.where(np.isinf(c.mu), 0.0, c.mu)) * rho * c.blur
     off = np.maximum(c.off(accepted.state.forces, rho) - unsure, 0.0).max(initial=0.0)
-    sunk = np.maximum(np.where(c.tied, np.abs(c.gap), -c.gap) - c.blur, 0.0).max(initial=0.0)
+    # Who is past an open end is in no tool.
+    sunk = np.where(c.past, 0.0, np.maximum(np.where(c.tied, np.abs(c.gap), -c.gap) - c.blur, 0.0)).max(initial=0.0)
     inside = max(0.0, c.inside - EPS * float(np.abs(accepted.state.nodes).max()))
-    return _over(off, largest), _over(max(sunk, inside), scene.mesh.size)
+    return over(off, largest), over(max(sunk, inside), scene.mesh.size)
 
 
 def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
@@ -216,11 +225,10 @@ def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
     The scale by which lengths are compared with forces; of nodes that cannot give way what they would have.
     """
     normal = c.frames[:, 0]
-    gives = np.linalg.norm(np.einsum("aij,cj->cai", freed(scene), normal), axis=-1) > FREE
-    own = c.weights != 0
-    share = np.where(gives | ~(gives & own).any(axis=1, keepdims=True), c.weights, 0.0) ** 2
-    along = np.einsum("ci,aij,cj->ca", normal, stiffness, normal)
-    return (share * along).sum(axis=1) / share.sum(axis=1) ** 2
+    gives = np.linalg.norm(np.einsum("wij,wj->wi", freed(scene)[c.part], normal), axis=-1) > FREE
+    share = np.where(gives | ~(c.sums(gives) > 0)[c.owner], c.share, 0.0) ** 2
+    along = np.einsum("wi,wij,wj->w", normal, stiffness[c.part], normal)
+    return c.sums(share * along) / c.sums(share) ** 2
 
 
 def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load: Floats) -> Floats:
@@ -233,8 +241,15 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
     stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
     r = c.rubbed((start.forces + end.forces) / 2)
-    work = np.vdot(load, end.du) + np.vdot(c.vectors(r), c.motion) + np.vdot(r[:, 0], c.opened)
-    rubbed = -float(np.vdot(r[:, 1:], c.slip + c.dragged))
+    pushed = c.vectors(r)
+    if any(bent(tool) for tool in scene.tools):
+        pushed = (c.start_vectors(c.rubbed(start.forces)) + c.vectors(c.rubbed(end.forces))) / 2
+    spent = np.vecdot(r[:, 1:], c.slip + c.dragged)
+    done = c.sums(np.vecdot(pushed, c.motion)) + r[:, 0] * c.opened
+    # Who comes from afar does not come along its force: the tool's work is what body and friction take.
+    taken = c.sums(np.vecdot(pushed, end.du[c.part])) - spent
+    work = np.vdot(load, end.du) + np.where(c.apart, taken, done).sum()
+    rubbed = -float(spent.sum())
     parts = [np.einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
     return np.array([work, *parts, rubbed], dtype=np.float64)
 
@@ -246,34 +261,6 @@ def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[
     shear = scene.material.elasticity.shear
     unsure = float((s.volume * _size(full(end.stress)) * s.blur).sum()) / (2 * shear)
     plastic = float(np.einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
-    lengths = c.moved_at_most(end.du) + np.linalg.norm(c.motion, axis=1)
+    lengths = c.at_most(np.linalg.norm(end.du[c.part], axis=1) + np.linalg.norm(c.motion, axis=1)) + c.unsure
     rubbed = -float(np.vdot(end.forces[:, 1:], c.slip)) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
     return plastic, rubbed
-
-
-def _balance(accepted: Accepted, scene: Scene, c: Touching, loads: Floats, sizes: float) -> float:
-    """Resultant and moment of what acts on the modelled part: its supports' part as the library states it."""
-    iterate = accepted.solved.iterate
-    total = loads + iterate.reactions(accepted.solved.r)
-    total = total + c.on_nodes(c.vectors(c.rubbed(accepted.state.forces)))
-    x = iterate.balanced - iterate.balanced.mean(axis=0)
-    moment = np.cross(x, total).sum(axis=0) / scene.mesh.size
-    scale = max(float(np.linalg.norm(total, axis=1).sum()), float(sizes))
-    return _over(max(np.abs(total.sum(axis=0)).max(), np.abs(moment).max()), scale)
-
-
-def _stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
-    """Whole tools' forces against sums of nodal ones and against the forces that drive them."""
-    worst, vectors = 0.0, c.vectors(c.rubbed(accepted.state.forces))
-    for k, tool in enumerate(flat_tools(scene)):
-        own = vectors[c.tool == k]
-        force, scale = own.sum(axis=0), float(np.linalg.norm(own, axis=1).sum())
-        for way, _ in planes_of(scene):
-            if abs(float(way @ tool.normal)) <= CUT:
-                force, scale = 2 * (force - (force @ way) * way), 2 * scale
-        worst = max(worst, _over(np.abs(accepted.tool_force(k) - force).max(), scale))
-        if tool.driven_by is not None:
-            asked = tool.driven_by.at(accepted.state.tau)
-            # ten times the library's bound on the balance of driven tools
-            worst = max(worst, 1e-3 * _over(abs(float(force @ tool.driven_by.direction) - asked), max(asked, scale)))
-    return worst

@@ -13,11 +13,10 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
-from bipot.tools.tool import FlatTool
+from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints
-from studies.flat import flat_tools
 from studies.fuzz.solid_held import direction_of, nodes_of
-from studies.fuzz.solid_points import CUT
+from studies.fuzz.solid_surfaces import cut
 from studies.fuzz.solid_turned import Turned
 from studies.fuzz.solid_variants import SolidVariant
 from studies.fuzz.unfolded import HELD, IMAGE, SYMMETRIC
@@ -47,11 +46,11 @@ def unfolded(scene: Scene, plane: Symmetry) -> Unfolded:
     """The scene unfolded about one plane; nodes, tools, loads and supports that it had come first, by their numbers."""
     mesh, way = scene.mesh, direction_of(plane)
     on, count = nodes_of(scene, plane), len(mesh.nodes)
-    seen = Turned.mirrored(way, float((mesh.nodes[on] @ way).mean()))
-    image = np.arange(count)
+    at = float((mesh.nodes[on] @ way).mean())
+    seen, image = Turned.mirrored(way, at), np.arange(count)
     off = np.setdiff1d(image, on)
     image[off] = count + np.arange(len(off))
-    whole = [_tools(tool, way, seen, image) for tool in flat_tools(scene)]
+    whole = [_tools(tool, cut(tool, way, at), seen, image) for tool in scene.tools]
     kept = [own for own in scene.supports if own != plane]
     other = replace(
         scene,
@@ -83,13 +82,13 @@ def _mesh(mesh: Mesh, plane: Symmetry, seen: Turned, image: Ints) -> Mesh:
     )
 
 
-def _tools(tool: FlatTool, way: Floats, seen: Turned, image: Ints) -> tuple[FlatTool, ...]:
-    """The whole of a tool that the plane cuts, with the force that drives it whole, or the tool and its image."""
+def _tools(tool: AnyTool, whole: bool, seen: Turned, image: Ints) -> tuple[AnyTool, ...]:
+    """The ``whole`` of a tool that the plane cuts, with the force that drives it whole, or the tool and its image."""
     names = tuple(name + IMAGE for name in tool.candidates)
     mu_at, shear_at = (
         {int(image[a]): value for a, value in by_node.items()} for by_node in (tool.mu_at, tool.shear_at)
     )
-    if abs(float(way @ tool.normal)) <= CUT:
+    if whole:
         both = {"mu_at": {**tool.mu_at, **mu_at}, "shear_at": {**tool.shear_at, **shear_at}}
         return (replace(tool, candidates=(*tool.candidates, *names), **both),)
     return tool, replace(seen.tool(tool), candidates=names, mu_at=mu_at, shear_at=shear_at)

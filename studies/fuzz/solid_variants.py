@@ -11,10 +11,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.scene.loads import BodyForce, Load, PointForce, Pressure, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
-from bipot.tools.driving import Force
-from bipot.tools.tool import FlatTool
 from bipot.typing import Floats, Ints
-from studies.flat import flat_tools
 from studies.fuzz.solid_turned import Turned
 from studies.fuzz.variants import hardened_in
 from studies.independent.solid import places
@@ -66,18 +63,10 @@ def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
     """Lengths times ``length``, stresses times ``stress``."""
     assert isinstance(scene.material, VonMises)
     mesh, elastic, force = scene.mesh, scene.material.elasticity, stress * length**2
+    seen = Turned(np.eye(3), length=length)
     material = VonMises(
         Elasticity(elastic.young * stress, elastic.poisson), hardened_in(scene.material.hardening, stress)
     )
-
-    def tool(one: FlatTool) -> FlatTool:
-        drive = one.driven_by
-        return replace(
-            one,
-            point=_times(one.point, length),
-            travel=_times(one.travel, length),
-            driven_by=None if drive is None else Force(_times(drive.vector, force), drive.amplitude),
-        )
 
     def load(one: Load) -> Load:
         if isinstance(one, Pressure):
@@ -93,7 +82,7 @@ def in_units(scene: Scene, length: float, stress: float) -> SolidVariant:
         scene,
         mesh=Mesh(mesh.nodes * length, mesh.elements, mesh.boundaries),
         material=material,
-        tools=tuple(map(tool, flat_tools(scene))),
+        tools=tuple(seen.tool(tool, force) for tool in scene.tools),
         supports=tuple(map(support, scene.supports)),
         loads=tuple(map(load, scene.loads)),
     )
@@ -110,7 +99,7 @@ def turned(scene: Scene, turn: Floats) -> SolidVariant:
     other = replace(
         scene,
         mesh=Mesh(mesh.nodes @ turn.T + 0.0, mesh.elements[:, order], mesh.boundaries),
-        tools=tuple(map(seen.tool, flat_tools(scene))),
+        tools=tuple(map(seen.tool, scene.tools)),
         supports=tuple(map(seen.support, scene.supports)),
         loads=tuple(map(seen.load, scene.loads)),
     )
@@ -138,7 +127,7 @@ def renumbered(scene: Scene, nodes: Ints, elements: Ints, rng: np.random.Generat
             mu_at={int(nodes[a]): mu for a, mu in tool.mu_at.items()},
             shear_at={int(nodes[a]): m for a, m in tool.shear_at.items()},
         )
-        for tool in flat_tools(scene)
+        for tool in scene.tools
     )
     loads = tuple(
         replace(load, node=int(nodes[load.node])) if isinstance(load, PointForce) else load for load in scene.loads

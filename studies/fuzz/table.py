@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
-from studies.fuzz.row import Outcome
+from studies.fuzz.row import Outcome, first
 from studies.tables import Value, read_csv
 
 Lines = tuple[list[str], list[list[str]]]
@@ -44,18 +44,32 @@ SHOWN = {
             "capped": "capped friction",
         },
     ),
+    "solid shaped": (
+        "bodies in space under shaped tools",
+        {
+            "weighted": "weighted contact",
+            "revolved-circle": "balls, bowls or rings",
+            "revolved-plane": "rolls",
+            "revolved-profile": "other surfaces of revolution",
+            "union": "several surfaces",
+            "turning": "tools that turn",
+            "force": "forces on tools",
+            "moment": "moments on tools",
+            "capped": "capped friction",
+        },
+    ),
     "coulomb": ("discrete problems", {}),
 }
-"""By the first word of a kind what it is, and what other words of it say."""
+"""By the first words of a kind what it is, and what other words of it say."""
 
 
 def of_outcomes(results: Path) -> Lines:
     """Outcomes of every kind, and of those with what its words say."""
     lines = read_csv(results / "fuzz.csv", f"python -m studies.fuzz --out {results}")
-    kinds = [(str(line["kind"]).split(), line) for line in lines]
+    kinds = [(str(line["kind"]), line) for line in lines]
     rows = list[list[str]]()
-    for first, (what, words) in SHOWN.items():
-        own = [(kind, line) for kind, line in kinds if kind[0] == first]
+    for name, (what, words) in SHOWN.items():
+        own = [(kind.split(), line) for kind, line in kinds if first(kind) == name]
         if not own:
             continue
         seeds = [int(float(line["seed"])) for _, line in own]

@@ -11,7 +11,7 @@ from studies.command import say
 from studies.fuzz.coulomb import judge_coulomb
 from studies.fuzz.judge import judge_scene, judge_shaped
 from studies.fuzz.row import FAILURES, Row, Table
-from studies.fuzz.solid import judge_solid
+from studies.fuzz.solid import judge_solid, judge_solid_shaped
 from studies.pool import completed
 
 
@@ -26,6 +26,7 @@ JUDGES: dict[str, Callable[[int], Row]] = {
     "scene": judge_scene,
     "shaped": judge_shaped,
     "solid": judge_solid,
+    "solid shaped": judge_solid_shaped,
     "coulomb": judge_coulomb,
 }
 

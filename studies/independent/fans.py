@@ -54,13 +54,13 @@ def around_corners(rest: Floats, faces: Ints, insides: Floats) -> Fans:
     normal = np.array([_corner_normals(rest[face], inside) for face, inside in zip(faces, insides, strict=True)])
     every = [(int(node), f, k) for f, face in enumerate(faces) for k, node in enumerate(face[:count])]
     fan, node, weights = np.full((len(faces), count), -1, dtype=np.intp), list[int](), list[Floats]()
-    shares = [_shares(rest[face]) for face in faces]
+    held = [shares(rest[face]) for face in faces]
     for at, f, k in sorted(every):
         if fan[f, k] < 0:
             share = np.zeros(len(rest))
             for g, j in _spread(faces[:, :count], normal, f, k):
                 fan[g, j] = len(node)
-                np.add.at(share, faces[g], shares[g][j])
+                np.add.at(share, faces[g], held[g][j])
             node.append(at)
             weights.append(share / share.sum())
     return Fans(np.array(node, dtype=np.intp), np.array(weights).reshape(-1, len(rest)), fan, faces, normal)
@@ -99,7 +99,7 @@ def _corner_normals(x: Floats, inside: Floats) -> Floats:
     return way * normal / np.linalg.norm(normal, axis=1, keepdims=True)
 
 
-def _shares(x: Floats) -> Floats:
+def shares(x: Floats) -> Floats:
     """int psi N_k dA (corners, n) of a face with nodes x (n, 3)."""
     points, weights = face_rule(len(x))
     values, slopes = on_face(len(x), points)

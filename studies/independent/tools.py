@@ -9,6 +9,7 @@ body at rest.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -121,7 +122,8 @@ def met(tool: Rigid, nodes: Going, size: float) -> Met:
     late = apart[nodes.parts.owner]
     if late.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
-        air = in_air(tool, nodes.parts, y, aloft.way(nodes.start, nodes.asked))
+        way = aloft.way(nodes.start, nodes.asked)
+        air = in_air(lambda at: tool.near(at)[0].gap, nodes.parts, y, way)
         slid, jumped = _passed(tool, y + air, dy - air)
         slip, blurred = np.where(late, slid[:, 1], slip), blurred | (late & jumped)
     return Met(
@@ -168,14 +170,14 @@ def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) 
     return out
 
 
-def in_air(tool: Rigid, parts: Parts, y: Floats, way: Floats) -> Floats:
-    """How far (w, 2) nodes that the tool sees at y, and go a ``way`` (w, 2), come before their candidates touch.
+def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: Floats) -> Floats:
+    """How far (w, d) nodes that a tool sees at y, and go a ``way`` (w, d), come before their candidates touch.
 
-    The whole way of candidates that do not.
+    The ``gap`` of a tool is that (w,) of points (w, d). The whole way of candidates that do not touch.
     """
 
     def inside(fraction: Floats) -> Bools:
-        return parts.mean(tool.near(y + fraction[parts.owner, None] * way)[0].gap) < 0
+        return parts.mean(gap(y + fraction[parts.owner, None] * way)) < 0
 
     low, high = np.zeros(parts.count), np.ones(parts.count)
     lands = inside(high)
