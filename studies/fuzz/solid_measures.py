@@ -19,8 +19,8 @@ Each measure is over the largest number of its kind, with what double precision 
 * balance: resultant and moment of the forces of tools, loads and supports as the library states them, over their sizes;
 * stated: forces and moments of whole tools that are not the sums of nodal ones, over their sizes, nor what drives
   them, and tools that are elsewhere;
-* energies: the increment's work and its three parts, off what the library states, over the largest energy so far;
-  where supports are driven their work is not made a second time.
+* energies: the increment's work and its three parts, off what the library states beyond the round-off of work, over the
+  largest energy so far; where supports are driven their work is not made a second time.
 """
 
 from __future__ import annotations
@@ -174,6 +174,7 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     middle = [start.nodes + end.du / 2] if scene.configuration is Configuration.MIDPOINT else []
     lost = _lost(scene, accepted, s, contact)
     driven = any(isinstance(support, Prescribed) for support in scene.supports)
+    apart = np.maximum(np.abs(after - before - own) - images(scene) * _unsure_work(accepted, contact), 0.0)
     return SolidMeasures(
         equilibrium=over(np.maximum(np.linalg.norm(residual, axis=1) - noise, 0).max(), sizes.max()),
         yielding=yielding,
@@ -188,7 +189,7 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
         placed=over(max(misplaced(scene, end.nodes - scene.mesh.nodes, end.tau), jumped(accepted)), scene.mesh.size),
         balance=balance(accepted, scene, contact, ended, sizes.sum()),
         stated=stated(scene, accepted, contact),
-        energies=0.0 if driven else over(np.abs(after - before - own).max(), images(scene) * most),
+        energies=0.0 if driven else over(apart.max(), images(scene) * most),
         largest_energy=most,
         resolution=float((_stiff(scene, contact, s.stiffness) * contact.places).max(initial=0.0)),
     )
@@ -252,6 +253,12 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     rubbed = -float(spent.sum())
     parts = [np.einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
     return np.array([work, *parts, rubbed], dtype=np.float64)
+
+
+def _unsure_work(accepted: Accepted, c: Touching) -> float:
+    """Round-off of work: of a tool that comes a long way to a body that gives little, a difference of large terms."""
+    r = np.linalg.norm(accepted.start.forces, axis=1) + np.linalg.norm(accepted.state.forces, axis=1)
+    return EPS * float(r @ (np.abs(c.opened) + c.at_most(np.linalg.norm(c.motion, axis=1)))) / 2
 
 
 def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[float, float]:
