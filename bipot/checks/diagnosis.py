@@ -12,7 +12,8 @@ import numpy as np
 from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
-from bipot.checks.determinacy import ROUND_OFF, cleaned, openable
+from bipot.checks.determinacy import ROUND_OFF, cleaned
+from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
@@ -140,7 +141,7 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
 
 
 def free_motion(system: System, state: State) -> Floats | None:
-    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if there is none."""
+    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if none is known."""
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows
@@ -149,7 +150,9 @@ def free_motion(system: System, state: State) -> Floats | None:
     tangent[rows.frictional] = cleaned(rows.G_t @ rigid, rigid).reshape(tangent[rows.frictional].shape)
     basis = np.eye(rigid.shape[1])
     while True:
-        opened, v = openable(normal @ basis)
+        if (found := openable(normal @ basis)) is None:
+            return None
+        opened, v = found
         closed = rubs & ~opened
         if not closed.any():
             break

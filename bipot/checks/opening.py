@@ -1,0 +1,33 @@
+"""Which closed contacts a rigid motion can open, by a linear program."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.typing import Bools, Floats
+
+PIVOTS = 1000
+"""Steps of a linear program per row and column: one that takes more goes round."""
+
+
+def openable(normal: Floats) -> tuple[Bools, Floats] | None:
+    """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
+
+    max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v / |normal_c|: scaled up, v opens all contacts that any v
+    opens. None where the program's solver cannot tell.
+    """
+    count, free = normal.shape
+    if not free:
+        return np.zeros(count, dtype=bool), np.zeros(0)
+    # scipy.optimize takes long to import, and most runs end without asking.
+    from scipy.optimize import linprog
+
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    found = linprog(
+        np.concatenate([np.zeros(free), -np.ones(count)]),
+        A_ub=np.hstack([-normal / np.where(length > 0, length, 1.0), np.eye(count)]),
+        b_ub=np.zeros(count),
+        bounds=[(None, None)] * free + [(0, 1)] * count,
+        options={"maxiter": PIVOTS * (count + free)},
+    )
+    return None if found.x is None else (found.x[free:] > 0.5, found.x[:free])
