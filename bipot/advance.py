@@ -2,19 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scipy.linalg import null_space
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
 from bipot.response import State
-from bipot.scene.supports import Prescribed, Support
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats
+
+ROUND_OFF = 1e-12
+"""A direction of which planes leave no more than this is across them."""
+
+
+def nearest(ways: Sequence[Floats], asked: Sequence[float], planes: Sequence[Floats]) -> Floats:
+    """The v in all ``planes``, given by their normals, that is nearest to what is ``asked`` for along ``ways``.
+
+    min sum (ways_i . v - asked_i)^2, of all such the shortest.
+
+    >>> nearest([np.array([0.0, 1.0]), np.array([1.0, 0.0])], [2.0, 3.0], [np.array([1.0, 0.0])]).tolist()
+    [0.0, 2.0]
+    """
+    size = len(ways[0])
+    basis = null_space(np.vstack([np.zeros(size), *planes]))
+    left = np.stack(ways) @ basis
+    return np.asarray(basis @ np.linalg.lstsq(np.where(np.abs(left) > ROUND_OFF, left, 0.0), asked)[0])
 
 
 @dataclass(frozen=True)
@@ -51,18 +70,19 @@ class Advance:
     def along(self) -> Floats:
         """Displacement (a, d) of a body at rest but for what its supports make of it.
 
-        They take it along by the translation that is nearest to what all of them ask for, by least squares, and who is
-        held goes as it must: continuous in what is asked for, and exact where that is one translation.
+        They take it along by the translation in all planes of symmetry that is nearest to what all others ask for, by
+        least squares, and who is held goes as it must: continuous in what is asked for, exact where that is one
+        translation, and for half a body what it is for the whole.
         """
         scene = self.candidates.scene
         if not self.driven.any():
             return self.driven
-        d, supports = scene.mesh.dimension, scene.supports
+        d = scene.mesh.dimension
         # A ring moves along its axis.
-        first = int(scene.geometry is Geometry.AXISYMMETRIC)
-        ways = np.stack([support.along(d) for support in supports])[:, first:]
-        asked = np.array([self._asked(support) for support in supports])
-        way = np.append(np.zeros(first), np.linalg.lstsq(ways, asked)[0])
+        planes = [s.along(d) for s in scene.supports if isinstance(s, Symmetry)]
+        planes += [np.eye(d)[0]] * (scene.geometry is Geometry.AXISYMMETRIC)
+        others = [s for s in scene.supports if not isinstance(s, Symmetry)]
+        way = nearest([s.along(d) for s in others], [self._asked(s) for s in others], planes)
         axes = scene.holding.axes
         missing = np.where(scene.holding.held, axes.components(self.driven - way), 0.0)
         return way + axes.field(missing)

@@ -20,6 +20,7 @@ from bipot import (
     flat_punch,
     march,
 )
+from bipot.advance import nearest
 from bipot.checks.refusals import MOST_STRAINED, refuse_motion
 from bipot.errors import Refused
 from bipot.iterate import Increment, Iterate
@@ -103,6 +104,23 @@ def test_where_supports_pull_apart_the_body_goes_by_what_is_nearest_to_all_of_th
     np.testing.assert_allclose(along[held], scene.driven(0.5)[held], atol=1e-17)
     np.testing.assert_allclose(along[~held[:, 0], 0], 0.025)
     np.testing.assert_array_equal(along[:, 1], 0.0)
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_half_a_body_goes_as_the_whole_does_where_supports_pull_apart(angle):
+    """Its plane of symmetry holds: it is no support among others, which the whole body has twice."""
+    way = np.array([np.cos(angle), np.sin(angle)])
+    mirror = np.eye(2) - 2 * np.outer(way, way)
+    others, asked = [np.array([0.6, 0.8]), np.array([0.0, 1.0])], [0.1, 0.3]
+    half = nearest(others, asked, [way])
+    whole = nearest([*others, *(mirror @ n for n in others), way], [*asked, *asked, 0.0], [])
+    np.testing.assert_allclose(half, whole, atol=1e-15)
+    assert abs(half @ way) < 1e-16
+
+
+def test_what_is_asked_for_across_planes_of_symmetry_alone_takes_nothing_along():
+    slanted = np.array([0.36, 0.48, 0.8])
+    np.testing.assert_allclose(nearest([slanted], [1.0], [slanted]), 0.0, atol=1e-12)
 
 
 def sheared(element: Element, n: int) -> Scene:

@@ -219,8 +219,8 @@ def _multiple(tool: AnyTool, tau: float) -> Floats:
 def taken_along(scene: Scene, before: float, after: float) -> Floats:
     """Displacement (a, 2) between two times of a body that nothing but its supports moves.
 
-    All of it goes by the translation nearest to what supports ask for, by least squares, along the axis on a ring; of
-    what they hold components go as they ask.
+    All of it goes by the translation in the planes of symmetry that is nearest to what other supports ask for, by least
+    squares, along the axis on a ring; of what they hold components go as they ask.
     """
     alone = prescribed_at(scene, after) - prescribed_at(scene, before)
     normal, asked = directions_of(scene), np.zeros(len(scene.supports))
@@ -229,7 +229,9 @@ def taken_along(scene: Scene, before: float, after: float) -> Floats:
             asked[k] = support.displacement * (_at(support.amplitude, after) - _at(support.amplitude, before))
     if not asked.any():
         return alone
-    free = np.array([0.0, 1.0]) if scene.geometry is Geometry.AXISYMMETRIC else np.ones(2)
-    way = np.linalg.pinv(normal * free) @ asked
+    mirrored = np.array([isinstance(support, Symmetry) for support in scene.supports])
+    across = np.vstack([normal[mirrored], [[float(scene.geometry is Geometry.AXISYMMETRIC), 0.0]]])
+    inside = np.eye(2) - np.linalg.pinv(across) @ across
+    way = np.linalg.pinv(normal[~mirrored] @ inside, rcond=1e-9) @ asked[~mirrored]
     axes, held = held_by(scene)
     return way + np.einsum("aij,ai->aj", axes, held * np.einsum("aij,aj->ai", axes, alone - way))

@@ -10,7 +10,7 @@ import numpy as np
 from bipot.control.accepted import Accepted
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Prescribed
+from bipot.scene.supports import Prescribed, Symmetry
 from bipot.tools.tool import AnyTool
 from bipot.typing import Bools, Floats
 from studies.fuzz.placed import Drive, driven_by
@@ -80,14 +80,17 @@ def cuts(scene: Scene, tool: AnyTool) -> list[tuple[Floats, Bools]]:
 def taken_along(scene: Scene, before: float, after: float) -> Floats:
     """Displacement (a, 3) between two times of a body that nothing but its supports moves.
 
-    All of it goes by the translation nearest to what supports ask for, by least squares; what they hold as they ask.
+    All of it goes by the translation in the planes of symmetry that is nearest to what other supports ask for, by least
+    squares; what they hold goes as they ask.
     """
     alone = prescribed_at(scene, after) - prescribed_at(scene, before)
     if not any(isinstance(support, Prescribed) for support in scene.supports):
         return alone
-    ways = np.array([direction_of(support) for support in scene.supports])
-    by = np.array([asked(support, after) - asked(support, before) for support in scene.supports])
-    way = np.linalg.pinv(ways) @ by
+    others = [support for support in scene.supports if not isinstance(support, Symmetry)]
+    normals = np.array([way for way, _ in planes_of(scene)]).reshape(-1, 3)
+    inside = np.eye(3) - np.linalg.pinv(normals) @ normals
+    by = np.array([asked(support, after) - asked(support, before) for support in others])
+    way = np.linalg.pinv(np.array([direction_of(support) for support in others]) @ inside, rcond=1e-9) @ by
     return way + np.einsum("aij,aj->ai", np.eye(3) - freed(scene), alone - way)
 
 
