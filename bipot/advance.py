@@ -16,23 +16,23 @@ from bipot.response import State
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
-from bipot.typing import Floats
+from bipot.typing import Floats, Vector
 
 ROUND_OFF = 1e-12
 """A direction of which planes leave no more than this is across them."""
 
 
-def nearest(ways: Sequence[Floats], asked: Sequence[float], planes: Sequence[Floats]) -> Floats:
+def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
     """The v in all ``planes``, given by their normals, that is nearest to what is ``asked`` for along ``ways``.
 
     min sum (ways_i . v - asked_i)^2, of all such the shortest.
 
-    >>> nearest([np.array([0.0, 1.0]), np.array([1.0, 0.0])], [2.0, 3.0], [np.array([1.0, 0.0])]).tolist()
+    >>> nearest([(0.0, 1.0), (1.0, 0.0)], [2.0, 3.0], [(1.0, 0.0)]).tolist()
     [0.0, 2.0]
     """
     size = len(ways[0])
     basis = null_space(np.vstack([np.zeros(size), *planes]))
-    left = np.stack(ways) @ basis
+    left = np.array(ways) @ basis
     return np.asarray(basis @ np.linalg.lstsq(np.where(np.abs(left) > ROUND_OFF, left, 0.0), asked)[0])
 
 
@@ -80,7 +80,7 @@ class Advance:
         d = scene.mesh.dimension
         # A ring moves along its axis.
         planes = [s.along(d) for s in scene.supports if isinstance(s, Symmetry)]
-        planes += [np.eye(d)[0]] * (scene.geometry is Geometry.AXISYMMETRIC)
+        planes += [(1.0, 0.0)] * (scene.geometry is Geometry.AXISYMMETRIC)
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
         way = nearest([s.along(d) for s in others], [self._asked(s) for s in others], planes)
         axes = scene.holding.axes
