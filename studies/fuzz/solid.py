@@ -121,7 +121,9 @@ def broken(m: SolidMeasures, exact: bool, blurred: bool) -> list[str]:
     if not m.orientation > STRAIGHT:
         out.append(f"orientation {m.orientation:.1e}")
     shares = {"plastic": m.plastic, "friction": m.friction} if exact else {"plastic": m.plastic}
-    return out + [f"{name} dissipation {share:.1e}" for name, share in shares.items() if not share >= DISSIPATES]
+    # Of a body that stands as it did, both are zeros of round-off.
+    negative = {} if blurred else {name: share for name, share in shares.items() if not share >= DISSIPATES}
+    return out + [f"{name} dissipation {share:.1e}" for name, share in negative.items()]
 
 
 def faults(ran: Ran, exact: bool) -> tuple[list[str], list[SolidMeasures]]:
