@@ -18,14 +18,16 @@ from bipot.meshes.solids import brick
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.driving import Force
-from bipot.tools.tool import FlatTool, Sampling
+from bipot.tools.driving import Force, Moment
+from bipot.tools.poses import Turn
+from bipot.tools.revolved import sphere
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from studies.fuzz import solid as fuzz_solid
 from studies.fuzz.claims import Claim, claim_of
 from studies.fuzz.judge import Ran
 from studies.fuzz.solid_claims import proofs, refuted
 from studies.independent.collapse import Pressed
-from tests.space import dented
 
 SIGMA, PLANTED = 300.0, 1e-5
 STEEL = Elasticity(210e3, 0.3)
@@ -56,6 +58,11 @@ def punch(force, mu, **others) -> FlatTool:
     return FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, 0.0), ("top",), mu, driven_by=Force(force), **others)
 
 
+def shaped(surface, mu, **others) -> ShapedTool:
+    """On the top, as its drive asks."""
+    return ShapedTool(surface, (0.0, 0.0, 0.0), ("top",), mu, **others)
+
+
 def pressed(factor: float, mu: float, supports=HELD, sampling=Sampling.NODES, **others) -> Scene:
     """Under a punch with so many times what the section bears without friction: planes of symmetry leave a quarter."""
     force = (0.0, 0.0, -factor * SIGMA * (4 if supports is HELD else 1))
@@ -83,6 +90,20 @@ SCENES = {
     "in means": lambda: pressed(1.5, 0.3, sampling=Sampling.WEIGHTED, element=Element.T10),
     "driven": lambda: body(
         (*HELD, Prescribed("right", 0, 0.001)), load=(0.0, 300.0, 700.0), element=Element.T4, cells=2
+    ),
+    "under a ball": lambda: body(
+        HELD, tools=(shaped(sphere((0.0, 0.0, 3.0), 2.0), 0.3, driven_by=Force((0.0, 0.0, -3000.0))),), cells=2
+    ),
+    "twisted": lambda: body(
+        tuple(Support("base", d) for d in range(3)),
+        tools=(
+            shaped(
+                Plane((0.5, 0.5, 1.0), (0.0, 0.0, -1.0)),
+                np.inf,
+                turn=Turn(0.0, (0.5, 0.5, 1.0), axis=UP, driven_by=Moment(400.0)),
+            ),
+        ),
+        cells=2,
     ),
     "on a slope": lambda: body((Support("base", TURNED),), load=(0.0, 0.0, -1.0)),
 }
@@ -199,9 +220,21 @@ def test_a_run_that_ends_with_a_false_claim_is_wrong():
     assert "said to be carried" in fuzz_solid.faults(Ran(scene, [], "LimitPassed", wrong), exact=True)[0][0]
 
 
-def test_what_the_study_does_not_know_it_does_not_judge():
-    scene = dented(elements=1)
-    assert refuted(scene, by_hand(scene, 0.0)) == []
+SHAPED = {
+    "way": (lambda c: {"ways": (1 + 3 * PLANTED) * c.ways}, "overtaken"),
+    "rest": (lambda c: {"ways": 0 * c.ways}, "gains"),
+    "motion": (lambda c: {"motion": (1 - 3 * PLANTED) * c.motion}, "overtaken"),
+    "carried": (lambda c: {"fraction": c.fraction - 2 * PLANTED}, "said to be carried"),
+}
+
+
+@pytest.mark.parametrize("name", ["under a ball", "twisted"])
+@pytest.mark.parametrize("what", SHAPED)
+def test_a_false_claim_under_a_tool_that_is_not_flat_is_found(name, what):
+    """Of such the ways are those that are claimed."""
+    scene, found = claimed(name)
+    planted, said = SHAPED[what]
+    assert any(said in fault for fault in refuted(scene, replace(found, **planted(found))))
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -8,45 +8,46 @@ import numpy as np
 
 from bipot.fem.strain import Configuration
 from bipot.laws.von_mises import VonMises
+from bipot.marching import system_of
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.tools.tool import FlatTool
+from bipot.tools.tool import AnyTool, FlatTool
 from bipot.typing import Floats
-from studies.flat import flat, flat_tools
 from studies.fuzz.claims import Claim, tried, unmet
+from studies.fuzz.placed import Drive
 from studies.fuzz.record import curve_of
-from studies.fuzz.solid_contacts import TOUCHING
-from studies.fuzz.solid_held import freed, multiple
+from studies.fuzz.solid_contacts import TOUCHING, framed
+from studies.fuzz.solid_held import freed
 from studies.fuzz.solid_loads import loads_on
 from studies.fuzz.solid_movable import movable
-from studies.fuzz.solid_placed import cuts, pose
+from studies.fuzz.solid_placed import axis_of, cuts, drives, pose
 from studies.fuzz.solid_points import posed
+from studies.fuzz.solid_surfaces import bent, faces
 from studies.independent.collapse import HARDENED, Proof
+from studies.independent.revolved import nearest
+from studies.independent.sampling import Parts
 from studies.independent.solid_limit import Discs, Drives, Solid, SolidCollapse, judged, rigid_part
+from studies.independent.solid_tools import about, carried_to
 
 
 def refuted(scene: Scene, claim: Claim) -> list[str]:
-    """Why neither the motion of a claim nor what is in it proves it, in words; nothing if one does, or none is judged.
-
-    The driven tools go as far as they can, or as is claimed.
-    """
-    return unmet(proofs(scene, claim), claim.fraction) if judgeable(scene) else []
-
-
-def judgeable(scene: Scene) -> bool:
-    """Whether the study knows all tools of a scene: those that are flat."""
-    return all(isinstance(tool, FlatTool) for tool in scene.tools)
+    """Why neither the motion of a claim nor what is in it proves it, in words; nothing if one does."""
+    return unmet(proofs(scene, claim), claim.fraction)
 
 
 def proofs(scene: Scene, claim: Claim) -> list[Proof]:
-    """Those of :func:`studies.fuzz.claims.tried`, and the motion once more with the ways that are claimed."""
-    solid, state = solid_of(scene), claim.state
+    """Those of :func:`studies.fuzz.claims.tried`, and the motion once more with the ways that are claimed.
+
+    Flat tools go as far as they can; where others are driven all ways are those that are claimed.
+    """
+    solid, state, driven = solid_of(scene), claim.state, drives(scene)
     placed = scene.mesh.nodes if scene.configuration is Configuration.SMALL else state.nodes
-    loads, drives = loads_on(scene, placed, claim.tau), drives_at(scene, claim.tau)
-    collapse = SolidCollapse(placed, claim.motion, loads, drives, points_at(scene, state))
+    loads, points = loads_on(scene, placed, claim.tau), points_at(scene, state)
+    collapse = SolidCollapse(placed, claim.motion, loads, drives_at(scene, claim.tau), points)
+    ways = None if all(isinstance(scene.tools[drive.number], FlatTool) for drive in driven) else claim.ways
 
     def judge(motion: Floats, following: bool) -> Proof:
-        return judged(solid, replace(collapse, motion=motion, following=following))
+        return judged(solid, replace(collapse, motion=motion, following=following), ways)
 
     found = tried(claim.motion, rigid_part(solid, placed, claim.motion), judge)
     return [*found, judged(solid, collapse, claim.ways)]
@@ -61,43 +62,80 @@ def solid_of(scene: Scene) -> Solid:
 
 
 def drives_at(scene: Scene, tau: float) -> Drives:
-    """The driven tools at a time; of one that planes of symmetry cut a half of the force for each of them."""
-    number, force = list[int](), list[float]()
-    for k, tool in enumerate(flat_tools(scene)):
-        if (drive := tool.driven_by) is not None:
-            number.append(k)
-            whole = float(np.linalg.norm(drive.vector)) * multiple(drive.amplitude, tau)
-            force.append(whole / 2 ** len(cuts(scene, tool)))
-    own = [flat(scene.tools[k]) for k in number]
-    ways = np.array([tool.driven_by.vector for tool in own if tool.driven_by is not None]).reshape(-1, 3)
+    """What drives tools at a time; of one that planes of symmetry cut a half of the force for each of them."""
+    every = drives(scene)
+    own = [scene.tools[drive.number] for drive in every]
+    parts = np.array([0.5 ** len(cuts(scene, tool)) for tool in own])
     return Drives(
-        tool=np.array(number, dtype=np.intp),
-        normal=np.array([tool.normal for tool in own]).reshape(-1, 3),
-        direction=ways / np.linalg.norm(ways, axis=1, keepdims=True),
-        force=np.array(force),
+        tool=np.array([drive.number for drive in every], dtype=np.intp),
+        normal=np.array([tool.normal if isinstance(tool, FlatTool) else (0.0,) * 3 for tool in own]).reshape(-1, 3),
+        direction=np.array([direction(drive, tool) for drive, tool in zip(every, own, strict=True)]).reshape(-1, 3),
+        force=np.array([drive.at(tau) * (drive.spin or 1.0) for drive in every]) * parts,
     )
+
+
+def direction(drive: Drive, tool: AnyTool) -> Floats:
+    """The unit vector (3,) along which a force drives a tool; none where a moment does."""
+    if drive.spin or tool.driven_by is None:
+        return np.zeros(3)
+    return np.array(tool.driven_by.vector) / np.linalg.norm(tool.driven_by.vector)
 
 
 def points_at(scene: Scene, state: State) -> Discs:
     """The candidates at a state, and which of them touch."""
-    found = [_points_of(scene, k, state) for k in range(len(scene.tools))]
+    stored = system_of(scene).candidates
+    frames = stored.faces.reference[stored.parts.first]
+    found = [_points_of(scene, k, state, frames[stored.tool == k]) for k in range(len(scene.tools))]
+    first = np.cumsum([0, *(len(own.tool) for own in found)]).tolist()
+    found = [replace(own, owner=own.owner + at) for own, at in zip(found, first, strict=False)]
     if not found:
-        return Discs.none(len(scene.mesh.nodes))
-    return Discs(**{name: np.concatenate([getattr(own, name) for own in found]) for name in Discs.__annotations__})
+        return _none()
+    joined = {
+        name: np.concatenate([getattr(own, name) for own in found]) for name in Discs.__annotations__ if name != "led"
+    }
+    return Discs(**joined, led=np.concatenate([own.led for own in found], axis=1))
 
 
-def _points_of(scene: Scene, k: int, state: State) -> Discs:
-    """Those of the k-th tool of which a node can move along the normal, or the tool can."""
-    tool, every = flat(scene.tools[k]), posed(scene, k)
-    own = every.only(((every.weights != 0) & movable(scene, k)[:, 0]).any(axis=1))
-    gap = (own.weights @ state.nodes - np.array(tool.point) - pose(scene, k, state)[:3]) @ np.array(tool.normal)
+def _none() -> Discs:
+    """No points."""
+    whole, zero, never, square = np.zeros(0, np.intp), np.zeros(0), np.zeros(0, dtype=bool), np.zeros((0, 3, 3))
+    names = {"tool": whole, "mu": zero, "welded": never, "touching": never, "owner": whole, "part": whole}
+    return Discs(**names, share=zero, rows=square, kept=square[:, 1:, 1:], moved=square, led=np.zeros((0, 0, 3)))
+
+
+def _points_of(scene: Scene, k: int, state: State, frames: Floats) -> Discs:
+    """Those of the k-th tool of which a node can move along the normal, or the tool can, their ``frames`` at rest."""
+    tool, every, here = scene.tools[k], posed(scene, k), pose(scene, k, state)
+    centre = np.zeros(3) if tool.turn is None else np.array(tool.turn.centre)
+    turn = about(axis_of(tool), here[3])
+    nodal = movable(scene, k)
+    free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
+    own, sliding = every.only(free[:, 0]), free[free[:, 0], 1]
+    parts = Parts.of(own.weights)
+    arm = state.nodes[parts.node] - centre - here[:3]
+    seen = nearest(faces(tool.face), arm @ turn + centre)
+    normal, gradient = seen.normal @ turn.T, turn @ seen.gradient @ turn.T
+    reference = framed(frames)
+    tangents = carried_to(reference[parts.owner], normal)[:, 1:]
     mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
     return Discs(
         tool=np.full(len(own.node), k),
-        normal=np.broadcast_to(np.array(tool.normal), (len(own.node), 3)),
-        weights=own.weights,
-        within=own.moved,
-        mu=mu,
+        mu=np.where(sliding, mu, 0.0) if bent(tool) else mu,
         welded=np.full(len(own.node), tool.welded),
-        touching=gap <= TOUCHING * scene.mesh.size,
+        touching=(parts.mean(seen.gap) <= TOUCHING * scene.mesh.size) & ~parts.any(seen.past),
+        owner=parts.owner,
+        part=parts.node,
+        share=parts.share,
+        rows=np.concatenate([normal[:, None], tangents - seen.gap[:, None, None] * tangents @ gradient], axis=1),
+        kept=np.einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:]),
+        moved=own.moved,
+        led=np.array([_led(scene, drive, k, arm) for drive in drives(scene)]).reshape(-1, len(arm), 3),
     )
+
+
+def _led(scene: Scene, drive: Drive, k: int, arm: Floats) -> Floats:
+    """How the k-th tool's places (w, 3) at an ``arm`` from its centre go, as what drives a tool goes by one."""
+    tool = scene.tools[k]
+    if drive.number != k:
+        return np.zeros_like(arm)
+    return direction(drive, tool) + drive.spin * np.cross(axis_of(tool), arm)

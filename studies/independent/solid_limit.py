@@ -28,35 +28,47 @@ class Solid:
 
 @dataclass(frozen=True)
 class Discs:
-    """Points (c,) at flat tools, of which the friction is a disc of two tangents: ``tool`` and ``normal`` (c, 3).
+    """Points (c,) at tools, of which the friction is a disc of two tangents: what they are of, and what touches.
 
-    Each is the mean of nodes by its ``weights`` (c, a), of whose motion planes of symmetry leave ``within`` (c, 3, 3).
+    Each is the mean of w nodes: ``owner`` (w,) is the point, ``part`` (w,) the node, ``share`` (w,) its weight. By the
+    ``rows`` (w, 3, 3), a normal and two tangents, its gap and slip change, of which planes of symmetry leave ``kept``
+    (c, 2, 2), and ``moved`` (c, 3, 3) of what it moves by. As the m driven tools go by one, their places under the
+    nodes go by ``led`` (m, w, 3).
     """
 
     tool: Ints
-    normal: Floats
-    weights: Floats
-    within: Floats
     mu: Floats
     welded: Bools
     touching: Bools
+    owner: Ints
+    part: Ints
+    share: Floats
+    rows: Floats
+    kept: Floats
+    moved: Floats
+    led: Floats
 
-    @staticmethod
-    def none(count: int) -> Discs:
-        """No points of a body of ``count`` nodes."""
-        vectors, zero, never = np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=bool)
-        return Discs(np.zeros(0, np.intp), vectors, np.zeros((0, count)), np.zeros((0, 3, 3)), zero, never, never)
+    def means(self, values: Floats) -> Floats:
+        """Means (c, 3) of values (w, 3)."""
+        out = np.zeros((len(self.tool), 3))
+        np.add.at(out, self.owner, self.share[:, None] * values)
+        return out
 
     def motion(self, nodal: Floats) -> Floats:
         """That of points (c, 3) as nodes go (a, 3) and tools rest."""
-        return np.einsum("cij,cj->ci", self.within, self.weights @ nodal)
+        return np.einsum("cij,cj->ci", self.moved, self.means(nodal[self.part]))
+
+    def opening(self, nodal: Floats, ways: Floats) -> tuple[Floats, Floats]:
+        """What gaps (c,) grow by, and how long slips (c,) are, as nodes go (a, 3) and driven tools their ``ways``."""
+        u = self.means(np.einsum("wij,wj->wi", self.rows, nodal[self.part] - np.einsum("m,mwi->wi", ways, self.led)))
+        return u[:, 0], np.linalg.norm(np.einsum("cij,cj->ci", self.kept, u[:, 1:]), axis=1)
 
 
 @dataclass(frozen=True)
 class Drives:
-    """The m tools that forces drive: ``tool`` (m,) by number, ``normal`` and the force's ``direction`` (m, 3).
+    """What drives tools, m forces and moments: ``tool`` (m,) by number, of flat ones ``normal`` and ``direction``.
 
-    ``force`` (m,) is what acts on the modelled part.
+    The latter (m, 3) is that of the force, ``force`` (m,) what acts on the modelled part.
     """
 
     tool: Ints
@@ -81,7 +93,7 @@ class SolidCollapse:
 
 
 def judged(s: Solid, c: SolidCollapse, ways: Floats | None = None) -> Proof:
-    """The inequalities of a claim; the driven tools go by ``ways`` (m,), or as far as their contacts let them."""
+    """The inequalities of a claim; driven tools go by ``ways`` (m,), or flat ones as far as their contacts let them."""
     if ways is None:
         farthest = [_pressed(c, k).farthest(c.following) for k in range(len(c.drives.tool))]
         ways = ways_of(farthest, c.drives.force, c.loads, c.motion)
@@ -122,9 +134,5 @@ def _pressed(c: SolidCollapse, k: int) -> Pressed:
 
 def _closing(c: SolidCollapse, ways: Floats) -> tuple[float, float]:
     """What contacts do as driven tools go their ways."""
-    p, v = c.points, c.points.motion(c.motion)
-    for tool, direction, way in zip(c.drives.tool, c.drives.direction, ways, strict=True):
-        v[p.tool == tool] -= way * direction
-    opened = np.vecdot(p.normal, v)
-    slip = np.linalg.norm(v - opened[:, None] * p.normal, axis=1)
-    return closing(opened, slip, p.mu, p.welded, p.touching)
+    p = c.points
+    return closing(*p.opening(c.motion, ways), p.mu, p.welded, p.touching)
