@@ -48,7 +48,11 @@ class InfeasibleProgram(ProgramError):
 
 
 class UnboundedProgram(ProgramError):
-    """The energy has no lower bound: the load is above the limit load. ``ray`` is the collapse mechanism."""
+    """A program's energy has no lower bound: along the ``ray`` a mechanism gains more than it dissipates.
+
+    So it is where the load is above the limit load, but also with friction as a pass has frozen it, or a tangent as it
+    linearises: a proof is :class:`LimitPassed` alone.
+    """
 
     def __init__(self, message: str, ray: Any = None) -> None:
         super().__init__(message)

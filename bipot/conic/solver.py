@@ -47,7 +47,7 @@ def infeasible() -> InfeasibleProgram:
 
 def unbounded(ray: Any = None) -> UnboundedProgram:
     """The error of a cost without lower bound along ``ray``."""
-    return UnboundedProgram("the load is above the limit load: a mechanism dissipates less than it gains", ray)
+    return UnboundedProgram("its program has no minimum: a mechanism gains more than it dissipates", ray)
 
 
 def unsolved(status: object) -> ProgramError:
