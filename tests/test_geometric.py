@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.fem.plane import turn, turn_half
 from bipot.fem.projection import VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration, Stresses
@@ -103,14 +102,6 @@ def test_rigid_rotation_turns_the_internal_force() -> None:
     f = response.element_forces.reshape(len(elements), -1, 2)
     turned = np.stack([-f[..., 1], f[..., 0]], axis=-1).reshape(len(elements), -1)
     np.testing.assert_allclose((K @ spin[:, :, None])[..., 0], turned, rtol=0, atol=1e-10 * np.abs(f).max())
-
-
-def test_turn_is_the_derivative_of_rotate() -> None:
-    tensor = np.random.default_rng(0).normal(size=(7, 4))
-    step = 1e-6
-    forth, back = (turn_half(tensor, np.array([np.cos(2 * a), np.sin(2 * a)])) for a in (step, -step))
-    difference = (forth - back) / (2 * step)
-    np.testing.assert_allclose(turn(tensor), difference, atol=1e-9)
 
 
 def test_gradient_operator_gives_strain_back() -> None:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from bipot.errors import InvertedElement
 from bipot.fem.elements import Quadrature, tabulated
-from bipot.fem.plane import turn_half
+from bipot.fem.plane import turn
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.meshes.elements import Element
@@ -23,7 +23,7 @@ def run(mesh, du, geometry=Geometry.PLANE_STRAIN, configuration=Configuration.MI
 
 
 def rotate(tensor, angle):
-    return turn_half(tensor, np.array([np.cos(2 * angle), np.sin(2 * angle)]))
+    return turn(tensor, np.array([np.cos(2 * angle), np.sin(2 * angle)]))
 
 
 @pytest.mark.parametrize(("steps", "s12", "s11"), [(10, 0.841884, 0.459810), (100, 0.841475, 0.459699)])

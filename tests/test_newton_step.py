@@ -43,7 +43,8 @@ def newton(K: np.ndarray, F: np.ndarray, rows: ContactRows, steps: int = 10) -> 
     scale = np.full(rows.count, K.diagonal().max())
     for _ in range(steps):
         pieces = Pieces.of(rows, rows.motion(x), r, scale)
-        dx, r = Linearised.of(pattern.by_row(K.T.ravel()), held, pieces).step(K @ x - F, rows.motion(x), r)
+        miss = pieces.value(rows.motion(x), r)
+        dx, r = Linearised.of(pattern.by_row(K.T.ravel()), held, pieces).step(K @ x - F, miss, r)
         x = x + dx
     return x, r
 

@@ -43,8 +43,8 @@ def test_tensors_of_space_give_the_closed_forms_of_the_plane(geometry):
     np.testing.assert_allclose(ours, theirs, atol=2e-15)
     tensor, stress = rng.normal(size=(2, 50, 4))
     halves = [forms.half_rotation(ours, reduction) for forms in (solid, plane)]
-    for turn in ("turn_half", "turn_whole"):
-        turned = [getattr(forms, turn)(tensor, half) for forms, half in zip((solid, plane), halves, strict=True)]
+    for rotations in (halves, [solid.twice(halves[0]), plane.twice(halves[1])]):
+        turned = [forms.turn(tensor, rotation) for forms, rotation in zip((solid, plane), rotations, strict=True)]
         np.testing.assert_allclose(turned[0], turned[1], atol=5e-15)
     slopes = [
         forms.strain_by_gradient(reduction, ours, half, tensor, stress, 2.0)

@@ -16,14 +16,14 @@ MANDEL = 4
 
 
 def _rotations() -> Floats:
-    """Coefficients (3, 4, 5) of 1, cos 2 theta, sin 2 theta in the rotation of symmetric gradients by theta."""
+    """Coefficients (4 5, 3) of 1, cos 2 theta, sin 2 theta in the rotation of symmetric gradients by theta."""
     out = np.zeros((3, MANDEL, MANDEL))
     out[0, 2, 2] = 1.0
     out[0, :2, :2] = 0.5
     out[1, [0, 1, 0, 1], [0, 1, 1, 0]] = [0.5, 0.5, -0.5, -0.5]
     out[1, 3, 3] = 1.0
     out[2, [3, 1, 3, 0], [0, 3, 1, 3]] = np.array([1.0, 1.0, -1.0, -1.0]) / SQRT2
-    return out @ Geometry.AXISYMMETRIC.reduction.symmetric
+    return np.ascontiguousarray((out @ Geometry.AXISYMMETRIC.reduction.symmetric).reshape(3, -1).T)
 
 
 ROTATIONS = _rotations()
@@ -70,13 +70,13 @@ def part(half: Floats, points: slice) -> Floats:
     return half[:, points]
 
 
-def turn_half(tensor: Floats, half: Floats) -> Floats:
-    """The Mandel tensors (..., 4) turned by theta."""
-    return _turned(tensor, *half)
+def turn(tensor: Floats, rotation: Floats) -> Floats:
+    """The Mandel tensors (..., 4) turned by theta, of which the ``rotation`` is (cos 2 theta, sin 2 theta) (2, ...).
 
-
-def _turned(tensor: Floats, c: Floats, s: Floats) -> Floats:
-    """The Mandel tensors (..., 4) turned by half the angle of cosine and sine c, s (...)."""
+    >>> turn(np.array([1.0, 0.0, 0.0, 0.0]), np.array([-1.0, 0.0])).round(12)
+    array([0., 1., 0., 0.])
+    """
+    c, s = rotation
     a, b, m = tensor[..., 0], tensor[..., 1], tensor[..., 3]
     mean, apart = (a + b) / 2, (a - b) / 2
     across = c * apart - (s / SQRT2) * m
@@ -88,27 +88,10 @@ def _turned(tensor: Floats, c: Floats, s: Floats) -> Floats:
     return out
 
 
-def turn_whole(tensor: Floats, half: Floats) -> Floats:
-    """The Mandel tensors (..., 4) turned by 2 theta.
-
-    >>> turn_whole(np.array([1.0, 0.0, 0.0, 0.0]), np.array([0.0, 1.0])).round(12)
-    array([0., 1., 0., 0.])
-    """
+def twice(half: Floats) -> Floats:
+    """The rotation by 2 theta."""
     c, s = half
-    return _turned(tensor, c * c - s * s, 2 * c * s)
-
-
-def turn(tensor: Floats) -> Floats:
-    """Derivative (..., 4) of turning Mandel tensors (..., 4) about the third axis, at angle zero.
-
-    >>> turn(np.array([0.0, 1.0, 0.0, 1.0])).round(12)
-    array([-1.41421356,  1.41421356,  0.        , -1.41421356])
-    """
-    out = np.zeros(tensor.shape)
-    out[..., 1] = SQRT2 * tensor[..., 3]
-    out[..., 0] = -out[..., 1]
-    out[..., 3] = SQRT2 * (tensor[..., 0] - tensor[..., 1])
-    return out
+    return np.stack([c * c - s * s, 2 * c * s])
 
 
 def strain_by_gradient(
@@ -117,26 +100,32 @@ def strain_by_gradient(
     """d e / d g (..., 4, m) of the strain e with g of the end, the rotation of the stress counted as strain.
 
     ``rotated`` (..., 4) is R sigma_n R'. Turning it by d angle is the elastic work of the trace-free strain
-    turn(rotated) d angle / (2 G), G = ``shear``.
+    d turned(rotated)/d angle / (2 G), G = ``shear``. A change dg of the end is (I - G/2) dg (I + G/2) at the middle,
+    that of the hoop strain (1 - h^2/4) dh.
     """
-    c, s = half
-    turned = np.stack([np.ones_like(c), c, s], axis=-1) @ ROTATIONS.reshape(3, -1)
-    out = turned.reshape(*c.shape, MANDEL, 5)
+    # Component by component in memory: each formula is then one of whole vectors, not of small matrices at points.
+    c, s = half.reshape(2, -1)
+    e, g = _by_component(strain + rotated / shear), _by_component(middle) / 2
+    out = (ROTATIONS @ np.stack([np.ones_like(c), c, s])).reshape(MANDEL, 5, -1)
     # d atan(w/2) = cos^2 dw / 2 with w = (u_2,1 - u_1,2)/2, and cos^2 of half the angle is (1 + c)/2.
-    weight = turn(strain + rotated / shear) * ((1 + c) / 8)[..., None]
-    out[..., 1] += weight
-    out[..., 2] -= weight
-    m = len(reduction.entries)
-    return out[..., :m] @ _transport(middle, reduction)
-
-
-def _transport(middle: Floats, reduction: Reduction) -> Floats:
-    """d g_middle / d g_end (..., m, m): (I - G/2) dg (I + G/2), and 1 - h^2/4 for the hoop strain."""
-    shape, m = middle.shape[:-1], middle.shape[-1]
-    half = (middle[..., :4] / 2).reshape(*shape, 2, 2)
-    # Column by column, g has G transposed: L' and R' are what stands here.
-    out = np.zeros((*shape, m, m))
-    out[..., :4, :4] = np.einsum("...db,...ac->...abcd", UNIT - half, UNIT + half).reshape(*shape, 4, 4)
+    weight = (1 + c) * (SQRT2 / 8)
+    sheared, apart = weight * e[3], weight * (e[0] - e[1])
+    for row, change in ((0, -sheared), (1, sheared), (3, apart)):
+        out[row, 1] += change
+        out[row, 2] -= change
+    # Column by column, g has G transposed: these are (I - G/2)' and (I + G/2)'.
+    G = g[:4].reshape(2, 2, -1)
+    left, right = UNIT[..., None] - G, UNIT[..., None] + G
+    plane = out[:, :4].reshape(MANDEL, 2, 2, -1)
+    plane = plane[:, :, None, 0] * left[:, 0] + plane[:, :, None, 1] * left[:, 1]
+    plane = plane[:, 0, None] * right[0, :, None] + plane[:, 1, None] * right[1, :, None]
+    out[:, :4] = plane.reshape(MANDEL, 4, -1)
     if reduction.ring:
-        out[..., 4, 4] = 1 - middle[..., 4] ** 2 / 4
-    return out
+        out[:, 4] *= 1 - g[4] ** 2
+    m = len(reduction.entries)
+    return np.ascontiguousarray(out[:, :m].transpose(2, 0, 1)).reshape(*middle.shape[:-1], MANDEL, m)
+
+
+def _by_component(vectors: Floats) -> Floats:
+    """Vectors (..., m) as (m, p) of p points."""
+    return np.ascontiguousarray(vectors.reshape(-1, vectors.shape[-1]).T)

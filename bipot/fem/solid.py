@@ -59,16 +59,16 @@ def part(half: Floats, points: slice) -> Floats:
     return half[points]
 
 
-def turn_half(tensor: Floats, half: Floats) -> Floats:
-    """Q_h t Q_h' of Mandel tensors (..., s)."""
+def turn(tensor: Floats, rotation: Floats) -> Floats:
+    """Q t Q' of Mandel tensors (..., s) by Q = ``rotation`` (..., 3, 3)."""
     full = mandel_to_full(tensor.shape[-1])
     T = contract(tensor, full).reshape(*tensor.shape[:-1], 3, 3)
-    return contract((half @ T @ half.swapaxes(-1, -2)).reshape(*T.shape[:-2], 9), full.T)
+    return contract((rotation @ T @ rotation.swapaxes(-1, -2)).reshape(*T.shape[:-2], 9), full.T)
 
 
-def turn_whole(tensor: Floats, half: Floats) -> Floats:
-    """Q t Q' of Mandel tensors (..., s), Q = Q_h Q_h."""
-    return turn_half(tensor, half @ half)
+def twice(half: Floats) -> Floats:
+    """The whole rotation Q_h Q_h."""
+    return half @ half
 
 
 def strain_by_gradient(

@@ -177,7 +177,7 @@ class Midpoint:
         for determinant, what in zip(positive, ("Jacobian determinant", "radius"), strict=False):
             refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes, elements)
         half = forms.half_rotation(middle, reduction)
-        strain = forms.turn_half(contract(middle, reduction.symmetric.T), half)
+        strain = forms.turn(contract(middle, reduction.symmetric.T), half)
         return Kinematics(**vars(end), strain=end.strained(strain), middle=middle, half=half)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:

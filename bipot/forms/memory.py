@@ -126,10 +126,10 @@ class Pace:
 
     def predict(self, state: State, tau: float) -> Floats:
         """Displacements, node by node, and translations (a d + m,) from ``state`` to ``tau``."""
-        before, last = self._seen(state)
-        velocity, over = last.velocity, last.middle - before.middle
+        before, middle, velocity = self._seen(state)
+        over = middle - before.middle
         if over > 0:
-            change = (velocity - before.velocity) * (((state.tau + tau) / 2 - last.middle) / over)
+            change = (velocity - before.velocity) * (((state.tau + tau) / 2 - middle) / over)
             bounded = np.linalg.norm(change) <= BOUNDED * np.linalg.norm(velocity)
             velocity = velocity + change if bounded else velocity
         return velocity * (tau - state.tau)
@@ -139,14 +139,14 @@ class Pace:
 
         Next to one, at tau_c, |velocity| grows as (tau_c - tau)^(-1/2): |velocity|^-2 goes to zero linearly.
         """
-        before, last = self._seen(state)
-        over = last.middle - before.middle
-        fast, slow = (float(v @ v) for v in (last.velocity, before.velocity))
+        before, middle, velocity = self._seen(state)
+        over = middle - before.middle
+        fast, slow = (float(v @ v) for v in (velocity, before.velocity))
         if not over > 0 or not fast > FASTER**2 * slow > 0:
             return None
-        return last.middle + over / (fast / slow - 1)
+        return middle + over / (fast / slow - 1)
 
-    def _seen(self, state: State) -> tuple[Paced, Paced]:
-        """The last increment but one, and the last, which led to ``state``."""
+    def _seen(self, state: State) -> tuple[Paced, float, Floats]:
+        """The last increment but one; middle and rates of the last, which led to ``state``."""
         before = self.before or Paced.unknown(state)
-        return before, before.next(state)
+        return before, (before.tau + state.tau) / 2, state.rates

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, NamedTuple
 
@@ -86,10 +87,10 @@ FOLDED = -4.0
 
 
 class Point(NamedTuple):
-    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, merit, ``miss``.
+    """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, ``miss``, merit.
 
-    The merit is |(rho - G' r, law)|, in units of force, of which ``balance`` (n,) is rho - G' r, the unbalanced forces,
-    and ``miss`` = |law|.
+    The merit is |(rho - G' r, miss)|, in units of force: ``balance`` (n,) = rho - G' r are the unbalanced forces,
+    ``miss`` (c, d) is the law's value, ``law`` its norm.
     """
 
     iterate: Iterate
@@ -97,13 +98,14 @@ class Point(NamedTuple):
     motion: Floats
     pieces: Pieces
     balance: Floats
+    miss: Floats
     merit: float
-    miss: float
+    law: float
 
     @property
     def error(self) -> float:
         """The merit over the norm of the forces; inf where there are none."""
-        present = float(np.linalg.norm(self.r))
+        present = math.sqrt(float(np.vdot(self.r, self.r)))
         return self.merit / present if present else np.inf
 
     def work(self, along: Floats) -> float:
@@ -137,9 +139,10 @@ class Law:
         pieces = Pieces.of(rows, motion, r, self.scale, Deadband(BAND_PULL * largest, gap), last)
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
-        balance, law = residual - rows.forces(r), pieces.value(motion, r)
-        merit, miss = float(np.sqrt(balance @ balance + np.vdot(law, law))), float(np.linalg.norm(law))
-        return Point(iterate, r, motion, pieces, balance, merit, miss)
+        balance, miss = residual - rows.forces(r), pieces.value(motion, r)
+        law = math.sqrt(float(np.vdot(miss, miss)))
+        merit = math.hypot(math.sqrt(float(balance @ balance)), law)
+        return Point(iterate, r, motion, pieces, balance, miss, merit, law)
 
     def frames_at(self, iterate: Iterate) -> Frames:
         """The contacts' frames at an iterate."""
@@ -194,7 +197,7 @@ class Newton:
         frames = state.law.frames_at(here.iterate)
         linearised = self._linearised(state, here, frames, merits, clock)
         built = clock.outside()
-        dx, new = linearised.step(iterate.residual, here.motion, here.r)
+        dx, new = linearised.step(iterate.residual, here.miss, here.r)
         there = self._search(state.law, here, linearised.pieces, dx, new, clock)
         timing = Timing(built - began, clock.outside() - built, clock.seconds)
         # Where there is no force, what is left of it is the round-off of its row; caps are those of the new iterate.
@@ -261,7 +264,7 @@ class _Aim:
         # What of the step tools that are driven go by themselves.
         self.driven = along.copy()
         self.driven[: len(here.iterate.increment.system.body.space.free)] = 0.0
-        self.halves = here.miss > search.law * here.merit or not self.work
+        self.halves = here.law > search.law * here.merit or not self.work
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 

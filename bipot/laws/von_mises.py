@@ -184,7 +184,8 @@ def consistent_tangent(
     """
     trial, end = returned.trial, peeq + returned.dpeeq
     G, H = elasticity.shear, hardening.slope(end)
-    q = np.where(returned.plastic, equivalent_stress(trial), 1.0)
+    # N is the unit deviator of the trial stress: q_tr = √(3/2) σ_tr : N.
+    q = np.where(returned.plastic, np.sqrt(1.5) * np.vecdot(trial, returned.direction), 1.0)
     beta = np.where(returned.plastic, hardening.yield_stress(end) / q, 1.0)
     factor = 2.0 * G * (beta - H / (3.0 * G + H))
     return _moduli(elasticity.bulk, 2.0 * G * beta, factor, returned.direction)

@@ -118,7 +118,7 @@ class ContactRows:
         out[self.frictional] = True
         return out
 
-    @property
+    @cached_property
     def capped(self) -> bool:
         """Whether friction is capped anywhere: the law is then not Coulomb's alone."""
         return bool(np.isfinite(self.cap).any())

@@ -54,10 +54,9 @@ class Linearised(Generic[L]):
             factor = border.factorise(data[:-1], pieces, solver)
         return Linearised(frames, pieces, factor, product)
 
-    def step(self, residual: Floats, motion: Floats, r: Floats) -> tuple[Floats, Floats]:
-        """(dx (n,), new r (c, d)) from rho (n,), motion and forces (c, d) at the iterate."""
+    def step(self, residual: Floats, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
+        """(dx (n,), new r (c, d)) from rho (n,), the law's value ``miss`` and forces (c, d) at the iterate."""
         frames, pieces, border = self.frames, self.pieces, self.frames.border
-        miss = pieces.value(motion, r)
         law = miss + times(pieces.by_force, frames.reaction(residual) - r)
         b: Floats = np.append(-residual, 0.0)
         b[frames.own] = -times(frames.T.transpose(0, 2, 1), law)

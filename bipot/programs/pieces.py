@@ -114,7 +114,10 @@ class Pieces:
 
     def at_caps(self, r: Floats) -> Floats:
         """Forces r (c, d) with the friction of what slides at a fixed radius, which the law knows without them."""
-        out, known = r.copy(), (self.fixed > 0) & self.disc.slides
+        known = (self.fixed > 0) & self.disc.slides
+        if not known.any():
+            return r
+        out = r.copy()
         out[known, 1:] = self.fixed[known, None] * self.disc.direction[known]
         return out
 
@@ -122,8 +125,9 @@ class Pieces:
     def none(self) -> Bools:
         """Which forces (c, d) the law says are none."""
         rubs = (self.closed & (self.mu > 0)) | (self.fixed > 0)
-        tangential = np.repeat((self.disc.slides & ~rubs)[:, None], self.disc.direction.shape[1], axis=1)
-        return np.column_stack([~self.closed, tangential])
+        out = np.empty((len(self.mu), 1 + self.disc.direction.shape[1]), dtype=bool)
+        out[:, 0], out[:, 1:] = ~self.closed, (self.disc.slides & ~rubs)[:, None]
+        return out
 
     @cached_property
     def by_motion(self) -> Floats:

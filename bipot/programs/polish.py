@@ -67,8 +67,8 @@ def _newton(
     for _ in range(ITERATIONS):
         residual, motion = K @ x - program.f, rows.motion(x)
         law, scale = at(motion, r), max(scale, float(np.abs(r).max(initial=0.0)))
-        balance = float(np.abs(residual - rows.forces(r)).max())
-        error = max(balance, float(np.abs(law.value(motion, r)).max(initial=0.0))) / scale
+        balance, miss = float(np.abs(residual - rows.forces(r)).max()), law.value(motion, r)
+        error = max(balance, float(np.abs(miss).max(initial=0.0))) / scale
         # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
         # an open contact of a body without force must carry exactly none.
         if least <= EXACT and error >= least:
@@ -80,7 +80,7 @@ def _newton(
                 last = Linearised.of(frames.pattern.by_row(np.asarray(K.data, dtype=np.float64)), frames, law)
         except ProgramError:
             break
-        dx, r = last.step(residual, motion, r)
+        dx, r = last.step(residual, miss, r)
         if not max(float(np.abs(dx).max(initial=0.0)), float(np.abs(r).max(initial=0.0))) <= RUNAWAY:
             break
         # Where there is no force, what is left of it is the round-off of its row.
