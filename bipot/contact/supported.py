@@ -56,6 +56,8 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
+    if not candidates.tangent_held.any():
+        return np.zeros((len(candidates.node), candidates.scene.mesh.dimension - 1))
     drawn = candidates.met.motion(driven)
     moved = candidates.approach(travel, drawn)
     # Against what both move by: that they move together is a difference of round-off.

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -127,11 +128,13 @@ class Itself:
 
     def _boxes(self, nodes: Floats) -> tuple[Floats, Floats]:
         """The least and the largest coordinates (e, d) of elements."""
-        of = self.mesh.elements.T
-        low, high = nodes[of[0]], nodes[of[0]]
-        for k in of[1:]:
-            low, high = np.minimum(low, nodes[k]), np.maximum(high, nodes[k])
-        return low, high
+        corners = nodes.take(self._by_corner, axis=0)
+        return corners.min(axis=0), corners.max(axis=0)
+
+    @cached_property
+    def _by_corner(self) -> Ints:
+        """The mesh's elements (k, e), node by node: minima are then those of whole vectors."""
+        return np.ascontiguousarray(self.mesh.elements.T)
 
 
 def _within(values: Floats, low: Floats, high: Floats) -> tuple[Ints, Ints]:
