@@ -72,7 +72,7 @@ def error_estimate(start: State, solved: Solved) -> float:
     """That of the increment ``solved`` from the accepted state ``start``, its flow not yet carried on; a fraction."""
     increment, response = solved.iterate.increment, solved.response
     kin, body, sigma = response.kinematics, increment.system.body, response.returned.stress
-    euler = body.respond(start, response.x, increment.driven).returned.stress
+    euler = body.scene.material.update(kin.turned(start.stress), kin.strain, start.peeq).stress
     taken = float(np.vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain))))
     missed = abs(float(np.vdot(kin.volume, np.vecdot(euler - sigma, kin.strain))))
     square = float(np.vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / kin.volume.sum())
