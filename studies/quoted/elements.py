@@ -172,7 +172,7 @@ QUOTED = Quoted(
             min(results.column("mesh", "p_min_MPa", mu=(0.1, 0.3), **DEFAULT)) > 0
         ),
         "larger than the exact one but that of `t6` under the smooth punch": _above,
-        "It halves with the mesh": _halves,
+        "The jump halves with the mesh": _halves,
         "moves by a fifth of what was the side": _a_fifth,
         "falls with every refinement in weighted means too": _falls,
     },
