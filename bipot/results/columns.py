@@ -41,11 +41,11 @@ COURSE = (
     Column("passes", "passes spent, failed attempts included", lambda _, a: a.passes),
     Column("cuts", "times the increment was halved", lambda _, a: a.cuts),
     Column("form", "the form that solved it", lambda _, a: a.form.value),
-    Column("reason", "why it fell back or was cut", lambda _, a: a.reason),
+    Column("reason", "why a fallback was used or the increment was cut", lambda _, a: a.reason),
     Column("route", "how friction was coupled in the accepted pass", lambda _, a: a.solved.coupled.route.value),
-    Column("contraction", "of the coupling, a pass; nan if too few", lambda _, a: a.solved.coupled.contraction),
-    Column("coupling_steps", "passes that left friction to the fixed point", lambda _, a: a.solved.coupled.steps),
-    Column("undetermined", "what the law leaves open", lambda _, a: "; ".join(a.solved.undetermined)),
+    Column("contraction", "reduction of the coupling's residual per pass; nan if too few passes", lambda _, a: a.solved.coupled.contraction),
+    Column("coupling_steps", "passes in which friction was coupled by the fixed point", lambda _, a: a.solved.coupled.steps),
+    Column("undetermined", "forces or positions that the law does not determine", lambda _, a: "; ".join(a.solved.undetermined)),
     Column(
         "below_resolution",
         "measures that decide nothing: round-off alone may exceed their default bound",
@@ -67,11 +67,11 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     return float(gap / length.sum()) if length.any() else 0.0
 
 
-FLOW_GAP = Column("flow_gap", "dissipation that the direction of the stored flow misses, fraction", flow_gap)
+FLOW_GAP = Column("flow_gap", "dissipation missed because the stored flow is not normal to the yield surface, fraction", flow_gap)
 
 ERROR_ESTIMATE = Column(
     "error_estimate",
-    "error of the force that the increment's length leaves, estimated (bipot.control.pacing), fraction",
+    "estimated error of the force due to the increment's length (bipot.control.pacing), fraction",
     lambda _, a: error_estimate(a.start, a.solved),
 )
 OVERLAP = Column(
@@ -83,19 +83,19 @@ OVERLAP = Column(
 )
 UNFELT = Column(
     "unfelt",
-    "how far surface nodes that are no candidates of a flat tool came behind its plane over body size",
+    "how far surface nodes that are not candidates of a flat tool went behind its plane, over body size",
     lambda system, a: unfelt(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),
 )
 ENERGY_ERROR = Column(
     "energy_error",
-    "work minus elastic, plastic and friction over the work, all so far, fraction",
+    "work minus elastic, plastic and frictional energy, over the work, all accumulated, fraction",
     lambda _, a: a.energies.energy_error,
 )
 MIN_JACOBIAN = Column(
     "min_jacobian",
-    "least det J over its mean, the worst element's: a lower bound within 0.1 %",
+    "least det J over its mean, in the worst element: a lower bound within 0.1 %",
     lambda system, a: float(scaled_jacobians(a.state.nodes, system.body.scene.mesh.elements).min()),
 )
 
@@ -148,7 +148,7 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
         measure("cone_violation", "largest force outside the cone over largest force"),
         measure("law", "largest residual of Coulomb's law in units of force over largest force"),
         Column(f"bipotential_gap_{unit}", f"sum of bipotential and Fenchel gaps, {unit}", gap),
-        measure("relative_gap", "that gap over the work of the increment"),
+        measure("relative_gap", "that gap over the largest energy of the increment"),
     )
 
 
