@@ -2,8 +2,8 @@
 Drawing a bar through a cone
 ============================
 
-A die that shears the bar by m times its shear yield stress, between two bounds of the drawing stress: below is
-homogeneous work, ln(1/(1 - r)), above Avitzur's upper bound for a spherical velocity field.
+Friction on the die is m times the shear yield stress of the bar. The drawing stress lies between the homogeneous work
+ln(1/(1 - r)) and Avitzur's upper bound for a spherical velocity field.
 """
 
 # %%

@@ -15,7 +15,7 @@ from bipot import plot
 RADIUS, HALF = 4.5, 4.0  # mm: the blank, the upper half of which is modelled
 WALL, FILLET, STROKE = 5.0, 0.5, 0.73  # mm: the die, and how far each half of it goes
 
-# Up the wall and back to the axis: the tool is on the right of who goes so.
+# Up the wall and back to the axis: the profile has the tool on its right.
 DIE = bp.Profile(((WALL, -2.0), (WALL, HALF), (0.0, HALF)), fillets=FILLET)
 
 

@@ -2,8 +2,8 @@
 A sphere in a block
 ===================
 
-The same dent in space and on a meridian: a quarter of a round block, cut by two planes of symmetry, and a ring. On
-these coarse meshes forces rise by steps, each time that nodes come to touch.
+The same indentation in space and on a meridian: a quarter of a round block with two planes of symmetry, and an
+axisymmetric body. On these coarse meshes the force rises in steps, whenever further nodes touch.
 """
 
 # %%

@@ -2,7 +2,7 @@
 Extrusion through a wedge die
 =============================
 
-Container and die are one profile, the punch is flat. At this reduction the pressure is known by Hill's slip-line
+Container and die are one profile; the punch is flat. At this reduction the pressure is known from Hill's slip-line
 field: p/2k = 2 sin a (1 + a)/(1 + 2 sin a).
 """
 

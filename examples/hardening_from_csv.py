@@ -2,7 +2,7 @@
 Hardening from a CSV file
 =========================
 
-Without friction the upset cylinder gives its own flow curve back.
+Without friction the true stress of an upset cylinder is the flow curve that was read from the file.
 """
 
 # %%

@@ -2,7 +2,8 @@
 Hertz: a sphere on an elastic block
 ===================================
 
-The force of a rigid sphere on an elastic half-space, and the radius of the contact, beside the closed forms.
+The force of a rigid sphere on an elastic block and the contact radius, compared with Hertz's closed forms for a
+half-space.
 """
 
 # %%

@@ -1,10 +1,10 @@
 """
-An increment as a problem of cvxpy
-==================================
+An increment as a cvxpy problem
+===============================
 
-With the friction threshold s of the increment's own normal forces an increment is convex, plasticity, contact and
-friction in one: minimise energy + dissipation + s times the slip over the displacement, the gap nowhere below zero.
-Two solvers find it, and its multipliers are the contact forces.
+With the friction threshold s given by its own normal forces, an increment is one convex program of plasticity, contact
+and friction: minimise energy + dissipation + s times the slip over the displacements, subject to non-negative gaps. Two
+solvers find the same solution, and its multipliers are the contact forces.
 """
 
 # %%
@@ -13,8 +13,8 @@ import numpy as np
 
 import bipot as bp
 
-# Interior points and splitting, each with its own words for a tight tolerance. Asked for 1e-12 Clarabel ends in
-# round-off, which it calls "optimal_inaccurate".
+# An interior-point and a splitting method, each with its own names for a tight tolerance. At 1e-12 Clarabel reaches
+# round-off, which it reports as "optimal_inaccurate".
 SOLVERS = {
     "CLARABEL": {"tol_gap_abs": 1e-11, "tol_gap_rel": 1e-11, "tol_feas": 1e-11},
     "SCS": {"eps_abs": 1e-9, "eps_rel": 1e-9, "max_iters": 200_000},

@@ -2,7 +2,7 @@
 Limit load of a block between rough platens
 ===========================================
 
-The plateau of a march, a limit analysis, and the slip lines.
+The limit load from the plateau of a march and from limit analysis, compared with the slip-line solution.
 """
 
 # %%
@@ -19,7 +19,7 @@ SHEAR, SLIP_LINES = YIELD / np.sqrt(3), 2.42766  # MPa; exact mean pressure over
 
 
 def quarter(elements: int, **platen: Any) -> bp.Scene:
-    """The quarter x, y >= 0 under a platen that nothing slides on, in small strain, so that a plateau is one."""
+    """The quarter x, y >= 0 under a platen without sliding, in small strain, where the force has a plateau."""
     tool: dict[str, Any] = {"point": (0.0, HEIGHT / 2), "normal": (0.0, -1.0), "candidates": ("top",), "mu": np.inf}
     return bp.Scene(
         mesh=bp.block(WIDTH / 2, HEIGHT / 2, 2 * elements, elements),

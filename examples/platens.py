@@ -2,7 +2,7 @@
 A block between platens
 =======================
 
-A quarter of a block of one's own, in plane strain: what friction adds to the force.
+A quarter of a block in plane strain, with a graded mesh: how much friction adds to the force.
 """
 
 # %%

@@ -2,7 +2,7 @@
 Press, then slide
 =================
 
-A path of two components: a tool presses a plate and then slides along it; friction over the normal force is mu.
+With a path of two components a tool presses a plate and then slides along it; friction over the normal force is mu.
 """
 
 # %%

@@ -1,8 +1,8 @@
 """
-A punch that a force drives
-===========================
+A punch driven by a force
+=========================
 
-A flat punch pressed into a strip by a force, which is held, partly taken off and put on again.
+A flat punch is pressed into a strip by a force, which is held, partly removed and applied again.
 """
 
 # %%

@@ -2,8 +2,9 @@
 The ring compression test
 =========================
 
-At constant shear, m times its shear yield stress, the bore of a ring 6 : 3 : 2 opens where friction is low and closes
-where it is high: its change measures m without a force. Beside it is Avitzur's upper bound (parallel velocity field).
+Friction is a constant shear of m times the shear yield stress. The bore of a ring 6 : 3 : 2 opens if m is low and
+closes if it is high, so its change measures m without measuring a force. The pressure is compared with Avitzur's upper
+bound (parallel velocity field).
 """
 
 # %%

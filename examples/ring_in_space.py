@@ -2,8 +2,8 @@
 The ring compression test in space
 ==================================
 
-An eighth of a ring 6 : 3 : 2 in space, beside the same ring on a meridian: friction decides whether its bore opens or
-closes, and both bodies must find the same bore and the same force. In space nothing says that slip is radial.
+An eighth of a ring 6 : 3 : 2 in space is compared with the same ring on a meridian. Friction decides whether the bore
+opens or closes, and both models must find the same bore and force. In space the direction of slip is not prescribed.
 """
 
 # %%

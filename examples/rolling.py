@@ -2,7 +2,7 @@
 Rolling a strip
 ===============
 
-The strip comes in slower than the roll and leaves faster, and in between the friction turns around.
+The strip enters more slowly than the roll's surface and leaves faster; in between the friction reverses.
 """
 
 # %%

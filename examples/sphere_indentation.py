@@ -2,7 +2,7 @@
 A sphere in perfect plasticity
 ==============================
 
-The mean pressure tends to three yield stresses, and the rim piles up.
+The mean pressure tends to about three yield stresses, and material piles up at the rim.
 """
 
 # %%

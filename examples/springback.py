@@ -2,7 +2,7 @@
 Unloading and springback
 ========================
 
-A cylinder is upset, the punch goes back, and the body keeps all but the elastic strain.
+A cylinder is upset and unloaded: the body loses only its elastic strain.
 """
 
 # %%
@@ -15,11 +15,11 @@ import numpy as np
 from bipot import Schedule, march, upsetting
 
 BACK = ((0.0, 0.0), (0.5, 1.0), (1.0, 0.9))
-"""The punch goes down in the first half and takes a tenth of its way back in the second."""
+"""The punch moves down in the first half and retracts by a tenth of its travel in the second."""
 
 
 def main(increments: int = 10, mu: float = 0.0, reduction: float = 0.1) -> tuple[float, float, float, np.ndarray]:
-    """Half the height (mm) under load, without, and as sigma_Y / E predicts; heights and forces (n, 2)."""
+    """Half the height (mm) under load, unloaded, and predicted by sigma_Y / E; heights and forces (n, 2)."""
     scene = upsetting(mu=mu, reduction=reduction, elements=4)
     scene = replace(scene, tools=(replace(scene.tools[0], path=BACK),))
     loaded, height, curve = 0.0, 0.0, []

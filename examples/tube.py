@@ -2,7 +2,7 @@
 A thick tube under pressure
 ===========================
 
-Lame's displacement while all is elastic, in plane strain, then more.
+In plane strain the displacement follows Lame's solution while the tube is elastic, and exceeds it afterwards.
 """
 
 # %%

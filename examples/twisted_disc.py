@@ -2,8 +2,8 @@
 Twisting a pressed disc
 =======================
 
-A plane presses an elastic disc and then turns about its own normal. Slip begins at the rim and goes inwards; the
-moment tends to two thirds of mu N R, and friction goes around the axis.
+A plane presses an elastic disc and then turns about its own normal. Slip begins at the rim and spreads inwards;
+friction acts around the axis, and its moment tends to two thirds of mu N R.
 """
 
 # %%

@@ -2,8 +2,8 @@
 Upsetting a block in space
 ==========================
 
-An eighth of a cube between platens, pressed by a fifth of its height: without friction it stays a block, with friction
-its sides bulge. Coulomb's law is met at every node of the platen's face, along two tangents.
+An eighth of a cube is compressed between platens by a fifth of its height. Without friction it remains a block, with
+friction its sides bulge. Coulomb's law holds at every node of the face under the platen, along two tangents.
 """
 
 # %%

@@ -2,8 +2,8 @@
 Wedge indentation
 =================
 
-The force of a smooth wedge grows with the depth, and a lip rises at its sides. Where the body is next to rigid and
-does not harden, the flow is similar to itself at every depth, and known (Hill, Lee and Tupper).
+The force of a smooth wedge grows with the depth, and a lip rises at its sides. In a nearly rigid, perfectly plastic
+body the flow is self-similar, and its solution is known (Hill, Lee and Tupper).
 """
 
 # %%
