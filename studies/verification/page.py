@@ -20,16 +20,17 @@ QUOTED = re.compile(r"\{([^{}]+)\}")
 
 HEAD = f"""# Verification
 
-Cases whose answers no finite element code found, or that are published with their scatter, each on a series of meshes.
-`{RUN} --resume --out docs/results --page docs/verification.md` makes
-[results/verification.csv](results/verification.csv) and this page from it,
+Each case has an answer that is known independently of finite element codes, or published with its scatter, and is run
+on a series of meshes. `{RUN} --resume --out docs/results --page docs/verification.md` makes
+[results/verification.csv](results/verification.csv) and from it this page;
 `python -m paper_figs.fig_verification --results docs/results --out docs/figures/verification`
-the pictures; `{RUN} --only NAME` runs one case. The command ends with exit code 1 where a case misses a
-tolerance on its finest mesh, or another form on its coarsest ([Forms](#forms)). Errors are relative to the reference,
-absolute where that is zero; of a bound (`>=`, `<=`) only what is beyond it counts. What is allowed is the source's own
-where it has one (5 % of the averages of `block_on_plane`, 1 % of the displacements of `thick_tube`, which are
-Tresca's); otherwise it is set here, as what the finest mesh of the series is asked to reach. Units are those of the
-set-up; seconds are of one run on one thread."""
+makes the pictures; `{RUN} --only NAME` runs one case. The command ends with exit code 1 where a case misses a
+tolerance on its finest mesh, or another form on its coarsest ([Forms](#forms)).
+
+Errors are relative to the reference, or absolute where that is zero. For a bound (`>=`, `<=`) only a violation counts
+as an error. The allowed error is the source's own where it has one (5 % for the averages of `block_on_plane`, 1 % for
+the displacements of `thick_tube`, which are Tresca's). Otherwise it is set here, as the accuracy required of the finest
+mesh. Units are those of the set-up; times are those of one run on one thread."""
 
 
 def page(cases: Sequence[Case], rows: Sequence[Row]) -> str:
@@ -67,12 +68,13 @@ def summary(shown: dict[Case, list[Row]]) -> str:
 
 FORMS = f"""## Forms
 
-Each march is one of `newton`, which falls back on `tangent` and `dissipation`: on the finest mesh at most
+Each march uses `newton` with the fallbacks `tangent` and `dissipation`. On the finest mesh at most
 {100 * CONIC.tolerance:g} % of the increments may end in one of these conic forms, and no measure of a certificate may
-be above its bound. On the coarsest mesh two forms go through each march again, alone, from rest to its end, on the
-increments of `newton`; where they had to cut, `newton` goes again through theirs. The largest relative difference of
-the forces of the tools and the supports is that of all increments whose forces the law determines (while the hold-back
-of `capstan` rises, it leaves open what the cylinder and the other end share), and a hundred-thousandth is allowed."""
+be above its bound. On the coarsest mesh `tangent` and `dissipation` each repeat every march alone, from rest to its
+end, in the increments of `newton`; where they had to cut, `newton` repeats the march in theirs. The table gives the
+largest relative difference of the forces of tools and supports over all increments whose forces the law determines
+(while the hold-back of `capstan` rises, the shares of the cylinder and the other end are not determined). The allowed
+difference is a hundred-thousandth."""
 
 
 def forms(shown: dict[Case, list[Row]]) -> str:
@@ -130,7 +132,7 @@ def _cost(case: Case, rows: Sequence[Row]) -> str:
     once = {row.mesh: row for row in rows if row.quantity == case.asked[0].quantity}
     ran = [once[mesh] for mesh in case.meshes if mesh in once]
     if all(math.isnan(row.equilibrium) for row in ran):
-        return "Seconds: " + ", ".join(f"{brief(row.seconds)} ({row.mesh})" for row in ran) + ". Nothing is marched."
+        return "Seconds: " + ", ".join(f"{brief(row.seconds)} ({row.mesh})" for row in ran) + ". There is no march."
     lines = [
         [str(r.mesh), brief(r.equilibrium), brief(r.relative_gap), str(r.passes), str(r.cuts), brief(r.seconds)]
         for r in ran

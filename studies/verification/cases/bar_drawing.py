@@ -75,10 +75,11 @@ CASE = Case(
     source="published upper bound: Avitzur, spherical velocity field; homogeneous work ln(1/(1 - r)) from below",
     purpose="Steady axisymmetric flow through a cone that shears the body by m times its shear yield stress.",
     setup=(
-        "A bar of radius one drawn through a cone of semi-angle a, perfect plasticity, E = 1000 sigma_Y, no land, the"
-        " exit rounded by 0.05; mu = inf with the shear capped at m k, and mu = 0 where m = 0. The bar fills the die at"
-        " rest. Q4 with the mean of its volume change. Its thin end goes on by half a radius, six increments an"
-        " element; mean force over the last three quarters, over the exit's area and the yield stress."
+        "A bar of radius one is drawn through a cone of semi-angle a without a land, the exit rounded by 0.05; "
+        "perfect plasticity, E = 1000 sigma_Y; mu = inf with the shear capped at m k, and mu = 0 where m = 0. The "
+        "bar fills the die at rest. Q4 with the mean of its volume change. The thin end moves by half a radius, in "
+        "six increments an element. The value is the mean force over the last three quarters, over the exit's area "
+        "and the yield stress."
     ),
     asked=tuple(one for die, bounds in BOUNDS.items() for m, bound in bounds.items() for one in asked(*die, m, bound)),
     counted="elements over the radius",

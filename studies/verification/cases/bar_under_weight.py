@@ -37,7 +37,7 @@ CASE = Case(
     name="bar_under_weight",
     subject=Subject.MATERIAL,
     source="closed form: rho g L^2/(2 E)",
-    purpose="A body force, whose answer quadratic elements hold exactly.",
+    purpose="A body force, for which quadratic elements contain the exact solution.",
     setup="A bar of length 4 on rollers at its top, E = 10^6, nu = 0, rho g = 1, small strain, one increment; Q8.",
     asked=(Asked("end displacement", WEIGHT * LENGTH**2 / (2 * YOUNG), 1e-9),),
     counted="elements along the bar",

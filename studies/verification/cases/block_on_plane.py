@@ -46,15 +46,15 @@ CASE = Case(
     source="published: Raous, Chabrand and Lebon; Code_Aster SSNV128, an average of codes known to 5 %",
     purpose="All three states of a contact at once: the corner lifts off, the middle slips, the rest sticks.",
     setup=(
-        "Plane strain, 40 x 40, E = 130000, nu = 0.2, mu = 1 on the base, u_x = 0 on the right, pressures 50 on top and"
-        " 150 on the left, small strain, five increments, Q8. u_x of points of the base."
+        "Plane strain, 40 x 40, E = 130000, nu = 0.2, mu = 1 on the base, u_x = 0 on the right, pressures of 50 on "
+        "the top and 150 on the left, small strain, five increments, Q8. The values are u_x at points of the base."
     ),
     asked=tuple(Asked(f"u_x at x = {x:g}", moved, 0.05) for x, moved in MOVED.items()),
     counted="elements a side",
     meshes=(8, 16, 32),
     run=run,
     note=(
-        "The published mesh is 32 x 32. What is left at x = 11.25 does not shrink with the mesh: the published numbers"
-        " are an average, in three digits."
+        "The published mesh is 32 x 32. The error at x = 11.25 does not decrease with the mesh, because the "
+        "published numbers are an average, given to three digits."
     ),
 )

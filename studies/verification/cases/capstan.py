@@ -70,11 +70,12 @@ CASE = Case(
     name="capstan",
     subject=Subject.TOOLS,
     source="closed form (Euler, Eytelwein), exp(mu theta)",
-    purpose="Friction that adds up along a curved tool, whose normals turn by up to 180 degrees.",
+    purpose=("Friction that accumulates along a curved tool whose normals turn by up to 180 degrees."),
     setup=(
-        "An elastic strip, t/R = 0.005, nu = 0, in one layer of Q8, lies around a fixed cylinder, plane strain, small"
-        " strain, mu = 0.3. A traction that strains it by 1e-5 holds one end back; the other is then drawn off along"
-        " its tangent, by twice what all of the strip's slip takes. T2/T1 from the hold-back and the cylinder's force."
+        "An elastic strip, t/R = 0.005, nu = 0, in one layer of Q8, lies around a fixed cylinder; plane strain, "
+        "small strain, mu = 0.3. A traction that strains it by 1e-5 holds one end back. The other end is then drawn "
+        "off along its tangent, by twice the displacement at which the whole strip slips. T2/T1 is found from the "
+        "hold-back and the cylinder's force."
     ),
     asked=tuple(
         Asked(f"T2/T1, {degrees} degrees", float(np.exp(MU * np.radians(degrees))), 0.01) for degrees in ANGLES
@@ -83,7 +84,8 @@ CASE = Case(
     meshes=(8, 16, 32),
     run=run,
     note=(
-        "The line of the pull is the strip's middle, half a thickness farther from the centre than friction: of a"
-        " strip without bending T2/T1 is exp(mu theta/(1 + t/(2 R))), 0.12 and 0.23 % below."
+        "The line of the pull is the middle of the strip, half a thickness farther from the centre than the "
+        "friction. For a strip without bending T2/T1 is therefore exp(mu theta/(1 + t/(2 R))), which is 0.12 and "
+        "0.23 % lower."
     ),
 )

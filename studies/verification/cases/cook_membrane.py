@@ -22,11 +22,11 @@ CASE = Case(
     name="cook_membrane",
     subject=Subject.MATERIAL,
     source="published: plane stress, E = 1, nu = 1/3, F = 1 (Cook; 23.96)",
-    purpose="Bending and shear of distorted elements towards a singular corner.",
+    purpose="Bending and shear of distorted elements near a singular corner.",
     setup=(
-        "Corners (0, 0), (48, 44), (48, 60), (0, 44), clamped on the left, a shear force of one on the right;"
-        " deflection of the middle of the right side. In its plane, plane stress is plane strain with E = 15/16 and"
-        " nu = 1/4."
+        "Corners (0, 0), (48, 44), (48, 60), (0, 44), clamped on the left, a shear force of one on the right. The "
+        "value is the deflection of the middle of the right side. In its plane, plane stress equals plane strain "
+        "with E = 15/16 and nu = 1/4."
     ),
     asked=tuple(Asked(f"u_y, {kind.name}", COOK.exact, allowed) for kind, allowed in TYPES.items()),
     counted="elements a side",

@@ -45,8 +45,8 @@ CASE = Case(
     source="derived: all modes of contact enumerated",
     purpose=(
         "The discrete problem alone, where common methods fail: Gauss-Seidel cycles, the undamped sequence of convex"
-        " programs cycles, W is singular, there are three solutions, or none. The solver has to find what is there, and"
-        " say what is not."
+        " programs cycles, W is singular, or there are three solutions or none. The solver must find the solutions "
+        "that exist and report where there is none."
     ),
     setup=(
         "Plane problems u = W r + q of one or two contacts (their numbers: `studies/verification/discrete.py`),"

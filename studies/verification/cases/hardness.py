@@ -55,13 +55,13 @@ CASE = Case(
     name="hardness",
     subject=Subject.TOOLS,
     source="published trend: Tabor; fully plastic, E a/(sigma_Y R) >= 100",
-    purpose="Plastic flow under a curved tool in large deformation, with the rim that piles up.",
+    purpose="Plastic flow under a curved tool in large deformation, with pile-up at the rim.",
     setup=(
-        "A rigid sphere, R = 5, 0.07 into an axisymmetric block 10 wide and deep, E = 1000 sigma_Y, nu = 0.3, perfect"
-        " plasticity, no friction, Q4 with the mean of its volume change, n increments: a/R = 0.19 and E a/(sigma_Y"
-        " R) = 190 at the end. Mean pressure F/(pi a^2), a halfway between the last node that carries and the next,"
-        " in the mean over the second half of the travel, because one node more or less is 8 % of the area on the"
-        " finest mesh."
+        "A rigid sphere, R = 5, is pressed by 0.07 into an axisymmetric block 10 wide and deep; E = 1000 sigma_Y, nu"
+        " = 0.3, perfect plasticity, no friction, Q4 with the mean of its volume change, n increments; a/R = 0.19 "
+        "and E a/(sigma_Y R) = 190 at the end. The mean pressure is F/(pi a^2), with a halfway between the last node"
+        " that carries force and the next. It is averaged over the second half of the travel, because one node "
+        "changes the area by 8 % on the finest mesh."
     ),
     asked=(
         Asked("p/sigma_Y, lower end", 2.7, 0.0, Sense.AT_LEAST),

@@ -45,13 +45,14 @@ CASE = Case(
     name="hertz_cylinder",
     subject=Subject.ELASTIC_CONTACT,
     source="closed form (Hertz; Johnson 1985 for the approach)",
-    purpose="The plane contact of a curved tool: what it finds of the half-width, the pressure and the compression.",
+    purpose="The plane contact of a curved tool: half-width, pressure and approach.",
     setup=(
-        "A rigid cylinder, R = 1000, on a plane-strain block 2000 wide and 1000 deep, E = 70000, nu = 0.3,"
-        " small strain, Q8, no friction. In a half-plane the travel has no limit, so references are those of the"
-        " force F that comes (per length): a^2 = 4 F R/(pi E*), p0^2 = F E*/(pi R), and the approach to the point d ="
-        " 10 a below on the axis, F (2 ln(2 d/a) - nu/(1 - nu))/(pi E*). Half-width and largest pressure are read as"
-        " in `hertz_sphere`. The two bodies of NAFEMS R0094-1 wait for contact between bodies."
+        "A rigid cylinder, R = 1000, on a plane-strain block 2000 wide and 1000 deep, E = 70000, nu = 0.3, small "
+        "strain, Q8, no friction. In a half-plane the approach has no limit, so the references are those for the "
+        "computed force F per length: a^2 = 4 F R/(pi E*), p0^2 = F E*/(pi R), and the approach to the point d = 10 "
+        "a below on the axis, F (2 ln(2 d/a) - nu/(1 - nu))/(pi E*). Half-width and largest pressure are measured as"
+        " in `hertz_sphere`. The problem of two bodies, NAFEMS R0094-1, needs contact between bodies, which is not "
+        "available."
     ),
     asked=tuple(Asked(f"{name} over its closed form", 1.0, 0.01) for name in ("a", "p0", "approach")),
     counted="equal elements to 1.3 a",

@@ -29,16 +29,16 @@ CASE = Case(
     name="hertz_in_space",
     subject=Subject.ELASTIC_CONTACT,
     source="closed form (Hertz)",
-    purpose="A sphere on a body in space: force, extent and pressure of the contact by the approach alone.",
+    purpose=("A sphere on a body in space: force, radius and pressure of the contact for a given approach."),
     setup=(
-        "A rigid sphere, R = 1000, goes d = 0.001 into a quarter of an elastic block, E = 70000, nu = 0.3, small"
-        " strain, H8 with the mean of its volume change, no friction, in one increment. a^2 = R d = 1, F = 4/3 E*"
-        " sqrt(R) d^1.5, p0 = 2 E* sqrt(d/R)/pi. n equal elements reach to 1.2 a along the surface, n/2 to 0.6 a into"
-        " the depth, and 2 n - 1 from there grow with the power 4/3 of their distance, to free sides at 1.2 a (2 n)^3"
-        " and a base half as deep, which is held: what that takes off the approach is of the order of a over the"
-        " depth, 0.3 %, 0.1 % and 0.04 %. The contact radius is read off the mean square of the distance of contact"
-        " forces from the axis, 2/5 a^2 (less a third of the square of an element's side, by which nodes make it"
-        " larger); p0 is the largest pressure at a node."
+        "A rigid sphere, R = 1000, is pressed by d = 0.001 into a quarter of an elastic block in one increment; E = "
+        "70000, nu = 0.3, small strain, H8 with the mean of its volume change, no friction. a^2 = R d = 1, F = 4/3 "
+        "E* sqrt(R) d^1.5, p0 = 2 E* sqrt(d/R)/pi. n equal elements reach to 1.2 a along the surface and n/2 to 0.6 "
+        "a in depth. From there 2 n - 1 elements grow with the power 4/3 of their distance, to free sides at 1.2 a "
+        "(2 n)^3 and a fixed base half as deep. The finite block reduces the approach by the order of a over the "
+        "depth, 0.3 %, 0.1 % and 0.04 %. The contact radius is found from the mean square of the distance of contact"
+        " forces from the axis, 2/5 a^2 (less a third of the square of an element's side, by which nodal forces "
+        "increase it). p0 is the largest pressure at a node."
     ),
     asked=tuple(Asked(f"{name} over its closed form", 1.0, 0.02) for name in ("F", "a", "p0")),
     counted="equal elements to 1.2 a",

@@ -25,14 +25,14 @@ CASE = Case(
     name="hertz_sphere",
     subject=Subject.TOOLS,
     source="closed form (Hertz)",
-    purpose="A curved tool whose contact grows: force, extent and pressure by the approach alone.",
+    purpose=("A curved tool with a growing contact: force, radius and pressure of the contact for a given approach."),
     setup=(
-        "A rigid sphere, R = 1000, d = 0.001 into an axisymmetric block 1000 wide and deep, E = 1.40625e7, nu = 0.25,"
-        " small strain, Q8, no friction. a^2 = R d = 1, F = 4/3 E* sqrt(R) d^1.5, p0 = 2 E* sqrt(d/R)/pi. The contact"
-        " radius is where the straight line through the squares of nodal pressures over r^2 is zero, p0 where r is:"
-        " least squares over the nodes with p > 0.3 of the largest. The elastic constants are those of a published case"
-        " (MOOSE, R_eff = 1, d = 0.01: a = 0.1, p0 = 9.55e5), made smaller, because"
-        " at a/R = 0.1 the sphere is no paraboloid to 1 % of the force."
+        "A rigid sphere, R = 1000, is pressed by d = 0.001 into an axisymmetric block 1000 wide and deep; E = "
+        "1.40625e7, nu = 0.25, small strain, Q8, no friction. a^2 = R d = 1, F = 4/3 E* sqrt(R) d^1.5, p0 = 2 E* "
+        "sqrt(d/R)/pi. A straight line is fitted to the squares of nodal pressures over r^2, by least squares over "
+        "the nodes with p > 0.3 of the largest; it is zero at r = a and p0^2 at r = 0. The elastic "
+        "constants are those of a published case (MOOSE, R_eff = 1, d = 0.01: a = 0.1, p0 = 9.55e5) with a smaller "
+        "contact, because at a/R = 0.1 a sphere differs from a paraboloid by 1 % of the force."
     ),
     asked=(
         Asked("F", 4 / 3 * STAR * float(np.sqrt(RADIUS)) * DEPTH**1.5, 0.01),

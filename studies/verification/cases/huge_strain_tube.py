@@ -48,10 +48,10 @@ CASE = Case(
     name="huge_strain_tube",
     subject=Subject.MATERIAL,
     source="closed form: p = (2/sqrt3) sigma_Y ln(b/a), b^2 = a^2 + b0^2 - a0^2",
-    purpose="Flow and geometry at strains beyond one, where the load falls.",
+    purpose="Plastic flow and geometry at strains beyond one, where the load decreases.",
     setup=(
-        "Plane strain, a0 = 10, b0 = 20, sigma_Y = 0.5, E = 10^4 sigma_Y, the bore driven to a = 30; Q8 with 2 x 2"
-        " points, four increments an element."
+        "Plane strain, a0 = 10, b0 = 20, sigma_Y = 0.5, E = 10^4 sigma_Y; the bore is driven to a = 30; Q8 with 2 x "
+        "2 points, four increments an element."
     ),
     asked=tuple(Asked(f"p at a = {radius:g}", exact(radius), 0.005) for radius in RADII.values()),
     counted="elements through the wall",

@@ -70,16 +70,17 @@ CASE = Case(
     name="mindlin",
     subject=Subject.ELASTIC_CONTACT,
     source="closed form (Hertz; Cattaneo; Mindlin, for one elastic body)",
-    purpose="Partial slip in space: a ring of the contact slips, its middle sticks, on two tangents.",
+    purpose=("Partial slip in space, with two tangents: an outer ring of the contact slips, its middle sticks."),
     setup=(
-        "A rigid sphere, R = 10, on half of an elastic block, E = 200, nu = 0.49 (pressure and friction are nearly"
-        " uncoupled), mu = 0.3, small strain, H8 with the mean of its volume change. It is pressed by 0.0433037 in one"
-        " increment, at which P = 10 and a = 0.658056, then shifted by 0.00711658 in three, at which Q = mu P/2."
-        " References are those of the forces P and Q that come: a^3 = 3 P R/(4 E*), p0 = 3 P/(2 pi a^2), the approach"
-        " a^2/R, the stick radius a (1 - Q/(mu P))^(1/3), the shift 3 mu P (2 - nu)/(16 G a) (1 - (1 - Q/(mu"
-        " P))^(2/3)). The mesh is that of `hertz_in_space`, and so are the ways to read a and p0; the stick radius is"
-        " read in the same way off mu p - |q|, what friction leaves of its limit: it is spread over the circle that"
-        " sticks as the pressure of a contact of that radius, and is zero where the surface slips."
+        "A rigid sphere, R = 10, on half of an elastic block, E = 200, nu = 0.49 (pressure and friction are nearly "
+        "uncoupled), mu = 0.3, small strain, H8 with the mean of its volume change. The sphere is pressed by "
+        "0.0433037 in one increment, at which P = 10 and a = 0.658056, then shifted by 0.00711658 in three, at which"
+        " Q = mu P/2. The references are those for the computed forces P and Q: a^3 = 3 P R/(4 E*), p0 = 3 P/(2 pi "
+        "a^2), the approach a^2/R, the stick radius a (1 - Q/(mu P))^(1/3), the shift 3 mu P (2 - nu)/(16 G a) (1 - "
+        "(1 - Q/(mu P))^(2/3)). The mesh is that of `hertz_in_space`, and a and p0 are measured in the same way. The"
+        " stick radius is measured likewise from mu p - |q|, the distance of the friction from its limit: over the "
+        "sticking circle this is distributed as the pressure of a contact of that radius, and it is zero where the "
+        "surface slips."
     ),
     asked=tuple(Asked(f"{name} over its closed form", 1.0, tolerance) for name, tolerance in TOLERANCES.items()),
     counted="equal elements to 1.2 a",

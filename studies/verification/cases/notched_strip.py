@@ -20,10 +20,11 @@ CASE = Case(
     name="notched_strip",
     subject=Subject.LIMITS,
     source="closed form: sigma_net/2k = (1 + rho/b) ln(1 + b/rho), b/rho < 3.81 (Hill)",
-    purpose="A limit load with curved boundaries, and elements that are mapped.",
+    purpose="A limit load with curved boundaries and distorted elements.",
     setup=(
-        "Plane strain, rigid-perfectly plastic, ligament 2 b = 2, notches of radius rho = 1, pressed by rigid heads"
-        " (the limit load is that of pulling); a quarter, of n by 2 n elements or these halved."
+        "Plane strain, rigid-perfectly plastic, ligament 2 b = 2, notches of radius rho = 1, compressed by rigid "
+        "heads (the limit load is that of tension); a quarter, of n by 2 n quadrilaterals or these halved into "
+        "triangles."
     ),
     asked=tuple(Asked(f"sigma_net/2k, {kind.name}", 2 * float(np.log(2)), 0.01) for kind in TYPES),
     counted="elements from the notch to the middle",

@@ -47,20 +47,20 @@ CASE = Case(
     name="quarter_cylinder",
     subject=Subject.UPSETTING,
     source="a second route: the axisymmetric cylinder of the library",
-    purpose="A body in space whose answer is that of a plane problem, with friction that slips in every direction.",
+    purpose=("A body in space whose solution is axisymmetric, with friction that slips in every direction."),
     setup=(
         "The seed paper's cylinder (radius and half the height 5 mm, E = 210000 MPa, nu = 0.3, sigma_Y = 300 MPa, mu ="
-        " 0.1) to 45 %. In space a quarter of its upper half: n straight segments along a quarter of the circle, n/2 by"
-        " n/2 elements in the square around the axis, n/3 rings around it, 2 n/3 layers, H8 with the mean of its volume"
-        " change; nodes of the side stand outside the circle as far as makes the volume the cylinder's. On the meridian"
-        f" {MERIDIAN} x {MERIDIAN} Q4 with the same mean. Both in the same increments."
+        " 0.1) to 45 %. In space a quarter of its upper half is modelled: n straight segments along a quarter of the"
+        " circle, n/2 by n/2 elements in the square around the axis, n/3 rings around it, 2 n/3 layers, H8 with the mean"
+        " of its volume change. Nodes of the side are placed outside the circle such that the volume is that of the"
+        f" cylinder. On the meridian {MERIDIAN} x {MERIDIAN} Q4 with the same mean. Both use the same increments."
     ),
     asked=tuple(Asked(f"F over the axisymmetric one, {reduction:.0%}", 1.0, 0.005) for reduction in REDUCTIONS),
     counted="segments of a quarter circle",
     meshes=(6, 12),
     run=run,
     note=(
-        "Where the segments' ends are on the circle instead, the section of 12 of them is 0.29 % smaller, and so is the"
-        " force."
+        "If the ends of the segments are on the circle instead, the section of 12 of them is 0.29 % smaller, and so "
+        "is the force."
     ),
 )

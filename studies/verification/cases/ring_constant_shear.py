@@ -83,24 +83,25 @@ CASE = Case(
     subject=Subject.UPSETTING,
     source="upper bound (Avitzur, parallel velocity field)",
     purpose=(
-        "Friction that the shear yield stress caps, by the ring test: the bore opens where friction is low and closes"
-        " where it is high."
+        "Friction capped by the shear yield stress, in the ring test: the bore opens if friction is low and closes "
+        "if it is high."
     ),
     setup=(
-        "A ring 6 : 3 : 2 (outer diameter, inner diameter, height), E = 10000 sigma_Y, perfect plasticity, between"
-        " platens with the shear stress m k; the upper half, 50 increments after a start-up to 50 %, Q4 with the mean"
-        " of its volume change. Mean pressure over the area that a ring of this volume has at its height. No true"
-        " pressure is above the bound. The decrease of the inner diameter is that at half the height, allowed to"
-        " differ by three points at m = 0.1, where it must be below zero; at m = 0.25 it must not be."
+        "A ring 6 : 3 : 2 (outer diameter, inner diameter, height), E = 10000 sigma_Y, perfect plasticity, between "
+        "platens with the shear stress m k; the upper half, 50 increments after a start-up to 50 %, Q4 with the mean"
+        " of its volume change. The mean pressure refers to the area of a straight ring of this volume and height. "
+        "No exact pressure is above the bound. The decrease of the inner diameter is measured at half the height. At"
+        " m = 0.1 it may differ from the reference by three points and must be below zero; at m = 0.25 it must not "
+        "be."
     ),
     asked=asked(),
     counted="elements to a third of the width",
     meshes=(2, 4, 8),
     run=run,
     note=(
-        "The bound's ring stays one, with straight sides; a true one bulges, the more the higher m is, and its bore is"
-        " narrowest at half the height. So where m is high decreases are not asked for: on the finest mesh they are"
-        " larger than in the bound's field, and at m = 1 pressures are {m = 1, 10%: p/sigma_Y},"
-        " {m = 1, 30%: p/sigma_Y} and {m = 1, 50%: p/sigma_Y} % below the bound: the body shears inside."
+        "The ring of the bound keeps straight sides. A real one bulges, the more the higher m is, and its bore is "
+        "narrowest at half the height. Decreases are therefore not compared where m is high: on the finest mesh they"
+        " are larger than in the bound's field. At m = 1 pressures are {m = 1, 10%: p/sigma_Y}, {m = 1, 30%: "
+        "p/sigma_Y} and {m = 1, 50%: p/sigma_Y} % below the bound, because the body shears inside."
     ),
 )

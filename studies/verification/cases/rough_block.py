@@ -65,10 +65,12 @@ CASE = Case(
     name="rough_block",
     subject=Subject.LIMITS,
     source="strict bounds from both sides: kinematic and static programs on tetrahedra",
-    purpose="The limit load of a body in space that sticks to its tools: it falls with the mesh, into its bounds.",
+    purpose=(
+        "The limit load of a body in space that sticks to its tools: it decreases with the mesh, into its bounds."
+    ),
     setup=(
         "A block of square section, width w, height h, von Mises, perfect plasticity, between platens that weld it"
-        f" (mu = inf) or do not rub (mu = 0); small strain, shortened by {SHORTENED:.0%} in {INCREMENTS} increments"
+        f" (mu = inf) or are frictionless (mu = 0); small strain, shortened by {SHORTENED:.0%} in {INCREMENTS} increments"
         " after a start-up,"
         " E = 667 sigma_Y; an eighth with n elements along its height and (w/h) n along its width, cubes, H8 with the"
         " mean of its volume change."
@@ -77,5 +79,5 @@ CASE = Case(
     counted="elements along half the height",
     meshes=(2, 4, 6),
     run=run,
-    note="The bounds hold for the exact limit load: values of coarse meshes are above them, as they may be.",
+    note="The bounds hold for the exact limit load. Values of coarse meshes are above them, as is admissible.",
 )

@@ -13,9 +13,10 @@ CASE = Case(
     source="closed form: slip lines of a block between rough parallel platens",
     purpose="The limit load of a body that sticks to its tools, by the kinematic program of `bipot.limit_load`.",
     setup=(
-        "Plane strain, rigid-perfectly plastic with shear strength k, platens of width w on a block of the same width"
-        " and height h, full sticking; a quarter, uniform. T6 with the mean of its volume change comes near; T3 is of"
-        " constant strain, keeps the volume everywhere, and its value is a strict upper bound of the limit load."
+        "Plane strain, rigid-perfectly plastic with shear strength k, platens of width w on a block of the same "
+        "width and height h, full sticking; a quarter, uniform. T6 with the mean of its volume change is nearly "
+        "exact. T3 has constant strain and preserves the volume everywhere, so its value is a strict upper bound of "
+        "the limit load."
     ),
     asked=asked(NAMES, 0.01),
     counted="elements along half the height",

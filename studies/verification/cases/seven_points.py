@@ -29,10 +29,10 @@ CASE = Case(
     name="seven_points",
     subject=Subject.ELEMENTS,
     source="published: Radon 1948; Stroud's C2:5-1",
-    purpose="The quadrature of the seed paper's element is of degree five, and no more.",
+    purpose="The quadrature of the seed paper's element is of degree five and not higher.",
     setup=(
-        "All 21 monomials of degree five or less on [-1, 1]^2; the first that fails, x^6, is 12/25 where the integral"
-        " is 4/7. The two points on an axis lie on the second one."
+        "All 21 monomials of degree five or less on [-1, 1]^2. The first that fails is x^6, with 12/25 instead of "
+        "the integral 4/7. The two points on an axis lie on the second one."
     ),
     asked=(Asked("largest error up to degree 5", 0.0, 1e-15), Asked("x^6", 12 / 25, 1e-14)),
     counted="points",

@@ -49,12 +49,12 @@ CASE = Case(
     name="shear_lag",
     subject=Subject.ELASTIC_CONTACT,
     source="closed form: shear lag of a bar, q u' = EA u'' where it slips",
-    purpose="Slip that spreads and turns back: what is dissipated, and what stays after unloading.",
+    purpose=("Slip that spreads and reverses: the dissipation, and the displacement that remains after unloading."),
     setup=(
-        "A bar (EA = 1000, length 1, thickness 0.001 so that the eccentricity of its pull does not matter) on a rigid"
-        " plane whose friction holds q = 10 a unit of length at most, pulled by F = 5 and released: it slips on half"
-        " its length, its end moves by F^2/(2 q EA), half of which is left, F^3/(6 q EA) is dissipated in loading."
-        " Q8, plane strain, nu = 0, small strain, as many increments as elements."
+        "A bar (EA = 1000, length 1, thickness 0.001 so that the eccentricity of its pull does not matter) on a "
+        "rigid plane, whose friction is at most q = 10 per unit of length, is pulled by F = 5 and released. It slips"
+        " on half its length; its end moves by F^2/(2 q EA), half of which remains; F^3/(6 q EA) is dissipated in "
+        "loading. Q8, plane strain, nu = 0, small strain, as many increments as elements."
     ),
     asked=(
         Asked("end displacement", MOVED, 0.01),

@@ -52,10 +52,10 @@ CASE = Case(
     name="simple_shear",
     subject=Subject.MATERIAL,
     source="closed form: s12/G = sin g, s11/G = 1 - cos g",
-    purpose="The objective rate alone: second order in shear, exact in rotation.",
+    purpose="The objective rate alone: of second order in shear, exact in rotation.",
     setup=(
         "Simple shear to g = 1 in equal increments, elastic, Jaumann's rate, the strain increment rotated by half of"
-        " the increment's rotation; beside it a stressed body that is rotated by 3 (172 degrees) in one increment."
+        " the increment's rotation; in addition a stressed body that is rotated by 3 (172 degrees) in one increment."
     ),
     asked=(
         Asked("s12/G", float(np.sin(1.0)), 1e-5),

@@ -51,16 +51,19 @@ CASE = Case(
     name="slipping_platens",
     subject=Subject.LIMITS,
     source="derived: slab with Coulomb slip, a trend to a few per cent",
-    purpose="The friction hill of a thin block that slips on its platens, at the plateau of a march.",
+    purpose=("The friction hill of a thin block that slips on its platens, on the plateau of a march."),
     setup=(
-        "Plane strain, perfect plasticity, shear strength k, E = 577 sigma_Y, width over height"
-        " w/h = 4 and 8, mu = 0.05 and 0.1, small strain, twenty increments to a tenth of the height; Q4 with the"
-        " mean of its volume change. Mean p/2k = (e^y - 1)/y, y = mu w/h. A slab has the same pressure through its"
-        " height, so it is near for thin blocks and little friction."
+        "Plane strain, perfect plasticity, shear strength k, E = 577 sigma_Y, width over height w/h = 4 and 8, mu = "
+        "0.05 and 0.1, small strain, twenty increments to a tenth of the height; Q4 with the mean of its volume "
+        "change. Mean p/2k = (e^y - 1)/y, y = mu w/h. The slab theory assumes the same pressure through the height, "
+        "so it is accurate for thin blocks and little friction."
     ),
     asked=tuple(Asked(f"p/2k, w/h = {ratio}, mu = {mu:g}", slab(ratio, mu), 0.03) for ratio, mu in PAIRS),
     counted="elements through the height",
     meshes=(8, 16, 32),
     run=run,
-    note="What is left does not shrink with the mesh: it is the slab's own error, and grows with the friction.",
+    note=(
+        "The remaining difference does not decrease with the mesh: it is the error of the slab theory, and grows "
+        "with the friction."
+    ),
 )

@@ -44,16 +44,16 @@ CASE = Case(
     subject=Subject.TOOLS,
     source="closed form (Spence; Galin), pressure without the coupling by shear",
     purpose=(
-        "Friction whose history matters: points come into contact one after the other, slip and then stick for good. In"
-        " self-similar indentation the stick radius is the same part of the contact at every load."
+        "Friction that depends on history: points come into contact one after the other, slip and then stick for "
+        "good. In self-similar indentation the stick radius is a constant fraction of the contact radius."
     ),
     setup=(
-        "The block of `hertz_cylinder` with E = 100000, nu = 0.45 and mu = beta = (1 - 2 nu)/(2 (1 - nu)) = 0.0909,"
-        " under a rigid cylinder and a rigid sphere, R = 1000 a, Q4, n/2 increments. K'(c/a)/K(c/a) = beta/mu of the"
-        " cylinder, (a/2c) ln((a + c)/(a - c)) = (mu/beta) K'(c/a) of the sphere. The coupling that is left out is of"
-        " the order of beta. c is halfway between the last node that sticks and the next, a that of Hertz by the"
-        " force. Far sides and normals that turn change c/a by the order of a/R and a/L over beta, so these are small."
-        " Other forms go through a block ten times smaller."
+        "The block of `hertz_cylinder` with E = 100000, nu = 0.45 and mu = beta = (1 - 2 nu)/(2 (1 - nu)) = 0.0909, "
+        "under a rigid cylinder and a rigid sphere, R = 1000 a, Q4, n/2 increments. K'(c/a)/K(c/a) = beta/mu for the"
+        " cylinder, (a/2c) ln((a + c)/(a - c)) = (mu/beta) K'(c/a) for the sphere. The neglected coupling is of the "
+        "order of beta. c is halfway between the last node that sticks and the next, a is Hertz' radius for the "
+        "force. Far sides and the turning normals change c/a by the order of a/R and a/L over beta, so these are "
+        "small. Other forms are run on a block ten times smaller."
     ),
     asked=tuple(
         Asked(f"c/a, {name}, {'half the travel' if half < 1 else 'end'}", exact, 0.05)

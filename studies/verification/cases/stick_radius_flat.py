@@ -62,11 +62,11 @@ CASE = Case(
     name="stick_radius_flat",
     subject=Subject.ELASTIC_CONTACT,
     source="closed form (Spence; Galin), pressure without the coupling by shear",
-    purpose="Stick and slip side by side where the contact is given: one increment, at three coefficients.",
+    purpose=("Stick and slip side by side in a given contact area: one increment, at three coefficients."),
     setup=(
-        "The block and the law of `stick_radius` under a flat strip and a flat disc of half-width a = 1, mu/beta ="
-        " 0.5, 1 and 1.5, one increment. The pressure is singular at the edge. c is halfway between the last node"
-        " that sticks and the next. Other forms go through a block ten times smaller."
+        "The block and the law of `stick_radius` under a flat strip and a flat disc of half-width a = 1, mu/beta = "
+        "0.5, 1 and 1.5, one increment. The pressure is singular at the edge. c is halfway between the last node "
+        "that sticks and the next. Other forms are run on a block ten times smaller."
     ),
     asked=tuple(
         Asked(f"c/a, {WORDS[geometry]}, mu/beta = {ratio:g}", exact, 0.05)
@@ -78,7 +78,7 @@ CASE = Case(
     run=run,
     beside=partial(run, far=NEAR),
     note=(
-        "c is known to half an element: on the finest mesh that is 4.6 % of the smallest c, so its error says no more"
-        " than that it is the right node."
+        "c is known to half an element, which on the finest mesh is 4.6 % of the smallest c. Its error therefore "
+        "only shows that the right node was found."
     ),
 )

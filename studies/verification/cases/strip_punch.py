@@ -11,10 +11,10 @@ CASE = Case(
     name="strip_punch",
     subject=Subject.LIMITS,
     source="closed form: p/k = 2 + pi (Prandtl, Hill)",
-    purpose="A limit load with a singular point at the end of the punch, the same with and without friction.",
+    purpose=("A limit load with a singular point at the end of the punch; it is the same with and without friction."),
     setup=(
-        "Plane strain, rigid-perfectly plastic with shear strength k, a punch of half-width one on a body that holds"
-        " the mechanism: half of it, 4 wide and 2 deep, uniform. T6 and T3 as in `rough_platens`."
+        "Plane strain, rigid-perfectly plastic with shear strength k, a punch of half-width one on a body large "
+        "enough for the mechanism: half of it, 4 wide and 2 deep, uniform. T6 and T3 as in `rough_platens`."
     ),
     asked=asked(NAMES, 0.01),
     counted="elements along the punch's half-width",

@@ -135,17 +135,21 @@ CASE = Case(
     name="strip_rolling",
     subject=Subject.TOOLS,
     source="derived: energy balance, Coulomb slip on both sides of a neutral point, conservation of volume",
-    purpose="A roll that turns with friction: what comes in slower than it and leaves faster, and what that takes.",
+    purpose=(
+        "A roll that turns with friction: the strip enters more slowly than the roll and leaves faster; speeds, "
+        "torque and energy."
+    ),
     setup=(
-        "A strip of height one, E = 500 sigma_Y, nu = 0.3, perfect plasticity, plane strain, its upper half in n"
-        " layers of Q4 with the mean of their volume change; a roll, R = 10, mu = 0.2, goes 0.075 into it (15 %), then"
-        " turns by 0.2, 40 n increments. The energy error is that of the whole march; all else that of the steady"
-        " part, in which the roll's surface goes 1.06 heights: the integral of the torque over the angle, over what"
-        " half the strip stores and dissipates; friction over mu times pressure, along the strip's way, on the first"
-        " and last third of the arc, 1 and -1 where all of it slips; between them, from entry (0) to exit (1), the"
-        " neutral point; the exit speed over the roll's; height times speed of what leaves over that of what comes in."
-        " Other forms go through 60 n increments: as the roll begins to turn the flow stops nearly everywhere, and in"
-        " longer ones a form that finds no solution with the flow carried on goes by backward Euler, another does not."
+        "A strip of height one, E = 500 sigma_Y, nu = 0.3, perfect plasticity, plane strain, its upper half in n "
+        "layers of Q4 with the mean of their volume change. A roll, R = 10, mu = 0.2, is pressed in by 0.075 (15 %),"
+        " then turns by 0.2 in 40 n increments. The energy error is that of the whole march. All other values are "
+        "those of the steady part, in which the roll's surface moves by 1.06 heights: the integral of the torque "
+        "over the angle, over what half the strip stores and dissipates; friction over mu times pressure, along the "
+        "strip, on the first and last third of the arc, which is 1 and -1 where all of it slips; the neutral point "
+        "between them, from entry (0) to exit (1); the exit speed over the roll's; height times speed at the exit "
+        "over that at the entry. Other forms are run in 60 n increments: as the roll begins to turn the flow stops "
+        "nearly everywhere, and in longer increments a form that finds no solution with the flow carried on uses "
+        "backward Euler where another form does not."
     ),
     asked=(
         Asked("energy error", 0.0, 0.005),

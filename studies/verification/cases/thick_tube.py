@@ -71,12 +71,15 @@ CASE = Case(
     name="thick_tube",
     subject=Subject.MATERIAL,
     source="closed form: Tresca's solution with 2k = 2 sigma_Y/sqrt3; the limit 2k ln(b/a) is exact",
-    purpose="Elastoplastic flow around a plastic front, and a load that ends at a limit: carried below, refused above.",
+    purpose=(
+        "Elastoplastic flow around a plastic front, and a limit load: slightly smaller loads are carried, slightly "
+        "larger ones refused."
+    ),
     setup=(
-        "Plane strain, a = 100, b = 200, E = 210000, nu = 0.3, sigma_Y = 240, perfect plasticity, small strain; Q8"
-        " with 2 x 2 points, ten increments. Displacement of the outer surface at the pressures that bring the front"
-        " to c = 140 and 160 (of Tresca's solution, within 1 % of von Mises'); pressure of a bore that is driven"
-        " outwards by one; whether a pressure is carried: 1 if it is."
+        "Plane strain, a = 100, b = 200, E = 210000, nu = 0.3, sigma_Y = 240, perfect plasticity, small strain; Q8 "
+        "with 2 x 2 points, ten increments. The values are the displacement of the outer surface at the pressures "
+        "that bring the front to c = 140 and 160 (of Tresca's solution, within 1 % of von Mises'), the pressure of a"
+        " bore that is driven outwards by one, and whether a pressure is carried (1 if it is)."
     ),
     asked=(
         *(Asked(f"u(b), front at {front}", moved, 0.01) for front, (_, moved) in FRONTS.items()),

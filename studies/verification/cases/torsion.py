@@ -72,12 +72,13 @@ CASE = Case(
     name="torsion",
     subject=Subject.TOOLS,
     source="derived: torsion of a round bar, Coulomb's law around an axis",
-    purpose="A plane that turns about its normal: slip in the disc of two tangents, whose direction turns.",
+    purpose=("A plane that turns about its normal: slip with two tangents, whose direction changes over the disc."),
     setup=(
-        "An elastic disc, R = 1, h = R/4, nu = 0, held at its base, pressed by a plane to the uniform pressure E/125"
-        " and twisted by that about its axis, mu = 0.1; the whole disc of H8, 8 n of them around it. The stiffness at"
-        " half the angle at which the rim would slip, over G pi R^4 / (2 h); at ten times that angle the moment over"
-        " mu N R, and the largest friction across the circles around the axis, over mu times pressure, outside of R/5."
+        "An elastic disc, R = 1, h = R/4, nu = 0, held at its base, is pressed by a plane to the uniform pressure "
+        "E/125 and twisted by it about its axis, mu = 0.1; the whole disc of H8, 8 n of them around it. The values "
+        "are the stiffness at half the angle at which the rim would slip, over G pi R^4 / (2 h); at ten times that "
+        "angle the moment over mu N R; and, outside of R/5, the largest friction across the circles around the axis "
+        "over mu times pressure."
     ),
     asked=(
         Asked("stiffness over that of a bar", 1.0, 0.01),

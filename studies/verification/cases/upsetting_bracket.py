@@ -35,15 +35,14 @@ CASE = Case(
     subject=Subject.UPSETTING,
     source="derived: frictionless force, upper bound of the sticking cylinder, slab with Coulomb slip",
     purpose=(
-        "No closed answer is known with friction, but what bounds it: the frictionless force from below, and from above"
-        " the power of a cylinder that stays one and sticks. The slab is near where everything slips (mu = 0.1), and"
-        " too high where the cylinder barrels (mu = 0.3)."
+        "With friction there is no closed solution, but there are bounds: the frictionless force from below, and "
+        "from above the power of a sticking body that remains a cylinder. The slab theory is accurate where "
+        "everything slips (mu = 0.1) and too high where the cylinder barrels (mu = 0.3)."
     ),
     setup=(
-        "The cylinder of `upsetting_exact` to 45 %, Q4 with the mean of its volume change, 90 increments after a"
-        " start-up. Full sticking: p/sigma_Y = 1 + 2 R/(3 sqrt3 h); slab: p/sigma_Y = 2 (e^x - 1 - x)/x^2,"
-        " x = 2 mu R/h."
-        " The bracket is that of the cylindrical shape."
+        "The cylinder of `upsetting_exact` to 45 %, Q4 with the mean of its volume change, 90 increments after a "
+        "start-up. Full sticking: p/sigma_Y = 1 + 2 R/(3 sqrt3 h); slab: p/sigma_Y = 2 (e^x - 1 - x)/x^2, x = 2 mu "
+        "R/h. The bounds are those for the cylindrical shape."
     ),
     asked=(
         *bracket(0.1),
@@ -55,7 +54,7 @@ CASE = Case(
     meshes=(10, 20, 40),
     run=run,
     note=(
-        "What refined meshes tend to, with a band, is on [the page on elements](elements.md): below the slab at"
-        " mu = 0.1, too, where the cylinder barrels a little."
+        "The limits of refined meshes, with error bands, are on [the page on elements](elements.md). They too are "
+        "below the slab at mu = 0.1, where the cylinder barrels a little."
     ),
 )

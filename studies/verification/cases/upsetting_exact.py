@@ -26,12 +26,14 @@ CASE = Case(
     name="upsetting_exact",
     subject=Subject.UPSETTING,
     source="closed form: homogeneous deformation in logarithmic strain",
-    purpose="A homogeneous answer needs no mesh: what is left is the integration over increments and their geometry.",
+    purpose=(
+        "A homogeneous solution is independent of the mesh: the error is that of the increments, in flow and geometry."
+    ),
     setup=(
-        "Cylinder 10 mm high, 10 mm wide, E = 210000 MPa, nu = 0.3, sigma_Y = 300 MPa, perfect plasticity, between"
-        " rigid punches without friction, to 60 %; 2 x 2 Q8 of the quarter with seven points, as the seed paper has"
-        " them. With eps = -ln(1 - reduction): eps_p = eps - sigma_Y/E, R = R0 exp(eps_p/2 + nu sigma_Y/E), F ="
-        " sigma_Y pi R^2."
+        "Cylinder 10 mm high, 10 mm wide, E = 210000 MPa, nu = 0.3, sigma_Y = 300 MPa, perfect plasticity, between "
+        "rigid punches without friction, to 60 %; 2 x 2 Q8 of the quarter with seven points, as in the seed paper. "
+        "With eps = -ln(1 - reduction): eps_p = eps - sigma_Y/E, R = R0 exp(eps_p/2 + nu sigma_Y/E), F = sigma_Y pi "
+        "R^2."
     ),
     asked=tuple(
         Asked(f"{name} at {100 * reduction:.0f} %", float(exact(reduction)), 1e-4)

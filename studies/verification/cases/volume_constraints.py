@@ -30,10 +30,10 @@ CASE = Case(
     subject=Subject.ELEMENTS,
     source="derived: six unknowns of Q8 in a large mesh over the rank of its volume changes",
     purpose=(
-        "Where flow keeps the volume, an element needs about two unknowns for a constraint: with seven points Q8 has"
-        " 0.857 around an axis. It is kept for the paper's reproduction alone."
+        "Where flow preserves the volume, an element needs about two unknowns per constraint. Q8 with seven points "
+        "has 0.857 in axisymmetry; it is kept only to reproduce the paper."
     ),
-    setup="The rank of the changes of volume at the points of one Q8, which is not projected, by its rules.",
+    setup=("The rank of the volume changes at the points of one unprojected Q8, for each of its rules."),
     asked=tuple(
         Asked(f"{of.name.lower()}, {rule.value}".replace("_", " "), n, 1e-12) for (of, rule), n in COUNTS.items()
     ),

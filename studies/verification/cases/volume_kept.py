@@ -53,9 +53,9 @@ CASE = Case(
     subject=Subject.UPSETTING,
     source="closed form: what equal steps of a linear strain make of a volume",
     purpose=(
-        "Plastic flow keeps the volume, but an increment of displacement does not where its strain is linear. On the"
-        " configuration at its start it loses 3 e^2/4 a step (e: the fraction of the height), on the middle e^3/16:"
-        " the update must lose this, and no more."
+        "Plastic flow preserves the volume, but an increment of displacement with a linear strain does not. On the "
+        "configuration at its start it loses 3 e^2/4 a step (e: the fraction of the height), on the middle "
+        "configuration e^3/16. The update must lose exactly this."
     ),
     setup=(
         "The cylinder of `upsetting_exact` with E = 3e9 MPa, to 45 % in equal increments, one Q8, by"

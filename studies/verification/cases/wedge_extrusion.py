@@ -118,16 +118,17 @@ CASE = Case(
     name="wedge_extrusion",
     subject=Subject.TOOLS,
     source="closed form: p/2k = r (1 + a), r = 2 sin a/(1 + 2 sin a) (Hill)",
-    purpose="Steady flow along a tool with a bend towards the body and one away from it, where nodes let go.",
+    purpose=("Steady flow along a tool with a convex and a concave bend, where nodes separate from it."),
     setup=(
         "Plane strain, perfect plasticity with shear strength k, E = 1000 sigma_Y; half of a billet through a die of"
         " semi-angle a with a container, all frictionless, r = 0.5 at 30 and 0.586 at 45 degrees. The body fills the"
-        " die at rest, its rows ahead at the wall; container and exit are rounded by 0.05 of the half-height. Q4 with"
-        " the mean of its volume change. The punch goes half of the half-height, six increments an element; mean force"
-        " over the last three quarters of it. Of the means on n/2, 2 n/3 and n elements: the order, by which they fall"
-        " towards the exact one, and what they tend to where they are linear in the element's size (extrapolated). The"
-        " die's pressure is q = p/r, so 1 + a, where punch and dies are in balance, which is asked as the sum of their"
-        " forces over one. Other forms go through the marches of the coarsest mesh's n/2 elements."
+        " die at rest, with its front rows along the wall; container and exit are rounded by 0.05 of the "
+        "half-height. Q4 with the mean of its volume change. The punch moves by half of the half-height, in six "
+        "increments an element; forces are means over the last three quarters of it. From the means on n/2, 2 n/3 "
+        "and n elements follow the order with which they decrease towards the exact value, and the value "
+        "extrapolated linearly in the element's size. The die's pressure is q = p/r, hence 1 + a, where punch and "
+        "dies are in balance, which is tested as the sum of their forces over one. Other forms are run on the "
+        "marches of the coarsest mesh's n/2 elements."
     ),
     asked=tuple(one for angle in ANGLES for one in asked(angle)),
     counted="elements over the half-height",
@@ -135,7 +136,7 @@ CASE = Case(
     run=run,
     beside=coarse,
     note=(
-        "The order is that of twelve elements and more over the half-height. On coarser ones, where the rounded corners"
-        " are within an element, errors come and go with the places of nodes beside the corners."
+        "The order is that of twelve elements and more over the half-height. On coarser meshes, where a rounded "
+        "corner lies within one element, errors vary with the positions of nodes beside the corners."
     ),
 )

@@ -180,34 +180,35 @@ def excess(angle: int) -> tuple[Asked, ...]:
 
 
 NOTE = (
-    "With the body cut the force is near at all three angles. Its spread, in units of what one element of the contact"
-    " is, stays within one: the steps are those of nodes that come to carry, and fall to first order. At t = 75 and 60"
-    " the part of the face that was the axis lacks about an element, where the corner is rounded. A body that holds"
-    " together needs a force that is {t = 75, whole: F/(2kh)}, {t = 60, whole: F/(2kh)} and {t = 45, whole: F/(2kh)} %"
-    " too high at t = 75, 60 and 45, and finer elements do not mend that: its contact is as long as it"
-    " should be, but below the tip it is pressed down instead of parted, more so the sharper the wedge, until"
-    " its elements fold there: the finer, the sooner."
+    "With the body cut the force is nearly exact at all three angles. Its spread, in units of one element of the "
+    "contact, stays within one: the steps are those of nodes that begin to carry force, and decrease to first order. "
+    "At t = 75 and 60 the part of the face that was the axis is short by about an element, where the corner is "
+    "rounded. A body that is not cut needs a force that is {t = 75, whole: F/(2kh)}, {t = 60, whole: F/(2kh)} and {t "
+    "= 45, whole: F/(2kh)} % too high at t = 75, 60 and 45, and finer elements do not cure that. Its contact has the "
+    "right length, but below the tip the body is pressed down instead of parted, more so the sharper the wedge, until"
+    " its elements fold there; the finer they are, the sooner."
 )
 
 CASE = Case(
     name="wedge_indentation",
     subject=Subject.TOOLS,
     source="closed form: Hill, Lee and Tupper",
-    purpose="Large deformation along a sharp tool, similar to itself at every depth, with the lip raised at its sides.",
+    purpose=("Large deformation along a sharp tool, self-similar at every depth, with a raised lip at its sides."),
     setup=(
-        "Plane strain, perfect plasticity with shear strength k, E = 3000 sigma_Y; half of a block 1.8 c deep and 2.6 c"
-        " wide, c the exact length of the contact along one face at a depth of one; a smooth wedge of semi-angle t, one"
-        " deep; Q4 with the mean of its volume change, four increments an element. In the exact field the tip cuts the"
-        " body: particles from the axis cover 21, 47 and 70 % of the face at t = 75, 60 and 45. So the block is cut"
-        " along the axis: a smooth plane goes down from the tip, which holds the body back where its plane of symmetry"
-        " would, and from which nodes come to lie along the face; the corner between the two is rounded by half an"
-        " element. cos(2 t - psi) = cos psi/(1 + sin psi), c/h = 1/(cos t - sin(t - psi)), F/(2 k h) = 2 (c/h) sin t (1"
-        " + psi). Means over the last half of the travel, the contact's end halfway between the last node that carries"
-        " and the next. Where the flow is similar to itself F/h does not change, but for the nodes that come to carry"
-        " one by one: growth is that of its mean from the third to the fourth quarter of the travel, spread the largest"
-        " less the smallest in the last half, both over the exact F/h; 2/n is one element of the contact at half of the"
-        " depth. Whole is a body that holds together on its plane of symmetry under a sharp tip, its elements three"
-        " times as high as wide, taken to depths of 1, 0.6 and 0.4 at t = 75, 60 and 45."
+        "Plane strain, perfect plasticity with shear strength k, E = 3000 sigma_Y; half of a block 1.8 c deep and "
+        "2.6 c wide, c the exact length of the contact along one face at a depth of one; a smooth wedge of "
+        "semi-angle t, one deep; Q4 with the mean of its volume change, four increments an element. In the exact "
+        "field the tip cuts the body: particles from the axis cover 21, 47 and 70 % of the face at t = 75, 60 and "
+        "45. The block is therefore cut along the axis: a smooth plane extends down from the tip and holds the body "
+        "back in place of the plane of symmetry; nodes move from it onto the face, and the corner between the two is"
+        " rounded by half an element. cos(2 t - psi) = cos psi/(1 + sin psi), c/h = 1/(cos t - sin(t - psi)), F/(2 k"
+        " h) = 2 (c/h) sin t (1 + psi). Values are means over the last half of the travel, with the end of the "
+        "contact halfway between the last node that carries force and the next. In self-similar flow F/h is "
+        "constant, except for the nodes that begin to carry force one by one. Growth is the change of its mean from "
+        "the third to the fourth quarter of the travel, spread the largest less the smallest in the last half, both "
+        "over the exact F/h; 2/n is one element of the contact at half of the depth. *Whole* is a body that is not "
+        "cut, with a plane of symmetry under a sharp tip and elements three times as high as wide, taken to depths "
+        "of 1, 0.6 and 0.4 at t = 75, 60 and 45."
     ),
     asked=tuple(one for angle in EXACT for one in asked(angle))
     + tuple(one for angle in WHOLE for one in excess(angle)),
