@@ -70,8 +70,8 @@ CASE = Case(
     ),
     setup=(
         "A block of square section, width w, height h, von Mises, perfect plasticity, between platens that weld it"
-        f" (mu = inf) or are frictionless (mu = 0); small strain, shortened by {SHORTENED:.0%} in {INCREMENTS} increments"
-        " after a start-up,"
+        f" (mu = inf) or are frictionless (mu = 0); small strain, shortened by {SHORTENED:.0%} in {INCREMENTS}"
+        " increments after a start-up,"
         " E = 667 sigma_Y; an eighth with n elements along its height and (w/h) n along its width, cubes, H8 with the"
         " mean of its volume change."
     ),
