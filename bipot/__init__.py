@@ -1,8 +1,9 @@
-"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, every pass a conic program.
+"""bipot: elastoplastic bodies in large deformation with exact Coulomb friction, posed as conic programs.
 
-Newton's method on the program's optimality conditions solves it where that ends exactly, interior points where not. A
-scene says what is asked, a schedule when, a control how; :func:`march` yields accepted increments, each with its
-results by name and its certificate. Public names by subject; everything else is in the submodules, one subject each:
+Each pass of an increment is a conic program, solved by semismooth Newton steps on its optimality conditions or, where
+these do not end exactly, by an interior-point solver. A scene describes the problem, a schedule its increments, a
+control how they are solved; :func:`march` yields accepted increments, each with its results by name and its
+certificate. These are the public names by subject; everything else is in the submodules, one subject each:
 
 * scene: Scene, Support, Symmetry, Prescribed, Geometry, Configuration, Quadrature, VolumeChange, upsetting
 * tools: FlatTool, ShapedTool, Sampling, Force, Moment, Turn

@@ -1,8 +1,8 @@
 r"""One increment: the one loop over tangent, threshold and configuration.
 
-A pass linearises the body at the last iterate, solves the form's convex program with friction's threshold or shift
-frozen, moves that towards where the answer sends it, and evaluates the body at the answer. The increment is accepted
-when its certificate, recomputed from the fields, is within the bounds.
+A pass linearises the body at the last iterate, solves the form's convex program with the friction threshold or shift
+frozen, updates the threshold or shift by the answer, and evaluates the body there. The increment is accepted when its
+certificate, recomputed from the fields, is within the bounds.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from bipot.typing import Floats, make_floats
 class Limits:
     """When an increment is accepted, and when it is given up.
 
-    It is given up after ``passes``, or when ``patience`` passes have not brought the worst measure (over its bound)
-    below ``progress`` times the least so far.
+    It is given up after ``passes``, or when ``patience`` passes in turn have not reduced the worst measure (over its
+    bound) below ``progress`` times its smallest value so far.
 
     Raises:
         SceneError: a wrong type, or a value out of its range.
@@ -56,7 +56,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Near:
-    """Where an iteration may go on: an iterate with the forces r (c, d) of all candidates."""
+    """A starting point of the iteration: an iterate with the forces r (c, d) of all candidates."""
 
     iterate: Iterate
     r: Floats
@@ -76,9 +76,9 @@ class Near:
 class Solved(Near):
     """An increment that met its bounds: iterate, forces of all candidates, certificate, cost.
 
-    ``almost`` counts the passes whose solver claimed less than it was asked; the certificate has re-checked them.
-    ``coupled`` tells how friction was coupled to the normal forces, ``undetermined`` in words what the law leaves open
-    (:mod:`bipot.checks.determinacy`): nothing where the answer is the only one nearby. ``posed`` is as in
+    ``almost`` counts the passes whose solver claimed less than the requested accuracy; the certificate has re-checked
+    them. ``coupled`` tells how friction was coupled to the normal forces. ``undetermined`` names what the law does not
+    determine (:mod:`bipot.checks.determinacy`); it is empty where the answer is locally unique. ``posed`` is as in
     :class:`bipot.forms.Step`.
     """
 
@@ -94,10 +94,10 @@ class Solved(Near):
 
 @dataclass(frozen=True)
 class Trial:
-    """One pass as an observer sees it: the form, what it was given, what it answered, and that evaluated.
+    """One pass as an observer sees it: the form, its input, its answer, and the evaluation of the answer.
 
-    Given were ``iterate``, forces r (c, d) and ``state``. ``seconds`` are the pass's processor time, the judgement of
-    its answer included.
+    The input is ``iterate``, the forces r (c, d) and ``state``. ``seconds`` is the processor time of the pass, the
+    evaluation of its answer included.
     """
 
     number: int
@@ -111,18 +111,18 @@ class Trial:
 
     @property
     def certificate(self) -> Certificate:
-        """Every measure, made when asked for."""
+        """All measures, computed when first used."""
         return self.examined.certificate
 
 
 Observer = Callable[[Trial], None]
 
 Leave = Callable[[Near, float], bool]
-"""Whether to leave an increment unsolved at an iterate whose error (as in :class:`bipot.forms.Step`) is known."""
+"""Decides at an iterate with its error (as in :class:`bipot.forms.Step`) whether to leave the increment unsolved."""
 
 
 class LeftOff(Exception):
-    """An increment was left unsolved, ``near`` a solution: it is to be solved from another state."""
+    """An increment was left unsolved, ``near`` a solution, because it is to be solved from another state."""
 
     def __init__(self, near: Near) -> None:
         super().__init__("left unsolved")
@@ -130,7 +130,7 @@ class LeftOff(Exception):
 
 
 def unobserved(trial: Trial) -> None:
-    """See nothing."""
+    """An observer that does nothing."""
 
 
 def solve_increment(
@@ -145,14 +145,14 @@ def solve_increment(
 ) -> Solved:
     """Solve the increment.
 
-    ``largest`` is the largest contact force of the run so far, the scale of the cone measure. ``near_to`` solves the
-    same increment with a little other flow carried on: the iteration starts there. ``leave`` is asked after every pass
-    that is not accepted.
+    ``largest`` is the largest contact force of the run so far, the scale of the cone measure. ``near_to`` is the
+    solution of the same increment with slightly different flow carried on: the iteration starts there. ``leave`` is
+    called after every pass that is not accepted.
 
     Raises:
-        LeftOff: ``leave`` says so.
-        NotConverged: after ``limits``, naming the measures above their bounds; at once, a tool in a node that is held.
-        InvertedElement: from an iterate, or the answer is folded anywhere in an element.
+        LeftOff: ``leave`` has decided so.
+        NotConverged: at the ``limits``, naming the measures above their bounds; at once if a tool is in a held node.
+        InvertedElement: from an iterate, or if an element of the answer is folded anywhere.
         ProgramError: from an iterate.
     """
     refuse_blocked(increment, limits.bounds)
@@ -167,7 +167,7 @@ def solve_increment(
     for number in range(1, limits.passes + 1):
         began, given = time.process_time(), (iterate, r, state)
         step, state = form.step(*given)
-        # What a form from elsewhere says of the body is not believed.
+        # A form that is not the library's own is not trusted with the body's response.
         iterate, r = step.iterate if type(form) in OWN else increment.at(step.iterate.x), step.r
         iterations, timing = iterations + step.iterations, timing + step.timing
         almost += step.outcome is Outcome.ALMOST
@@ -204,13 +204,13 @@ class _Watch:
 
     def __init__(self, limits: Limits) -> None:
         self.limits = limits
-        # The first of a pass that is not in equilibrium, which is asked nothing else; the second of others.
+        # The first for passes out of equilibrium, of which no other measure is taken; the second for the others.
         self.least, self.waited = [np.inf, np.inf], 0
         self.last: dict[str, float] = {}
         self.coupled = Coupled()
 
     def accepts(self, examined: Examined, step: Step) -> bool:
-        """Whether the bounds are met; raises NotConverged when patience has run out."""
+        """Whether the bounds are met; raises NotConverged when the patience is exhausted."""
         self.coupled = step.coupled
         ratios = examined.ratios()
         balanced = "law" in ratios
@@ -230,7 +230,7 @@ class _Watch:
         return False
 
     def failure(self, what: str) -> NotConverged:
-        """The exception that names what is above its bound, in multiples of it, and how friction was coupled."""
+        """The exception that names the measures above their bounds, in multiples of them, and friction's coupling."""
         above = ", ".join(f"{name} {ratio:.2g} times" for name, ratio in self.last.items())
         seen = f", contraction {self.coupled.contraction:.2g}" if self.coupled.contraction > 0 else ""
         return NotConverged(f"{what} {above} its bound (coupling {self.coupled.route.value}{seen})", self.last)

@@ -1,7 +1,7 @@
-r"""An increment, and an iterate of it with what hangs on it.
+r"""An increment, and an iterate of it with everything that depends on it.
 
-An :class:`Increment` is what all passes share, an :class:`Iterate` a trial end of it; members are made when first asked
-for. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
+An :class:`Increment` holds what all passes share; an :class:`Iterate` is a trial end of it. Members are computed when
+first used. Forces on the unknowns are summed in one place: :attr:`Iterate.residual`.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class Increment:
 
     @cached_property
     def rows(self) -> ContactRows:
-        """The contact rows of all candidates; where a tool is curved those of a body that rests."""
+        """The contact rows of all candidates; for curved tools those at the body at rest in the increment."""
         contacts = self.system.candidates
         if contacts.curved:
             return contacts.linearised(
@@ -48,7 +48,7 @@ class Increment:
 
     @cached_property
     def tools(self) -> Advance:
-        """How the tools go."""
+        """How the tools move."""
         return Advance(self.system.candidates, self.start, self.tau)
 
     @property
@@ -58,20 +58,20 @@ class Increment:
 
     @property
     def driven(self) -> Floats:
-        """What is prescribed of the displacement (a, d), zero elsewhere."""
+        """The prescribed displacement (a, d), zero where none is prescribed."""
         return self.tools.driven
 
     @cached_property
     def dragged(self) -> Floats:
         """Known slips (c, d - 1) of candidates that supports hold or drive along the tangent, zero where that is free.
 
-        No unknown knows of the friction there, which goes from tool to support.
+        The friction there acts between tool and support and on no unknown.
         """
         return supported.dragged(self.system.candidates, self.travel, self.driven)
 
     @cached_property
     def torn(self) -> int | None:
-        """A node that a support drives off or along a tool it is welded to."""
+        """A node that a support drives off or along a tool to which it is welded, None if there is none."""
         if not any(tool.welded for tool in self.system.body.scene.tools):
             return None
         touching = supported.Touching(self.start.gap, self.start.nodes, self.tools.placed)
@@ -84,12 +84,12 @@ class Increment:
 
     @cached_property
     def load_ahead(self) -> Floats:
-        """Nodal loads (a, d) of the end where the body is at the start."""
+        """Nodal loads (a, d) at the end of the increment on the body as it is at the start."""
         return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.tau)
 
     @cached_property
     def new_load(self) -> Floats:
-        """What comes new on the unknowns (n,) where the body is at the start: nodal loads, and what drives tools."""
+        """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
         before = self.system.load(self.load_before, self.start.tau)
         return self.system.load(self.load_ahead, self.tau) - before
 
@@ -100,7 +100,7 @@ class Increment:
 
     @cached_property
     def reach(self) -> float:
-        """The longest travel of a tool that may matter to the body."""
+        """The longest travel of a tool that may reach the body."""
         return self.system.candidates.reach(self.rows.gap, self.travel, self.tools.swept(self.tools.path))
 
     @cached_property
@@ -112,7 +112,7 @@ class Increment:
 
     @cached_property
     def units(self) -> Units:
-        """What its numbers are measured in (:mod:`bipot.scales`)."""
+        """The units by which its numbers are scaled (:mod:`bipot.scales`)."""
         prescribed = max(self.reach, float(norm(self.driven).max()))
         new = self.new_load if self.system.body.scene.loads or self.system.body.scene.drives else np.zeros(0)
         return units_of(self.system, self.start, prescribed, new)
@@ -122,7 +122,7 @@ class Increment:
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
-            NotConverged: it is so far away that squares of its places are no numbers.
+            NotConverged: it is so far away that squares of its positions overflow.
         """
         if not np.abs(x).max(initial=0.0) <= LARGEST_LENGTH:
             raise NotConverged("an iterate runs away: nothing holds the body, or next to nothing")
@@ -131,7 +131,7 @@ class Increment:
 
 @dataclass(frozen=True)
 class Iterate:
-    """A trial end of the ``increment``: the body's response to a displacement, and what hangs on it."""
+    """A trial end of the ``increment``: the body's response to a displacement, and what depends on it."""
 
     increment: Increment
     response: Response
@@ -143,7 +143,7 @@ class Iterate:
 
     @property
     def translated(self) -> Floats:
-        """Of these the coordinates (m,) of tools that forces or moments drive."""
+        """The coordinates (m,) among them of tools driven by forces or moments."""
         return self.increment.system.body.space.beside(self.x)
 
     @cached_property
@@ -237,10 +237,10 @@ class Iterate:
         return self.increment.system.body.stiffness(self.response, kind)
 
     def tangent(self, r: Floats, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less what contacts r (c, d) push.
+        """Element matrices (e, dk, dk) of the exact derivative of :attr:`residual` less the contact forces r (c, d).
 
-        The latter's changes as normals turn: flat tools add nothing. Where curved ones are driven these are the entries
-        of all matrices, those of couplings behind (:mod:`bipot.contact.coupling`), as the space sums them.
+        Contact forces change as normals turn; flat tools add nothing. Where curved tools are driven, the result is the
+        entries of all matrices, those of couplings last (:mod:`bipot.contact.coupling`), as the space sums them.
         """
         increment = self.increment
         K = increment.system.body.tangent(self.response, scratch)
@@ -253,7 +253,7 @@ class Iterate:
         return K
 
     def rubbed(self, r: Floats) -> Floats:
-        """Contact forces r (c, d) with the friction -s slip/|slip| where the slip is known: of tool and support."""
+        """Contact forces r (c, d) with the friction -s slip/|slip| between tool and support where the slip is known."""
         dragged = self.increment.dragged
         if not dragged.any():
             return r
@@ -267,9 +267,9 @@ class Iterate:
         return self.increment.system.candidates.resultant(self.rubbed(r), self.frames)
 
     def tool_moments(self, r: Floats) -> Floats:
-        """Moment (tools,) of each tool that turns on the modelled body, about its centre, under r (c, d); 0 of others.
+        """Moment (tools,) of each turning tool on the modelled body, about its centre, under r (c, d); 0 for others.
 
-        A unit of thickness's, anticlockwise.
+        In plane strain per unit of thickness; positive anticlockwise.
         """
         contacts = self.increment.system.candidates
         if not contacts.scene.turning.any():
@@ -278,13 +278,13 @@ class Iterate:
         return contacts.moments(contacts.vectors(r, self.frames), nodes, self.placed)
 
     def reactions(self, r: Floats) -> Floats:
-        """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero where none holds."""
+        """Forces (a, d) of the supports on the modelled body under contact forces r (c, d); zero at free nodes."""
         system = self.increment.system
         contacts = system.candidates.vectors(self.rubbed(r), self.frames)
         return system.reactions(self.response.element_forces, self.nodal_load, contacts)
 
     def work(self, r: Floats) -> float:
-        """Work of tools, loads and supports, by their forces at the end, r (c, d) those of contact."""
+        """Work of tools, loads and supports with their forces at the end, r (c, d) those of contact."""
         increment = self.increment
         tools = np.vdot(self.tool_forces(r), self.tool_travel)
         if self.increment.system.body.scene.turning.any():

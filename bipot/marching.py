@@ -1,8 +1,8 @@
-"""The march: a generator of accepted states, with increment control. The only loop over time.
+"""The march: a generator of accepted increments, with increment control. It is the only loop over time.
 
-Under friction the increments start small, because first yield defeats large ones, then grow to the uniform size. A
-failing increment first falls back on the next form, then is cut in half; every scheduled pseudo-time is landed on
-exactly, and what happened is recorded in words.
+Under friction a schedule starts with small increments, because large ones fail at first yield, and grows to uniform
+ones. An increment that fails is first tried by the fallback forms, then halved. Increments end exactly at every
+scheduled pseudo-time, and the reasons for fallbacks and cuts are recorded in words.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ FAILURES = (NotConverged, ProgramError, InvertedElement)
 
 @dataclass(frozen=True)
 class Control:
-    """Form, what it falls back on, acceptance, how often an increment may be halved, integration.
+    """How increments are solved: form and fallbacks, acceptance, how often one may be halved, integration of the flow.
 
-    ``locate`` cuts an increment to where an open candidate lands; None leaves landings inside increments.
+    ``locate`` ends an increment where an open candidate lands; None leaves landings inside increments.
 
     Raises:
         SceneError: a wrong type, a negative count.
@@ -75,7 +75,7 @@ class Control:
 
     @property
     def forms(self) -> tuple[Form, ...]:
-        """The form and its fallbacks, none twice; the same form with other options is another one."""
+        """The form and its fallbacks without duplicates; the same form with other options counts as another one."""
         forms = (self.form, *self.fallbacks)
         return tuple(form for k, form in enumerate(forms) if form not in forms[:k])
 
@@ -89,21 +89,21 @@ def march(
 ) -> Iterator[Accepted]:
     """Yield accepted increments from ``start`` (default: at rest) to the end of the path.
 
-    From a :class:`~bipot.control.course.Course`, e.g. the ``course`` of an accepted increment, the march goes on: what
-    it yields is to the last bit what the march that it is taken from yields next, but for ``seconds``. From a state it
-    begins: ``number`` and ``energies`` count from there, and nothing is known of the increments before. ``observe``
-    sees every pass.
+    From a :class:`~bipot.control.course.Course`, e.g. the ``course`` of an accepted increment, the march is continued:
+    except for ``seconds`` it yields to the last bit what the march of that course yields next. From a state a new march
+    begins: ``number`` and ``energies`` count from there, and nothing is known of earlier increments. ``observe`` is
+    called with every pass.
 
-    Another schedule or control may go on from a course. Where its pseudo-time is one of the schedule's, increment
-    control begins anew there; where not, the next increment has the length of the course unless a scheduled
-    pseudo-time comes before, and ``control.cuts`` count from the course's uncut length.
+    A course may be continued by another schedule or control. If its pseudo-time is one of the schedule's, increment
+    control begins anew there. Otherwise the next increment has the length stored in the course, unless a scheduled
+    pseudo-time comes first, and ``control.cuts`` count from the course's uncut length.
 
     Raises:
         SceneError: at once, a wrong type, a start of another scene, BDF2 of a material whose stress is not returned,
             naming its field.
-        LimitPassed: as the next, where the load is proved to be above what the body carries; with the mechanism.
-        IncrementFailed: with the last accepted state attached, when an increment fails that is the scheduled one, or
-            what a landing left of it, halved ``control.cuts`` times.
+        LimitPassed: an ``IncrementFailed`` with a proof that the body cannot carry the load, and the mechanism.
+        IncrementFailed: with the last accepted state, when a scheduled increment, or the rest of one after a landing,
+            still fails after it was halved ``control.cuts`` times.
     """
     require_type(scene, Scene, "scene")
     require_type(schedule, Schedule, "schedule")
@@ -123,9 +123,9 @@ def march(
 
 @dataclass(frozen=True)
 class Run:
-    """What the increments of a march share; of the cache only what no increment's numbers change.
+    """What the increments of a march share; the cache holds nothing that depends on an increment's numbers.
 
-    ``pacer`` finds the lengths of increments between scheduled pseudo-times, None makes them whole.
+    ``pacer`` chooses the lengths of increments between scheduled pseudo-times; None takes each stretch as one.
     """
 
     system: System
@@ -231,7 +231,7 @@ def _halved(run: Run, course: Course, target: float) -> Found:
 
 
 def _located(run: Run, course: Course, found: Found) -> Found:
-    """What was found, cut to the first landing in it if landings are to be located."""
+    """The increment found, cut to its first landing if landings are to be located."""
     if run.control.locate is None:
         return found
     solve = partial(run.attempt, largest=course.largest)
@@ -246,7 +246,7 @@ def _located(run: Run, course: Course, found: Found) -> Found:
 
 
 def _after(run: Run, course: Course, found: Found, target: float) -> Course:
-    """Where the march is after what was found: at the ``target``, or on the way to it."""
+    """The course after the increment found: at the ``target``, or on the way to it."""
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if run.pacer is not None:
         estimate = error_estimate(course.state, found.solved)
@@ -270,7 +270,7 @@ def attempt_increment(
 ) -> Attempt:
     """Try the increment, each time with the forms in turn.
 
-    ``largest`` is as in solve_increment; how often it is tried :mod:`bipot.control.carrying` says.
+    ``largest`` is as in :func:`~bipot.increment.solve_increment`; :mod:`bipot.control.carrying` decides on repetitions.
     """
 
     def solve(begun: State, near_to: Near | None, leave: Leave | None) -> Attempt:

@@ -1,6 +1,6 @@
-r"""The body's response to a trial increment: kinematics, stress, internal force, tangent. fem and laws meet here.
+r"""The body's response to a trial increment: kinematics, stress, internal force, tangent. It joins fem and laws.
 
-    f_int = sum_q w B' sigma,    sigma what the material makes of R sigma_n R' and de,
+    f_int = sum_q w B' sigma,    sigma the material's stress after R sigma_n R' and de,
 
 with de, R, B, w of the scene's configuration (:mod:`bipot.fem.kinematics`).
 """
@@ -37,10 +37,9 @@ class State:
 
     Pseudo-time, nodes (a, d), Cauchy stress and plastic strain (e, q, s), peeq (e, q); contact forces (c, d) and gaps
     (c,) of all candidates; displacement du (a, d), length in pseudo-time and flow of the increment that led here. Gaps
-    and du are kept as they were found, because positions lose a small travel to their round-off. Of tools
-    that forces drive ``translation`` (m,) is how far they have gone along these since rest, of those that moments turn
-    the arc of their lever (:mod:`bipot.scene.drives`); ``translated`` (m,) in the increment that led here. Arrays are
-    read-only.
+    and du are stored as found, because a small travel is lost in the round-off of positions. ``translation`` (m,) is
+    the displacement since rest of tools along their driving force, or for moments the arc of their lever
+    (:mod:`bipot.scene.drives`); ``translated`` (m,) is that of the increment that led here. Arrays are read-only.
     """
 
     tau: float
@@ -103,14 +102,14 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 
 def body_space(scene: Scene) -> Space:
-    """The scene's unknowns: displacements, and coordinates of tools that forces or moments drive."""
+    """The scene's unknowns: displacements, and coordinates of tools driven by forces or moments."""
     holding, pairs = scene.holding, coupled(scene).unknowns
     return space(scene.mesh, scene.geometry, scene.rule, holding.numbers, len(scene.drives), pairs, holding.axes)
 
 
 @dataclass(frozen=True)
 class Response:
-    """What the body does under the trial displacement ``du`` (a, d) from ``state``, of the unknowns x (n,).
+    """The body's response to the trial displacement ``du`` (a, d) from ``state``, given by the unknowns x (n,).
 
     ``rotated`` is R sigma_n R', ``element_forces`` (e, 2k) and ``internal`` (n,) the internal forces of the returned
     stress.
@@ -128,19 +127,19 @@ class Response:
 
 @dataclass(frozen=True)
 class Body:
-    """A scene with its space: makes responses and their linear or convex models."""
+    """A scene with its space of unknowns: computes responses and their linear or convex models."""
 
     scene: Scene
     space: Space
 
     @cached_property
     def projection(self) -> Projection | None:
-        """What the volume change of the elements is projected on."""
+        """The projection of the elements' volume change, None if there is none."""
         mesh = self.scene.mesh
         return Projection.of(self.scene.volume_change, mesh.nodes, mesh.elements, self.space.reference)
 
     def carried_on(self, state: State, flow: Flow) -> State:
-        """The state from which BDF2 takes an increment: ``flow`` has gone on from ``state`` at fixed strain.
+        """The state in which an increment of BDF2 starts: ``state`` after the ``flow`` at fixed strain.
 
         See :mod:`bipot.laws.flow`.
         """
@@ -149,7 +148,7 @@ class Body:
         return replace(state, stress=stress, plastic_strain=plastic_strain, peeq=state.peeq + flow.peeq)
 
     def respond(self, state: State, x: Floats, driven: Floats | float = 0.0) -> Response:
-        """Response to the unknowns x (n,), and to displacements of held nodes that are ``driven`` (a, d).
+        """Response to the unknowns x (n,) and to the prescribed displacements ``driven`` (a, d).
 
         Raises:
             InvertedElement: the trial configuration is not admissible.
@@ -164,7 +163,7 @@ class Body:
         return Response(state, x, du, kin, rotated, returned, forces, space_.vector(forces))
 
     def refuse_folded(self, response: Response) -> None:
-        """Demand elements that are folded nowhere: where strain is taken or equilibrium asked, and at the end.
+        """Refuse elements that are folded anywhere: where strain or equilibrium is posed, and at the end.
 
         Raises:
             InvertedElement: naming element, place and value (:mod:`bipot.fem.orientation`).
@@ -188,9 +187,9 @@ class Body:
         return Scratch.of(elements, len(self.space.reference.weights), unknowns, self.scene.geometry.reduction)
 
     def tangent(self, response: Response, scratch: Scratch | None = None) -> Floats:
-        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included: in ``midpoint`` unsymmetric.
+        """Element matrices (e, 2k, 2k) of d f_int / d dU, geometric part included; unsymmetric in ``midpoint``.
 
-        With ``scratch`` they are valid until it is used again.
+        They are stored in ``scratch`` if given, and valid until it is used again.
         """
         scene = self.scene
         stresses = Stresses(
@@ -229,7 +228,7 @@ class Body:
         )
 
     def fields(self, response: Response) -> MaterialFields:
-        """What the certificate asks of the material at the response."""
+        """The material's fields at the response that the certificate needs."""
         kin, returned, material = response.kinematics, response.returned, self.scene.material
         sigma_e = returned.trial - returned.plastic_strain @ material.elasticity.stiffness(kin.reduction.mandel)
         points = (-1, kin.reduction.mandel)

@@ -1,4 +1,4 @@
-"""What is asked: body, material, supports, tools with friction, loading over pseudo-time, discretisation.
+"""The scene: body, material, supports, tools with friction, loading over pseudo-time, discretisation.
 
 Everything here is a frozen dataclass that refuses bad input when it is made. The library is free of units: use any
 consistent set (N, mm, MPa or N, m, Pa).
@@ -53,15 +53,15 @@ IN_SPACE = "of a base anticlockwise as seen from the top, and then that, as VTK 
 
 @dataclass(frozen=True)
 class Scene:
-    """One body, its supports and tools, if any. Supports that are a ``Symmetry`` say of which whole body it is a part.
+    """One body with its supports, tools and loads. A support that is a ``Symmetry`` makes it a part of a larger body.
 
-    Without a ``quadrature`` or a representation of the ``volume`` change they are the element's own (:attr:`rule`,
+    ``quadrature`` and the representation of the ``volume`` change are by default the element's own (:attr:`rule`,
     :attr:`volume_change`).
 
     Raises:
-        SceneError: a wrong type, an unknown boundary, an inverted element, supports that leave nothing free or
-            the axis, a tool that can touch nothing, a coefficient at a node that is no candidate, what is no part of a
-            body with its mirror images (:mod:`bipot.scene.symmetry`).
+        SceneError: a wrong type, an unknown boundary, an inverted element, supports that hold every node or leave
+            the axis free, a tool that can touch nothing, a coefficient at a node that is no candidate, anything that
+            contradicts the planes of symmetry (:mod:`bipot.scene.symmetry`).
     """
 
     mesh: Mesh
@@ -114,22 +114,22 @@ class Scene:
 
     @property
     def rule(self) -> Quadrature:
-        """The quadrature asked for, or the element's own."""
+        """The chosen quadrature, or the element's own."""
         return self.quadrature or RULES[self.mesh.element][0]
 
     @property
     def volume_change(self) -> VolumeChange:
-        """The representation of the volume change asked for, or the element's own."""
+        """The chosen representation of the volume change, or the element's own."""
         return self.volume or VOLUMES[self.mesh.element][0]
 
     @property
     def ring(self) -> bool:
-        """Whether the body goes around an axis, of which it is a meridian."""
+        """Whether the scene is the meridian of an axisymmetric body."""
         return self.geometry is Geometry.AXISYMMETRIC
 
     @cached_property
     def holding(self) -> Holding:
-        """What the supports together hold of the nodes, and where they drive them."""
+        """The displacements that all supports together hold or drive, node by node."""
         return Holding.of(self.supports, self.mesh)
 
     @cached_property
@@ -139,25 +139,25 @@ class Scene:
 
     @cached_property
     def mirrors(self) -> tuple[Plane, ...]:
-        """The planes beyond which the body goes on as its mirror image: of symmetry, and that of a meridian's axis."""
+        """The planes beyond which the body continues as its mirror image: those of symmetry, and a meridian's axis."""
         axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
         return (*self.planes, axis) if self.ring else self.planes
 
     @cached_property
     def surroundings(self) -> Surroundings | Skin:
-        """The whole body's surface: beyond its mirrors by mirror image."""
+        """The surface of the whole body, mirror images included."""
         if self.mesh.dimension == 3:
             return Skin.of(self.mesh, self.mirrors)
         return Surroundings.of(self.mesh, self.mirrors, self.ring)
 
     @cached_property
     def itself(self) -> Itself:
-        """What tells whether the body goes through itself."""
+        """The test whether the body penetrates itself."""
         return Itself.of(self.mesh, self.mirrors)
 
     @property
     def images(self) -> int:
-        """How many times the modelled part makes the whole body, 2 for each plane of symmetry."""
+        """The number of modelled parts in the whole body: a factor of 2 for each plane of symmetry."""
         return 2 ** len(self.planes)
 
     @cached_property
@@ -170,7 +170,7 @@ class Scene:
         return tuple(sorted({tau for path in paths for tau in corners(path)}))
 
     def origin(self, nodes: Floats) -> Floats:
-        """The configuration (a, d) from which an increment is taken where the body has come to ``nodes``."""
+        """The configuration (a, d) from which an increment is measured when the body is at ``nodes``."""
         return self.configuration.measure.origin(self.mesh.nodes, nodes)
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
@@ -184,7 +184,7 @@ class Scene:
 
     @cached_property
     def drives(self) -> Drives:
-        """Forces and moments that drive tools, and the coordinates (m,) that these are unknown of."""
+        """Forces and moments that drive tools, and the coordinates (m,) that are therefore unknown."""
         return Drives.of(self.tools, self.planes, self.mesh)
 
     def travel(self, tau: float, tau_end: float) -> Floats:
@@ -197,12 +197,12 @@ class Scene:
         return np.zeros((len(self.tools), pose_size(self.mesh.dimension)))
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Pose (k, p) (:mod:`bipot.tools.poses`) of each tool at ``tau``, by coordinates (m,) of its :attr:`drives`."""
+        """Pose (k, p) (:mod:`bipot.tools.poses`) of each tool at ``tau``, with the coordinates (m,) of :attr:`drives`."""
         poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(self.at_rest.shape)
         return poses + self.drives.poses(translation, len(poses))
 
     def driven(self, tau: float) -> Floats:
-        """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
+        """The prescribed displacement (a, d) since rest at pseudo-time ``tau``; zero where none is prescribed."""
         return self.holding.at(tau)
 
     @property
@@ -212,7 +212,7 @@ class Scene:
         return r <= AXIS * r.max()
 
     def _check_axis(self) -> None:
-        """Nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
+        """Require that nodes on the axis stay there: a body that opens or folds there has no finite hoop strain."""
         if self.ring:
             nodes = np.flatnonzero(self.on_axis)
             loose = nodes[self.holding.free_along(nodes, np.tile((1.0, 0.0), (len(nodes), 1)))][:1]
@@ -243,8 +243,8 @@ def upsetting(
     """The seed paper's cylinder between rigid flat punches, as the quarter r, z >= 0 of its meridian plane.
 
     The paper's data are the defaults (N, mm, MPa): 10 x 10 mm, E = 210000, nu = 0.3, sigma_Y = 300, perfect
-    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) of the first. Quadratic
-    elements with a projected ``volume`` come so far in the fanned ``layout`` only
+    plasticity, 100 eight-node quads with seven points. At tau = 1 the height is (1 - reduction) times the initial one.
+    Quadratic elements with a projected ``volume`` reach 45 % in the fanned ``layout`` only
     (:class:`~bipot.meshes.layout.Layout`).
 
     Raises:
