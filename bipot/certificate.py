@@ -1,11 +1,12 @@
-r"""How far an increment is from the law: numbers recomputed from the returned fields alone.
+r"""The certificate: how far an increment is from the law, recomputed from the returned fields alone.
 
-Jointly zero only for an exact solution of the discrete increment. With contact forces r, motion u = (g + du_n, du_t),
-stress sigma, plastic strain increment e_p from the state the increment started from, and energies of the modelled body:
+Its measures are jointly zero only for an exact solution of the discrete increment. With contact forces r, motion
+u = (g + du_n, du_t), stress sigma, plastic strain increment e_p from the state at the start of the increment, and
+energies of the modelled body:
 
 * equilibrium: largest nodal residual over the largest nodal sum of |element forces| and |loads|;
-* tool equilibrium: that of a tool that a force drives, over this force; of one that a moment turns, over this or the
-  sum of |r| times the arm, the larger;
+* tool equilibrium: the residual of a driven tool over its driving force; for a moment, over this or the sum of |r|
+  times the arm, whichever is larger;
 * yield: max (sigma_eq - sigma_Y)+ / sigma_Y;
 * penetration: max (-(g + du_n))+ / body size;
 * cone: max of (|r_t| - mu r_n)+ and (-r_n)+ over the largest contact force of the run so far;
@@ -14,15 +15,15 @@ stress sigma, plastic strain increment e_p from the state the increment started 
   energy;
 * gap: sum_c (|r_n g| + |mu r_n |du_t| + r_t . du_t|)
   + sum_q w (|sigma_Y |e_p|_eq - sigma : e_p| + 1/2 (sigma - sigma_e) : C^-1 : (sigma - sigma_e)),
-  sigma_e = R sigma_n R' + C : (de - e_p): the bipotential (14) and Fenchel gaps of every point, the bifunctional (19),
-  in energy units; relative to the largest of the work, dissipations and stored energy that occurred in the increment,
-  and the material's part also to its own, the plastic dissipation and the stored energy.
+  sigma_e = R sigma_n R' + C : (de - e_p): the sum of the bipotential (14) and Fenchel gaps of all points, which is the
+  bifunctional (19), in energy units. It is taken relative to the largest of the work, the dissipations and the change
+  of stored energy in the increment; the material's part also relative to its own dissipation and stored energy.
 
 Where friction is capped (:func:`bipot.laws.coulomb.limit`), min(mu r_n, cap) stands for mu r_n in the cone and the gap.
 
-Every scale is something that occurred: 0/0 counts as met. What the round-off of the stored numbers alone makes of a
-measure, or of the gap the motion that the round-off of forces makes, is its :class:`Resolution`; where that is above
-the bound the measure decides nothing and is said to be below resolution, neither passed nor refused.
+Every scale is a force or an energy that occurred; 0/0 counts as met. The :class:`Resolution` of a measure is the value
+that round-off of the stored numbers alone may give it (for the gap, the motion that round-off of forces causes). Where
+it is above the bound, the measure decides nothing and is reported as below resolution, neither passed nor refused.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ EPS = 8 * float(np.finfo(float).eps)
 class ContactFields:
     """Of c contacts: forces r and motion (g + du_n, du_t) (c, d), coefficients mu, caps, tied, stiffness rho (c,).
 
-    ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is what
-    round-off makes of the motion. ``inside`` is the depth in a tool of nodes that are held, hence no contacts.
+    ``largest`` is the largest force of the run so far, ``present`` that of the increment; ``blur`` (c,) is the
+    round-off of the motion. ``inside`` is the depth in a tool of held nodes, which are no contacts.
     """
 
     r: Floats
@@ -64,7 +65,7 @@ class ContactFields:
 
     @property
     def none(self) -> float:
-        """What counts as no force where the law asks whether a point carries one."""
+        """The force below which a point counts as carrying none."""
         return force_threshold(self.r)
 
 
@@ -95,9 +96,9 @@ class MaterialFields:
 
 @dataclass(frozen=True)
 class Balance:
-    """Nodal residuals on the free unknowns (any shape), the force they are measured by and its round-off.
+    """Nodal residuals on the free unknowns (any shape), the force that is their scale, and its round-off.
 
-    The ``tool_residual`` (m,) of tools that are driven is measured by ``tool_force`` (m,).
+    The scale of the ``tool_residual`` (m,) of driven tools is ``tool_force`` (m,).
     """
 
     residual: Floats
@@ -113,19 +114,19 @@ class Balance:
 
     @property
     def tools(self) -> float:
-        """The largest residual of a tool over the force that measures it."""
+        """The largest residual of a tool over its scale."""
         pairs = zip(np.abs(self.tool_residual).tolist(), self.tool_force.tolist(), strict=True)
         return max((_ratio(off, force) for off, force in pairs), default=0.0)
 
     @property
     def resolution(self) -> float:
-        """What round-off alone makes of :attr:`equilibrium`."""
+        """The value of :attr:`equilibrium` that round-off alone may cause."""
         return _ratio(self.blur, self.force)
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """What round-off of the stored numbers alone makes of the measures of the same names; nothing of the others."""
+    """The values that round-off of the stored numbers alone may give the measures of the same names; 0 for others."""
 
     equilibrium: float = 0.0
     yield_violation: float = 0.0
@@ -136,7 +137,7 @@ class Resolution:
 
 @dataclass(frozen=True)
 class Certificate:
-    """The measures (dimensionless but ``gap``, an energy), the gap's two parts, and what round-off makes of them."""
+    """The measures (dimensionless except the gaps, which are energies), the gap's two parts, and their resolution."""
 
     equilibrium: float
     yield_violation: float
@@ -164,7 +165,7 @@ class Certificate:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Upper bounds on the certificate for an increment to be accepted; inf asks nothing.
+    """Upper bounds on the certificate for an increment to be accepted; inf is no bound.
 
     Raises:
         SceneError: a bound that is not a number above zero.
@@ -186,7 +187,7 @@ class Bounds:
 
     @staticmethod
     def none() -> Bounds:
-        """Everything is accepted."""
+        """Bounds that accept everything."""
         return Bounds(*[math.inf] * len(fields(Bounds)))
 
 
@@ -200,7 +201,7 @@ def certify(
     own = max(_energies(material))
     energy = max(abs(work), _friction(contact), own)
     moved = np.minimum(norm(contact.motion), contact.blur / EPS)
-    # What may not touch has no contact force to blur.
+    # Where nothing may touch there is no contact force with round-off.
     unsure = balance.blur if len(contact.r) else 0.0
     # What a contact moves by may be, to this length, what the round-off of forces moves it by.
     blur = contact.blur + np.minimum(norm(contact.motion), unsure / contact.stiffness)

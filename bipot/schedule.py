@@ -1,4 +1,4 @@
-"""When: the pseudo-times that a march lands on exactly, small increments first where friction asks for them."""
+"""Schedules: the pseudo-times at which increments end exactly, small increments first where friction needs them."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from bipot.errors import require, require_count, require_number
 from bipot.typing import make_floats
 
 SAME = 1e-9
-"""Pseudo-times nearer to each other are one."""
+"""Pseudo-times nearer to each other count as one."""
 
 MOST = 1_000_000
-"""Pseudo-times: all are known before the march, in some hundred megabytes, and are months of it."""
+"""The largest number of pseudo-times: they are stored before the march, in some hundred megabytes."""
 
 FINEST, COARSEST = 1e-4, 0.1
-"""Accuracies that may be asked for: first yield leaves 1e-4 to 3e-4 of the force, whatever the increments after it."""
+"""Range of accuracies: first yield leaves an error of 1e-4 to 3e-4 of the force, whatever the later increments."""
 
 
 @dataclass(frozen=True)
 class Schedule:
-    """Pseudo-times to land on: ``increments`` uniform ones after a start-up, or what an ``accuracy`` asks for.
+    """Where increments end: at ``increments`` uniform pseudo-times after a start-up, or as an ``accuracy`` requires.
 
     ``first`` is the size (in pseudo-time) of the ``settling`` equal start-up increments; the next grow by
-    ``growth`` up to the uniform size. ``first = 0`` means no start-up. ``landings`` are further pseudo-times to land
-    on exactly; the uniform increments are then shared out between them, each stretch with its nearest whole number.
+    ``growth`` up to the uniform size. ``first = 0`` means no start-up. ``landings`` are further pseudo-times at which
+    an increment ends; the uniform increments are then distributed between them, rounded to whole numbers.
 
-    ``accuracy`` is a fraction of the force: the march then finds the lengths of its increments as it goes, the first
-    included (:mod:`bipot.control.pacing`), and lands on the landings, kinks and the end alone.
+    ``accuracy`` is an allowed error of the force, as a fraction: the march then chooses the lengths of all increments
+    (:mod:`bipot.control.pacing`), and is bound only to end some at the landings, the kinks and the end.
 
     Raises:
         SceneError: a count below one or above :data:`MOST`, a start-up that does not fit into [0, 1), a landing outside
@@ -68,14 +68,14 @@ class Schedule:
         require(apart > SAME, "landings", self.landings, f"different by more than {SAME:g}")
 
     def _require_accuracy(self, accuracy: float) -> None:
-        """Refuse one that is none, and what it leaves nothing to say for."""
+        """Refuse an accuracy out of range, and options that have no effect with one."""
         require(FINEST <= accuracy <= COARSEST, "accuracy", accuracy, f"in [{FINEST:g}, {COARSEST:g}]")
         alone = "left out with an accuracy, which finds the lengths of increments"
         require(self.increments is None, "increments", self.increments, alone)
         require(self.first == 0, "first", self.first, alone)
 
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
-        """The scheduled pseudo-times, and the ``kinks`` that they leave out: between two nothing changes its rate."""
+        """The scheduled pseudo-times and the ``kinks`` not among them: between two of these all rates are constant."""
         times = self.times()
         # Zero is where the march starts: a rise in no time at all is one of the first increment.
         known = np.array([0.0, *times])

@@ -1,4 +1,4 @@
-"""A scene made ready: the body and what may touch it."""
+"""A scene prepared for a march: the body and its contact candidates."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Rigidity:
 
 @dataclass(frozen=True)
 class System:
-    """A scene made ready: body and candidates."""
+    """A scene prepared for a march: body and candidates."""
 
     body: Body
     candidates: Candidates
@@ -46,7 +46,7 @@ class System:
         return Loading(self.body.space, self.body.scene.loads)
 
     def load(self, nodal: Floats, tau: float) -> Floats:
-        """What acts on the unknowns (n,): ``nodal`` loads (a, d), and what drives tools at ``tau``."""
+        """The load on the unknowns (n,): ``nodal`` loads (a, d), and the driving forces of tools at ``tau``."""
         return self.body.space.gather(np.append(nodal, self.body.scene.drives.at(tau)))
 
     def reactions(self, element_forces: Floats, load: Floats, contacts: Floats) -> Floats:
@@ -85,7 +85,7 @@ class System:
 
     @cached_property
     def rigidity(self) -> Rigidity:
-        """What forces and motions are compared by."""
+        """The scales by which forces and motions are compared."""
         body, elastic = self.body, self.body.scene.material.elasticity
         mesh = body.scene.mesh
         placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)

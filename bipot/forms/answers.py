@@ -1,4 +1,4 @@
-"""What the exact conic forms share: answers to their programs, Newton on the quadratic model, the distance left."""
+"""Shared by the exact conic forms: answers to their programs, Newton on the quadratic model, the remaining error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Raw:
-    """An answer in the program's own units, what the interior points claimed and cost, whether friction is exact."""
+    """An answer in the program's own units, the solver's claim and cost, and whether friction is exact."""
 
     u: Floats
     r: Floats
@@ -39,7 +39,7 @@ class Posing(Protocol):
     """A form that poses programs."""
 
     name: ClassVar[FormName]
-    """Under which the cache keeps what its solver can use again."""
+    """The key under which the cache keeps data for the solver to reuse."""
 
     @property
     def solver(self) -> ConicSolver:
@@ -66,7 +66,7 @@ class Exact(Protocol):
 
 
 class Tried(NamedTuple):
-    """An iterate with forces r (c, d) of all, its distance from equilibrium and law; whether a Newton step is whole."""
+    """An iterate with forces r (c, d) of all, its distance from equilibrium and law, whether a step was whole."""
 
     iterate: Iterate
     r: Floats
@@ -75,7 +75,7 @@ class Tried(NamedTuple):
 
 
 def solved(form: Posing, program: Exact, cache: Cache) -> Raw:
-    """The program solved by the form's solver, which keeps in the cache what it can use again."""
+    """Solve the program by the form's solver, which keeps reusable data in the cache."""
     answer, handle = form.solver.solve(program.conic(), form.accuracy, cache.handles.get(form.name))
     cache.handles[form.name] = handle
     r = program.contact.contact_forces(answer)
@@ -97,7 +97,7 @@ def tangent_program(
 
 
 def gone_on(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
-    """Exact Coulomb on the quadratic model, from the iterate and forces r (c, d) of all; None where Newton fails."""
+    """Newton with exact Coulomb friction on the quadratic model, from the iterate and forces r (c, d); Noneor None."""
     units = state.units
     return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program, iterate))
 
@@ -113,6 +113,6 @@ def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:
 
 
 def require_solver(solver: object, field: str) -> None:
-    """Raise SceneError where the ``solver`` of a form is none."""
+    """Raise SceneError unless the ``solver`` of a form is one."""
     made = isinstance(solver, ConicSolver) and not isinstance(solver, type)
     require(made, field, solver, "a ConicSolver, e.g. Clarabel() or Cvxpy('SCS')")

@@ -1,8 +1,8 @@
-"""What every form shares: the step it returns, and what it may find once in a run.
+"""Shared by all forms: the step that a form returns, and the data computed once in a run.
 
 A form turns an iterate and its contact forces into the next ones. What it carries from pass to pass is its state, a
-value: made by ``init`` from the iterate that an increment starts from, given back anew by every ``step``. Everything
-else of an increment is shared, so comparisons are fair by construction.
+value: ``init`` makes it from the iterate at which an increment starts, and every ``step`` returns a new one. All else
+in an increment is shared by the forms, so comparisons between them are fair.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class FormName(Enum):
 
 @dataclass(frozen=True)
 class Step:
-    """One pass: the next iterate, contact forces r (c, d) of all candidates, what the solver claimed, what it cost.
+    """One pass: the next iterate, contact forces r (c, d) of all candidates, the solver's claim, and the cost.
 
-    ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is how far the answer is from the contact
-    law the form *poses*, over the largest force, where that is not Coulomb's: acceptance then asks for it, equilibrium
-    and yield, and the certificate only reports. None: Coulomb's law, of which the whole certificate is asked.
-    ``error`` is how far iterate and forces are from equilibrium and that law together, over the contact forces; inf
-    where the form does not say.
+    ``coupled`` tells how friction was coupled to the normal forces. ``posed`` is the distance of the answer from the
+    contact law that the form *poses*, over the largest force, where that is not Coulomb's. Acceptance then requires
+    this law, equilibrium and yield, and the certificate is only reported. None stands for Coulomb's law, with which the
+    whole certificate is required. ``error`` is the distance from equilibrium and the law together, over the contact
+    forces; inf where the form does not compute it.
     """
 
     iterate: Iterate
@@ -64,8 +64,9 @@ class Step:
 
 @dataclass
 class Cache:
-    """What a run finds once, orderings and patterns; of an increment the predictor, and what solvers keep of the last
-    program. Owned by the march."""
+    """Data computed once in a run (orderings and patterns), the predictor, and what solvers keep of the last program.
+
+    It belongs to the march."""
 
     pace: Pace = field(default_factory=Pace)
     handles: dict[FormName, Handle] = field(default_factory=dict)
@@ -75,7 +76,7 @@ class Cache:
     _frames: tuple[bytes, Frames] | None = None
 
     def begin(self, before: Paced) -> None:
-        """An increment begins, ``before`` the last but one: nothing stays that depends on another's numbers."""
+        """Begin an increment, ``before`` the last but one: nothing is kept that depends on others' numbers."""
         self.pace = Pace(before)
         self.handles.clear()
 
@@ -88,7 +89,7 @@ class Cache:
         return self._split
 
     def newton(self, iterate: Iterate) -> tuple[Setup, Frames]:
-        """What Newton needs of the run, and the frames of the contacts."""
+        """The setup of Newton for the run, and the frames of the contacts."""
         if self._setup is None:
             self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
         return self._setup, self._held(iterate.rows, self._setup.pattern)
@@ -116,7 +117,7 @@ class Form(Protocol[S]):
     """One way to solve a pass; S is its state."""
 
     name: ClassVar[FormName]
-    """How the history calls it."""
+    """Its name in the history."""
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> S:
         """The state before the first pass of an increment, which starts from ``iterate`` and forces r (c, d)."""

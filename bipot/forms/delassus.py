@@ -28,15 +28,15 @@ PATIENT = Limits(tol=1e-12, iterations=2000, seconds=math.inf, patience=100)
 
 FIRST, *REST = DEFAULT_CHAIN
 CHAIN = tuple(stage for stage in REST if not isinstance(stage.solver, GaussSeidel))
-"""What follows where the first solver is not usable; W is full, where sweeps over its contacts take the longest."""
+"""Solvers tried after the first one; W is full, for which sweeps over its contacts take the longest."""
 
 
 @dataclass(frozen=True)
 class Delassus:
     """Exact Coulomb friction on the quadratic model by one discrete solver, or by ``solve()``'s chain (None).
 
-    Newton's last steps are quadratic, so the chain's first solver is asked for ``limits.tol``; the others, which may
-    be linear, only for what is usable: the next pass goes on from there.
+    Newton converges quadratically, so the first solver of the chain must reach ``limits.tol``. The others may converge
+    linearly and need only reach a usable answer, from which the next pass continues.
     """
 
     solver: Solver[Any] | None = None

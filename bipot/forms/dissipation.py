@@ -1,8 +1,8 @@
 """The form `dissipation`: exact contact with a frozen threshold or shift, the material as its plastic dissipation.
 
-It takes one Newton step of the tangent model at its program's answer, and keeps it only if equilibrium and the exact
-law are then met better. Every pass starts from an interior-point answer: where these have come no nearer, it takes more
-steps.
+A pass takes one Newton step of the tangent model at its program's answer, and keeps it only if equilibrium and the
+exact law are then met better. Where the interior-point answer of a pass is no nearer to the solution than the last
+one, it takes more steps.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ gains a factor of three at worst, measured on T6 with a mean volume change, of t
 
 @dataclass(frozen=True)
 class Dissipation:
-    """Plastic strain as a variable, one second-order cone a point; globally convergent at a frozen threshold.
+    """Plastic strain as a variable, one second-order cone per point; globally convergent at a frozen threshold.
 
-    With ``polished``, a pass ends with the Newton steps described above. ``safeguard`` says when friction's fixed point
-    is helped.
+    With ``polished``, a pass ends with the Newton steps described above. ``safeguard`` says when the fixed point of
+    friction is damped or accelerated.
     """
 
     solver: ConicSolver = Clarabel()
@@ -64,7 +64,7 @@ class Dissipation:
         return softly_placed(program, iterate, state) if iterate.translated.size else program
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One program with the configuration and the line of the yield stress frozen."""
+        """Solve one program with the configuration and the linearised yield stress frozen."""
         clock, state = Stopwatch(), state.at(iterate)
         began = clock.outside()
         with clock:
@@ -82,9 +82,9 @@ class Dissipation:
 
 
 def _polished(iterate: Iterate, r: Floats, state: Posed, tried: Tried, clock: Stopwatch) -> Tried:
-    """The answer ``tried`` after one Newton step, after more while it is hardly nearer than what the pass began from.
+    """The answer ``tried`` after one Newton step, or more while it is hardly nearer than the start of the pass.
 
-    Interior points end as far from equilibrium and law as they always do, however near the pass began.
+    The error of an interior-point answer does not depend on how near the pass began.
     """
     enough = np.inf if state.distance is None else state.distance / 2
     for _ in range(STEPS):

@@ -1,4 +1,4 @@
-"""What a run fixes for Newton, ordering and scatter, and the prediction of its increments."""
+"""Data that a run computes once for Newton (ordering and scatter), and the prediction of increments."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
 BOUNDED = 0.3
 
 FASTER = 1.05
-"""What the motion speeds up by from one increment to the next before it tells of a maximum of the load."""
+"""The acceleration of the motion from one increment to the next from which a maximum of the load is inferred."""
 
 
 def ordered(space: Space) -> Pattern:
@@ -31,7 +31,7 @@ def ordered(space: Space) -> Pattern:
 
 @dataclass(frozen=True)
 class Setup:
-    """What a run fixes: ordered pattern, scatter of element matrices into its data, a scale, and memory.
+    """The data that a run computes once: ordered pattern, scatter of element matrices into its data, scale, and memory.
 
     ``stiffness`` (n + 1,) is the diagonal of the tangent at rest (for tools' coordinates the mean), SOFTENED: it
     balances forces against motions, alike wherever a run begins. ``spins`` (s,) are the unknowns that are turns of
@@ -72,14 +72,14 @@ class Setup:
         return np.asarray(data, dtype=np.float64)
 
     def hold(self, data: Floats, resisted: Bools) -> None:
-        """Put a spring on those of the ``spins`` (s,) which nothing resists: without tension where they are.
+        """Put a spring on those of the ``spins`` (s,) which nothing resists, without tension where they are.
 
-        A roll that touches nothing rests in it, and it does not change where one ends.
+        A roll that touches nothing then rests, and the spring does not change the solution of one that does.
         """
         data[self.held[~resisted]] += self.stiffness[self.spins[~resisted]]
 
     def scale(self, frames: Frames) -> Floats:
-        """Stiffness (c,) of the contacts' unknowns: of tools' coordinates, which have none, where no other is free.
+        """Stiffness (c,) of the contacts' unknowns; that of tools' coordinates where no other unknown is free.
 
         A mean over a graded body would be off by orders of magnitude at its contacts.
         """
@@ -91,8 +91,8 @@ class Setup:
 
 @dataclass(frozen=True)
 class Paced:
-    """An accepted increment as the predictor sees it: where it ended, its middle, its velocity, node by node, and that
-    of translations (a d + m,), read-only. Where it ended or began is NaN if unknown, and so is then its middle.
+    """An accepted increment as the predictor sees it: its end, its middle, and the velocities of nodes and translations
+    (a d + m,), read-only. An unknown end is NaN, and so is a middle whose beginning or end is unknown.
     """
 
     tau: float
@@ -106,7 +106,7 @@ class Paced:
 
     @staticmethod
     def unknown(state: State) -> Paced:
-        """The increment before one that led to ``state`` from who knows where."""
+        """The increment before one that led to ``state`` from an unknown beginning."""
         return Paced(math.nan, math.nan, np.zeros_like(state.rates))
 
     def next(self, state: State) -> Paced:
@@ -135,9 +135,9 @@ class Pace:
         return velocity * (tau - state.tau)
 
     def maximum(self, state: State) -> float | None:
-        """Where the load has a maximum by how the motion to ``state`` speeds up before it; None where it does not.
+        """The pseudo-time of a maximum of the load, inferred from the acceleration towards ``state``; None without one.
 
-        Next to one, at tau_c, |velocity| grows as (tau_c - tau)^(-1/2): |velocity|^-2 goes to zero linearly.
+        Near a maximum at tau_c, |velocity| grows as (tau_c - tau)^(-1/2), so |velocity|^-2 goes to zero linearly.
         """
         before, middle, velocity = self._seen(state)
         over = middle - before.middle

@@ -1,4 +1,4 @@
-"""The penalised forms: the seed paper's (26)-(29), and the same law made exact by refreshing the traction (Uzawa)."""
+"""The penalised forms: the seed paper's (26)-(29), and the same made exact by updating the traction (Uzawa)."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
 TIGHT = (Accuracy(1e-14), Accuracy(1e-12), Accuracy(1e-10))
-"""Of the interior points, tried in turn: asked for what round-off forbids, they give up at less than they can."""
+"""Tolerances of interior points, tried in turn: where round-off forbids one, they stop at less than they can."""
 
 
 class Optimiser(Enum):
-    """Who minimises the penalised program."""
+    """How the penalised program is minimised."""
 
     NEWTON = "newton"
     TRUST_REGION = "trust_region"
@@ -60,8 +60,8 @@ _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
 class Penalty:
     """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
 
-    ``K_n``, ``K_t`` are forces per length of one node (:func:`contact_penalty` scales them). The answer is held to
-    the law it poses, t_t within mu t_n; the exact-law certificate only reports.
+    ``K_n``, ``K_t`` are forces per length of one node (:func:`contact_penalty` scales them). The answer must
+    meet the law that is posed, t_t within mu t_n; the certificate of the exact law is only reported.
 
     Raises:
         SceneError: a penalty that is not finite and positive.
@@ -98,9 +98,9 @@ class Penalty:
 
 @dataclass(frozen=True)
 class Uzawa:
-    """The penalised law with t_0 refreshed in every pass: Uzawa on the bipotential's augmented Lagrangian.
+    """The penalised law with t_0 updated in every pass: Uzawa on the bipotential's augmented Lagrangian.
 
-    Its fixed point is the exact law at any penalty, reached the faster the larger that is: t_n = (t_n - K_n gap)+ and
+    Its fixed point is the exact law at any penalty, and is reached faster with a larger one: t_n = (t_n - K_n gap)+ and
     t_t = projection of t_t - K_t du_t on the disc mu t_n hold only where (12) does.
 
     Raises:
@@ -122,13 +122,13 @@ class Uzawa:
         return Posed.of(iterate, r, cache)
 
     def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
-        """The pass's program: du_n is measured from contact, so that no penetration is carried."""
+        """The pass's program: du_n is measured from contact, so no penetration is carried on."""
         state = state.at(iterate)
         touching = np.zeros(state.rows.count)
         return _program(iterate, r, state, self.kind, touching, r[state.near], (self.K_n, self.K_t))
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One proximal-Newton pass and one refresh."""
+        """One proximal-Newton pass and one update of the traction."""
         clock, state = Stopwatch(), state.at(iterate)
         with clock:
             program = self.program(iterate, r, state)

@@ -17,10 +17,10 @@ from bipot.typing import Bools, Floats
 
 @dataclass(frozen=True)
 class Posed:
-    """Candidates ``near`` (c,) their tool and the ``rows`` they get, the coupling of friction, units of the program.
+    """The candidates ``near`` (c,) their tool, their contact ``rows``, the coupling of friction, units of the program.
 
-    ``distance`` is how far the last iterate was from equilibrium and law on these rows, None where that is not known;
-    ``rose`` says that the last pass did not lead nearer.
+    ``distance`` is that of the last iterate from equilibrium and law on these rows, None where it is not known;
+    ``rose`` says that the last pass did not reduce it.
     """
 
     cache: Cache
@@ -35,8 +35,8 @@ class Posed:
     def of(iterate: Iterate, r: Floats, cache: Cache, rule: Safeguard | None = None) -> Posed:
         """Before the first pass; by ``rule`` a pass may freeze De Saxce's shift too, without it the threshold only.
 
-        Candidates within a few lengths of a tool at the predicted end get rows: the others not until they touch, unless
-        body or tool may go any way there is.
+        Candidates within a few lengths of a tool at the predicted end get rows, and the others once they touch; all get
+        rows where body or tool may move by any distance.
         """
         rows, units, system = iterate.rows, iterate.increment.units, iterate.increment.system
         near = near_tools(rows, iterate.x, units.length)
@@ -49,7 +49,7 @@ class Posed:
         return Posed(cache, units, near, rows.take(near), coupling)
 
     def at(self, iterate: Iterate) -> Posed:
-        """With the rows of an iterate, also for the candidates that have come through their tool."""
+        """With the rows of an iterate, which then include candidates that have penetrated their tool."""
         entering = ~self.near & (iterate.motion[:, 0] < 0)
         if not entering.any():
             return self.turned(iterate)

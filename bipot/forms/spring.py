@@ -1,9 +1,9 @@
-"""A spring on tools that forces or moments drive, where nothing else in a program resists that.
+"""A spring on tools driven by forces or moments, where nothing else in a program resists them.
 
-A program that is solved by its stiffness alone (`delassus`) takes one for every such tool. `newton` has its own.
+A program that is solved through its stiffness alone (`delassus`) needs one for every such tool. `newton` has its own.
 
-It has no tension where the tool is at the iterate, so the passes take its pull away: the next one finds the tool where
-this one leaves it (a proximal point), and at the end of the increment there is none.
+The spring has no tension at the iterate, so each pass is a proximal-point step: its pull vanishes as the passes
+converge, and the solution of the increment is free of it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from bipot.programs.terms import ContactTerms
 from bipot.typing import Bools, Floats
 
 SOFT = 1e-5
-"""Of a tool's elastic support, the stiffness of the spring."""
+"""The stiffness of the spring over that of the tool's elastic support."""
 
 
 def softly_held(program: TangentProgram, iterate: Iterate, state: Posed, tools: Bools) -> TangentProgram:

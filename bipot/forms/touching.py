@@ -1,4 +1,4 @@
-"""Where tools that forces drive come to lie on a body from the air: Newton's matrix is singular before."""
+"""Where force-driven tools first meet the body: before contact Newton's matrix is singular."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints
 
 NEAR_ENOUGH = 0.5, 2.0
-"""What pushes a tool back, over what drives it, at least and at most: a start asks for no more."""
+"""Range of the force that pushes a tool back over the driving force: enough accuracy for a starting point."""
 
 TRIALS = 40
 
 
 def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
-    """Which of the unknowns ``tools`` (s,), their coordinates, the law ``by_motion`` (c, d, d) of any contact knows.
+    """Which of the tool coordinates ``tools`` (s,) enter the law ``by_motion`` (c, d, d) of any contact.
 
-    But for round-off: along its slip what slides knows nothing, of which in space a difference is left.
+    Round-off does not count: a sliding contact does not resist motion along its slip, up to a difference in space.
     """
     motion = np.zeros((*by_motion.shape[:2], len(tools)))
     motion[:, 0] = rows.G_n[:, tools].toarray()
@@ -28,9 +28,10 @@ def resisted(rows: ContactRows, by_motion: Floats, tools: Ints) -> Bools:
 
 
 def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:
-    """The iterate with these of the unknowns, ``coordinates`` (m,) of tools, where contacts push back about as hard.
+    """The iterate with the tool ``coordinates`` (m,) moved until the contacts push back about as hard as the force.
 
-    By ``stiffness`` (c,) times the depth at which they lie in the tool, the body at rest. What meets nothing stays.
+    A contact pushes by ``stiffness`` (c,) times its depth in the tool, the body at rest. A tool that meets nothing
+    stays.
     """
     for coordinate in coordinates.tolist():
         iterate = _gone(iterate, coordinate, stiffness)
@@ -38,7 +39,7 @@ def touching(iterate: Iterate, coordinates: Ints, stiffness: Floats) -> Iterate:
 
 
 def _gone(iterate: Iterate, coordinate: int, stiffness: Floats) -> Iterate:
-    """The iterate with one tool gone."""
+    """The iterate with one tool moved."""
     force = -float(iterate.residual[coordinate])
     comes = -np.sign(force) * iterate.rows.G_n[:, [coordinate]].toarray()[:, 0]
     meets = np.flatnonzero(comes > 0)

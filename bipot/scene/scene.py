@@ -197,7 +197,7 @@ class Scene:
         return np.zeros((len(self.tools), pose_size(self.mesh.dimension)))
 
     def placed(self, tau: float, translation: Floats) -> Floats:
-        """Pose (k, p) (:mod:`bipot.tools.poses`) of each tool at ``tau``, with the coordinates (m,) of :attr:`drives`."""
+        """Pose (k, p) (:mod:`bipot.tools.poses`) of each tool at ``tau``, with coordinates (m,) of :attr:`drives`."""
         poses = np.array([tool.pose(tau) for tool in self.tools]).reshape(self.at_rest.shape)
         return poses + self.drives.poses(translation, len(poses))
 

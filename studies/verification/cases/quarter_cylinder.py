@@ -52,8 +52,8 @@ CASE = Case(
         "The seed paper's cylinder (radius and half the height 5 mm, E = 210000 MPa, nu = 0.3, sigma_Y = 300 MPa, mu ="
         " 0.1) to 45 %. In space a quarter of its upper half is modelled: n straight segments along a quarter of the"
         " circle, n/2 by n/2 elements in the square around the axis, n/3 rings around it, 2 n/3 layers, H8 with the"
-        " mean of its volume change. Nodes of the side are placed outside the circle such that the volume is that of the"
-        f" cylinder. On the meridian {MERIDIAN} x {MERIDIAN} Q4 with the same mean. Both use the same increments."
+        " mean of its volume change. Nodes of the side are placed outside the circle such that the volume is that of"
+        f" the cylinder. On the meridian {MERIDIAN} x {MERIDIAN} Q4 with the same mean. Both use the same increments."
     ),
     asked=tuple(Asked(f"F over the axisymmetric one, {reduction:.0%}", 1.0, 0.005) for reduction in REDUCTIONS),
     counted="segments of a quarter circle",
