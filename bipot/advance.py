@@ -1,4 +1,4 @@
-"""How tools go in an increment: along their paths, by their turns, and through the air before candidates touch them."""
+"""Motion of tools in an increment: along their paths, by their turns, and through the air before candidates touch."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from bipot.tools.poses import pose_size
 from bipot.typing import Floats, Vector
 
 ROUND_OFF = 1e-12
-"""A direction of which planes leave no more than this is across them."""
+"""A direction whose part within the planes is no more than this is normal to them."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
-    """The v in all ``planes``, given by their normals, that is nearest to what is ``asked`` for along ``ways``.
+    """The v within all ``planes``, given by their normals, whose components along ``ways`` are nearest to ``asked``.
 
-    min sum (ways_i . v - asked_i)^2, of all such the shortest.
+    It minimises sum (ways_i . v - asked_i)^2 and is the shortest of all minimisers.
 
     >>> nearest([(0.0, 1.0), (1.0, 0.0)], [2.0, 3.0], [(1.0, 0.0)]).tolist()
     [0.0, 2.0]
@@ -38,7 +38,7 @@ def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vec
 
 @dataclass(frozen=True)
 class Advance:
-    """How the tools of the ``candidates`` go from where they are at the state ``start`` to pseudo-time ``tau``."""
+    """The motion of the tools of the ``candidates`` from the state ``start`` to pseudo-time ``tau``."""
 
     candidates: Candidates
     start: State
@@ -51,28 +51,28 @@ class Advance:
 
     @cached_property
     def turned(self) -> Floats:
-        """The angle (k,) by which each tool turns where that is prescribed."""
+        """The prescribed angle (k,) by which each tool turns."""
         turns = [tool.turn for tool in self.candidates.scene.tools]
         return np.array([0.0 if turn is None else turn.at(self.tau) - turn.at(self.start.tau) for turn in turns])
 
     @cached_property
     def path(self) -> Floats:
-        """What poses (k, p) change by along paths and by prescribed turns."""
+        """The change of poses (k, p) along paths and by prescribed turns."""
         return self.by(self.travel)
 
     @cached_property
     def driven(self) -> Floats:
-        """What is prescribed of the displacement (a, d), zero elsewhere."""
+        """The prescribed displacement (a, d), zero where none is prescribed."""
         scene = self.candidates.scene
         return scene.driven(self.tau) - scene.driven(self.start.tau)
 
     @cached_property
     def along(self) -> Floats:
-        """Displacement (a, d) of a body at rest but for what its supports make of it.
+        """Displacement (a, d) of a body that is carried by its supports and otherwise at rest.
 
-        They take it along by the translation in all planes of symmetry that is nearest to what all others ask for, by
-        least squares, and who is held goes as it must: continuous in what is asked for, exact where that is one
-        translation, and for half a body what it is for the whole.
+        The body is carried by the translation within all planes of symmetry that is nearest, by least squares, to what
+        the other supports prescribe; held nodes move as prescribed. This is continuous in what is prescribed, exact
+        where that is a translation, and the same for half a body as for the whole.
         """
         scene = self.candidates.scene
         if not self.driven.any():
@@ -88,7 +88,7 @@ class Advance:
         return way + axes.field(missing)
 
     def _asked(self, support: Support) -> float:
-        """By how much a support moves in the increment."""
+        """The displacement of a support in the increment."""
         moves = isinstance(support, Prescribed)
         return support.at(self.tau) - support.at(self.start.tau) if moves else 0.0
 
@@ -103,7 +103,7 @@ class Advance:
         return self.candidates.frames_at(self.start.nodes, self.placed)
 
     def by(self, travel: Floats) -> Floats:
-        """What poses (k, p) change by where the tools ``travel`` (k, d), and turn as is prescribed."""
+        """The change of poses (k, p) if the tools ``travel`` (k, d) and turn as prescribed."""
         angles = np.zeros((len(travel), pose_size(travel.shape[1]) - travel.shape[1]))
         for k, tool in enumerate(self.candidates.scene.tools):
             if tool.turn is not None:
@@ -111,13 +111,13 @@ class Advance:
         return np.hstack([travel, angles])
 
     def swept(self, advance: Floats) -> Floats:
-        """How far (w, d) turns take the points of tools, whose poses ``advance`` (k, p), where parts start."""
+        """The displacement (w, d) by turning of tool points where parts start, for poses that ``advance`` (k, p)."""
         return self.candidates.faces.swept(self.candidates.met.places(self.start.nodes), self.placed, advance)
 
     def carried(self, du: Floats, advance: Floats) -> Floats:
-        """How far (w, d) turns take the points of tools, whose poses ``advance`` (k, p), that parts are at.
+        """The displacement (w, d) by turning of tool points where parts are, for poses that ``advance`` (k, p).
 
-        Half the way of displacements ``du`` (a, d): the forces of an increment do the tools' work there.
+        The parts are taken halfway along ``du`` (a, d), where the forces of an increment do the work of the tools.
         """
         met = self.candidates.met
         middle = met.places(self.start.nodes) + met.motion(du) / 2
@@ -129,13 +129,13 @@ class Advance:
         return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
 
     def _going(self, du: Floats, advance: Floats) -> Going:
-        """How parts and tools go by these displacements (a, d) and changes of poses (k, 3)."""
+        """The motion of parts and tools for these displacements (a, d) and changes of poses (k, 3)."""
         met = self.candidates.met
         return Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
 
     @property
     def _forced(self) -> bool:
-        """Whether a force drives a curved tool: how it comes through the air is then the iterate's."""
+        """Whether a force drives a curved tool, whose motion through the air then depends on the iterate."""
         return any(tool.driven_by is not None and not tool.flat for tool in self.candidates.scene.tools)
 
     @cached_property
@@ -143,10 +143,10 @@ class Advance:
         return self._in_air(self.travel)
 
     def _in_air(self, travel: Floats) -> Floats:
-        """How far (w, d) parts come before they touch, in a body that supports may take :attr:`along`.
+        """The displacement (w, d) of parts before they touch, in a body that supports may carry :attr:`along`.
 
-        Tools ``travel`` (k, d), and turn as is prescribed. One that a moment turns goes along with the body: to who
-        comes to it in that, its turn counts as theirs does.
+        Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
+        then counts for a part that reaches it as the part's own motion does.
         """
         apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
         return self.candidates.faces.in_air(apart, self._going(self.along, self.by(travel)))

@@ -1,4 +1,4 @@
-"""The command ``bipot``: what a run holds, and pictures of it. Here alone does the library print.
+"""The command ``bipot``: a summary of a run, and pictures of it. Only this module of the library prints.
 
 bipot info RUN
 bipot picture RUN [--field mises | --traction TOOL] [--at VALUE] [--by COLUMN] [--out FILE]
@@ -30,9 +30,9 @@ DPI = 150
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command: 0, or 2 with one sentence on stderr where something is refused.
+    """Run the command; returns 0, or 2 with one sentence on stderr where something is refused.
 
-    Where nobody reads what it prints any more, the rest goes nowhere.
+    If the reader of its output has closed the pipe, the rest is discarded.
     """
     try:
         try:
@@ -60,12 +60,12 @@ def _run(argv: Sequence[str] | None) -> int:
 
 
 def info(result: History) -> str:
-    """What a run holds: how far it came, what was asked, its columns with their last values, its fields with units."""
+    """Summary of a run: its progress, parameters, columns with their last values, and fields with units."""
     return "\n".join(_lines(result))
 
 
 def add_picture_options(parser: argparse.ArgumentParser) -> None:
-    """What :func:`picture` takes."""
+    """Add the options of :func:`picture`."""
     parser.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")
     what = parser.add_mutually_exclusive_group()
     what.add_argument("--field", default=FIELD, help=f"nodal field or component, as stress_zz (default {FIELD})")
@@ -78,10 +78,10 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
 
 
 def picture(asked: argparse.Namespace) -> Path:
-    """Draw what the options of :func:`add_picture_options` ask for; returns the file.
+    """Draw the picture chosen by the options of :func:`add_picture_options`; returns the file.
 
     Raises:
-        SceneError: a field, a value, a tool or a format that there is not.
+        SceneError: a field, a value, a tool or a format that does not exist.
         ResultsError: no run, a file that cannot be written, matplotlib is missing.
     """
     if find_spec("matplotlib") is None:
@@ -99,7 +99,7 @@ def picture(asked: argparse.Namespace) -> Path:
 
 
 def _name(asked: argparse.Namespace) -> str:
-    """What a picture is called that no ``--out`` names: pictures of what is not the same are not called the same."""
+    """File name of a picture without ``--out``; different pictures have different names."""
     words = [asked.field if asked.traction is None else f"traction_{asked.traction}"]
     if asked.by is not None:
         words.append(asked.by.replace("/", "_"))
@@ -110,7 +110,7 @@ def _name(asked: argparse.Namespace) -> str:
 
 
 def opened(path: Path) -> History:
-    """The run of a folder; where runs are in folders of it, the message says in which.
+    """The run in a folder; if runs are in its subfolders, the message names these.
 
     Raises:
         ResultsError: there is none.

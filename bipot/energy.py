@@ -7,19 +7,19 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
     friction  - sum_c r_t . du_t,
 
-with f the forces of tools, loads and supports on what they move (of tools that turn, the points that candidates are at
-half the way), r those of the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or w_1 in the
-``paper`` configuration, whose strain is that of x_n. The term r_n dgap takes out what the mean force of a contact that
-opens or closes would do across its gap; it is zero elsewhere. Of one that comes to a curved tool from afar the work is
-f . du - r_t . du_t, of what the body takes up: the same where the tool is flat.
+with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
+are halfway), r those of the candidates, de_p the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper``
+configuration, whose strain is that of x_n. The term r_n dgap removes the work that the mean force of an opening or
+closing contact would do across its gap; it is zero elsewhere. For a candidate that comes to a curved tool through the
+air the work is f . du - r_t . du_t, which is what the body takes up; for a flat tool this is the same.
 
-Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
-(a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
-solution is smooth. Of theta = 1 in ``paper`` the identity holds increment by increment, to round-off and the
-certificate, where tools are flat: it is equilibrium at the end tested with dU. The elastic part then has
-sum_q w/2 dsigma : C^-1 dsigma above the energy stored, which backward differences dissipate.
+With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
+fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
+solution is smooth. With theta = 1 in ``paper`` and flat tools, the identity holds increment by increment to round-off
+and the certificate, because it is equilibrium at the end tested with dU. The elastic part then exceeds the stored
+energy by sum_q w/2 dsigma : C^-1 dsigma, the dissipation of backward differences.
 
-All energies are those of the whole body: of the modelled part, times the images of it that planes of symmetry make.
+All energies are those of the whole body: those of the modelled part times its number of images.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Energies:
 
     @property
     def energy_error(self) -> float:
-        """:attr:`imbalance` over the work so far, a fraction; 0 where no work was done."""
+        """:attr:`imbalance` over the accumulated work, a fraction; 0 where no work was done."""
         return self.imbalance / self.work if self.work != 0 else 0.0
 
     def after(self, start: State, end: State, solved: Solved, rule: Rule = Rule.TRAPEZOIDAL) -> Energies:
@@ -89,10 +89,10 @@ class Energies:
 
 
 def _tools(solved: Solved, r: Floats, theta: float) -> float:
-    """Work of the tools against mean contact forces r (c, d), with what contacts that open or close do across gaps.
+    """Work of the tools against mean contact forces r (c, d), with the work across gaps that open or close.
 
-    To a curved tool a candidate comes from afar on a way that is not along its force at the end: that does what the
-    body takes up, and what the slip dissipates.
+    A candidate that comes to a curved tool through the air does not move along its force at the end: its work is what
+    the body takes up and what the slip dissipates.
     """
     increment, motion = solved.iterate.increment, solved.iterate.motion
     start, contacts = increment.start, increment.system.candidates
@@ -110,7 +110,7 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
 
 
 def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
-    """Mean vectors (w, d) of the contact forces, of which r (c, d) is the mean in frames that turn."""
+    """Mean vectors (w, d) of the contact forces; r (c, d) is their mean in turning frames."""
     increment = solved.iterate.increment
     contacts = increment.system.candidates
     if not contacts.curved:
@@ -120,7 +120,7 @@ def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
 
 
 def _driven(start: State, solved: Solved, theta: float) -> float:
-    """Work of the supports on what they are driven by."""
+    """Work of the supports on their prescribed displacements."""
     increment = solved.iterate.increment
     driven, system = increment.driven, increment.system
     if not driven.any():

@@ -1,8 +1,8 @@
-"""What can go wrong, as exceptions under one base.
+"""Exceptions of the package, under one base, and the checks that raise them.
 
-Bad input is refused when an object is made (:class:`SceneError`, by :func:`require`); a convex program that has
-no answer says which (:class:`InfeasibleProgram`, :class:`UnboundedProgram`); an increment that cannot be
-accepted carries the last good state with it (:class:`IncrementFailed`).
+Bad input is refused when an object is made (:class:`SceneError`, by :func:`require`). A convex program without a
+solution says whether it is infeasible or unbounded (:class:`InfeasibleProgram`, :class:`UnboundedProgram`). An
+increment that cannot be accepted carries the last accepted state (:class:`IncrementFailed`).
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 LARGEST_STRESS, LARGEST_LENGTH = 1e60, 1e40
-"""In any units, and the inverse of the smallest: the square of E times size^2 is then a number, and not zero."""
+"""Largest value in any units, and inverse of the smallest: (E size^2)^2 then neither overflows nor vanishes."""
 
 
 LARGEST_COUNT = 2**63 - 1
-"""What an array can be long at most, by its index."""
+"""The largest length of an array, by its index type."""
 
 MANY = "a number of many digits"
 
@@ -36,11 +36,11 @@ class ResultsError(BipotError):
 
 
 class ProgramError(BipotError):
-    """A convex program was not solved to the asked accuracy."""
+    """A convex program was not solved to the requested accuracy."""
 
 
 class UnsuitedForm(ProgramError):
-    """A form does not take such contacts; another one does."""
+    """A form cannot treat such contacts; another form can."""
 
 
 class InfeasibleProgram(ProgramError):
@@ -50,8 +50,8 @@ class InfeasibleProgram(ProgramError):
 class UnboundedProgram(ProgramError):
     """A program's energy has no lower bound: along the ``ray`` a mechanism gains more than it dissipates.
 
-    So it is where the load is above the limit load, but also with friction as a pass has frozen it, or a tangent as it
-    linearises: a proof is :class:`LimitPassed` alone.
+    This happens where the load is above the limit load, but also because of friction that a pass has frozen, or of a
+    linearised tangent. Only :class:`LimitPassed` is a proof.
     """
 
     def __init__(self, message: str, ray: Any = None) -> None:
@@ -64,7 +64,7 @@ class InvertedElement(BipotError):
 
 
 class NotConverged(BipotError):
-    """The passes of one increment did not reach the tolerances; ``residuals`` holds what was reached."""
+    """The passes of one increment did not reach the tolerances; ``residuals`` holds the measures above their bounds."""
 
     def __init__(self, message: str, residuals: Any = None) -> None:
         super().__init__(message)
@@ -72,7 +72,7 @@ class NotConverged(BipotError):
 
 
 class Refused(NotConverged):
-    """An increment ended where no increment may; ``advice`` is one sentence on what to change."""
+    """An increment is inadmissible although its equations are solved; ``advice`` is a sentence on what to change."""
 
     def __init__(self, message: str, advice: str) -> None:
         super().__init__(message)
@@ -80,7 +80,7 @@ class Refused(NotConverged):
 
 
 class IncrementFailed(BipotError):
-    """The march stopped: ``state`` is the last accepted state, ``history`` what the runner had recorded.
+    """The march stopped: ``state`` is the last accepted state, ``history`` the recorded history.
 
     The message ends with one sentence on what to change.
     """
@@ -92,10 +92,10 @@ class IncrementFailed(BipotError):
 
 
 class LimitPassed(IncrementFailed, UnboundedProgram):
-    """The march stopped because the load is above what the body carries in its present shape.
+    """The march stopped because the body cannot carry the load in its present shape.
 
-    ``ray`` (a, d) is the mechanism, with a gain of the load of one, and ``translation`` (m,) that of tools that forces
-    drive; ``fraction`` of the load at pseudo-time ``tau`` is what is carried at most (:mod:`bipot.programs.limit`).
+    ``ray`` (a, d) is the mechanism, scaled such that the load gains one, and ``translation`` (m,) that of force-driven
+    tools. At most ``fraction`` of the load at pseudo-time ``tau`` is carried (:mod:`bipot.programs.limit`).
     """
 
     def __init__(
@@ -127,8 +127,8 @@ def require(condition: bool, field: str, value: object, allowed: str) -> None:
 def require_type(value: object, kind: type, field: str, *, optional: bool = False) -> None:
     """Raise :class:`SceneError` unless ``value`` is a ``kind`` (an instance, not the class itself).
 
-    A string is no member of an enumeration: taken for one it would be unequal to every member, and so select another
-    model in silence. The message names the member to use. ``optional`` allows None.
+    A string is not accepted as a member of an enumeration: it would be unequal to every member and so select another
+    model silently. The message names the member to use. ``optional`` allows None.
 
     >>> require_type("300", float, "sigma_y")
     Traceback (most recent call last):
@@ -164,8 +164,8 @@ def require_positive(**values: Any) -> None:
 def require_magnitude(value: float, field: str, largest: float) -> None:
     """Raise :class:`SceneError` unless |``value``| is zero or from 1/``largest`` to ``largest``.
 
-    Beyond, squares of forces and products with volumes leave the numbers of a computer: an overflow is seen, but an
-    underflow makes a residual zero, and a stress that never yields.
+    Beyond this range squares of forces and products with volumes overflow or underflow. An overflow is noticed, but an
+    underflow makes a residual zero, or a stress that never yields.
     """
     allowed = f"of a magnitude from {1 / largest:g} to {largest:g}: choose other units"
     require(value == 0 or 1 / largest <= abs(value) <= largest, field, value, allowed)
@@ -201,5 +201,5 @@ def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:
 
 
 def _shown(number: int) -> object:
-    """A whole number for a message, which Python does not print if it has thousands of digits."""
+    """A value for a message; Python does not print whole numbers of thousands of digits."""
     return number if abs(number) <= LARGEST_COUNT else MANY

@@ -38,10 +38,10 @@ class ContactProblem:
 def contact_problem(accepted: Accepted) -> ContactProblem:
     """The Coulomb problem of an accepted increment, on the tangent at its solution.
 
-    The increment's own contact forces solve it as exactly as the increment was solved. It holds every candidate
-    that carries any force, which all balance, and those near their tool at the end
-    (:func:`bipot.contact.closeness.near_tools`) by the increment's own motion, of the tools or where they rest of the
-    body; closed ones also where both rest.
+    The increment's own contact forces solve it as exactly as the increment was solved. It contains every candidate
+    that carries a force, since all of these are in the balance, and those near their tool at the end
+    (:func:`bipot.contact.closeness.near_tools`), judged by the motion of the tools in the increment, or of the body
+    where the tools rest; closed ones also where both rest.
 
     Raises:
         ProgramError: a welded point, capped friction, or a singular stiffness.
@@ -73,14 +73,14 @@ def export_fclib(path: Path, accepted: Accepted) -> None:
 def conic_program(
     accepted: Accepted, form: Tangent | Dissipation | Penalty | Uzawa
 ) -> TangentProgram | DissipationProgram | PenaltyProgram:
-    """The convex program of the pass by ``form`` that would follow an accepted increment's last.
+    """The convex program of the pass by ``form`` that would follow the last one of an accepted increment.
 
-    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, as
-    exactly as that was solved by the form. All free unknowns are in it, which :class:`Tangent` condenses before it
-    solves, and rows of the candidates near their tool. It is dimensionless: lengths in ``accepted.units.length``,
-    forces in ``accepted.units.force``, energies in their product. ``conic()`` is the standard form, ``statement()`` the
-    same in cvxpy. The multipliers of the rows "gap" are the normal contact forces, those of "friction" the thresholds
-    mu r_n, or their caps, and the tangential forces.
+    Its threshold is that of the increment's own contact forces, so its minimiser is the increment's displacement, to
+    the accuracy to which the increment was solved. It contains all free unknowns (which :class:`Tangent` condenses
+    before it solves) and rows of the candidates near their tool. It is dimensionless: lengths in
+    ``accepted.units.length``, forces in ``accepted.units.force``, energies in their product. ``conic()`` is the
+    standard form, ``statement()`` the same in cvxpy. The multipliers of the rows "gap" are the normal contact forces,
+    those of "friction" the thresholds mu r_n, or their caps, and the tangential forces.
 
     Raises:
         SceneError: no increment, a form that poses no conic program.

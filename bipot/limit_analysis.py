@@ -1,8 +1,9 @@
-"""Limit loads without a march: how much of its load a body carries in a given shape, and how it gives way to more.
+"""Limit loads without a march: how much of its load a body carries in a given shape, and its collapse mechanism.
 
-The program and what makes its answer a proof are in :mod:`bipot.programs.limit`. Material that hardens has hardened
-fully; friction counts as that of the dilatant law, whose limit load is not below that of a body with Coulomb friction.
-Contacts are those that touch in that shape. What is open does not hold the body, but no proof may close it: it would.
+The program, and why its answer is a proof, are in :mod:`bipot.programs.limit`. Hardening material is taken as fully
+hardened. Friction follows the dilatant law, whose limit load is not below that of a body with Coulomb friction.
+Contacts are those that touch in the given shape. Open candidates do not hold the body, but a proof may not close them,
+because they would then hold it.
 """
 
 from __future__ import annotations
@@ -29,20 +30,20 @@ from bipot.tensors import identity
 from bipot.typing import Bools, Floats, read_only
 
 SATURATED = 1e9
-"""A plastic strain at which what saturates has done so, and what hardens for ever has no limit load."""
+"""A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
 
 HARDENS = 1e-6
-"""Growth of the yield stress from a tenth of that strain on, over itself, that is no saturation."""
+"""Relative growth of the yield stress from a tenth of that strain on, from which a law does not count as saturated."""
 
 ACCURATE = Accuracy(1e-9)
 
 CANCELLED = 1e-12
-"""What loads together leave of the largest of them where they cancel each other but for round-off."""
+"""Sum of the loads over the largest of them, below which they cancel each other up to round-off."""
 
 
 @dataclass(frozen=True)
 class LimitLoad:
-    """``multiple`` of the load that is carried at most, and the ``motion`` (a, d) of more, its largest part one."""
+    """The largest ``multiple`` of the load that is carried, and the collapse ``motion`` (a, d), largest part one."""
 
     multiple: float
     motion: Floats
@@ -51,14 +52,14 @@ class LimitLoad:
 def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     """The limit load of a body at rest, as a multiple of its loads and of forces on its tools at pseudo-time ``tau``.
 
-    It is that of the mesh, by a kinematic program (:mod:`bipot.programs.limit`). With friction it is that of the
-    dilatant law: not below what the body carries.
+    It is the limit load of the mesh, by a kinematic program (:mod:`bipot.programs.limit`). With friction it is that of
+    the dilatant law, which is not below what the body carries.
 
     Raises:
         SceneError: a wrong type, a ``tau`` outside [0, 1], a load that is zero, a driven tool that touches nothing,
-            friction that is capped (tool.shear), a material that does not flow or hardens for ever.
-        InfeasibleProgram: any multiple is carried, by elements that lock, supports or tools.
-        ProgramError: no mechanism was found to the accuracy that its inequalities ask for.
+            capped friction (tool.shear), a material that does not flow or hardens without limit.
+        InfeasibleProgram: any multiple is carried, by locking elements, supports or tools.
+        ProgramError: no mechanism was found to the accuracy that its inequalities require.
     """
     require_type(scene, Scene, "scene")
     require_number(tau, "tau")
@@ -87,9 +88,9 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
 
 
 def collapse(increment: Increment) -> Mechanism | None:
-    """The mechanism by which the body gives way to the load of the increment's end in the shape of its start.
+    """The mechanism by which the body collapses under the load at the increment's end, in the shape at its start.
 
-    It is a proof; the motion v is a length over the load's gain. None where none is found, or friction is capped.
+    It is a proof; the motion v is a length over the load's gain. None where none is found, or with capped friction.
     """
     body = increment.system.body
     if increment.system.candidates.capped:
@@ -108,21 +109,21 @@ def collapse(increment: Increment) -> Mechanism | None:
 
 
 def _load(increment: Increment) -> Floats:
-    """What acts on the unknowns (n,) at the increment's end, in the shape of its start."""
+    """The load on the unknowns (n,) at the increment's end, in the shape at its start."""
     return increment.system.load(increment.load_ahead, increment.tau)
 
 
 def _parts(increment: Increment) -> list[float]:
-    """The largest nodal force of each load alone, with those that drive tools."""
+    """The largest nodal force of each load alone, driving forces of tools included."""
     scene, space, tau = increment.system.body.scene, increment.system.body.space, increment.tau
     alone = [np.abs(Loading(space, (load,)).forces(scene.mesh.nodes, tau)).max() for load in scene.loads]
     return [float(size) for size in (*alone, *np.abs(scene.drives.at(tau)))]
 
 
 def _units(scene: Scene) -> Units:
-    """Those of the program, which does not depend on how large the load is, by how thin the body is.
+    """The units of the program: independent of the load, with the body's least extent as length.
 
-    Over its length a slender body's strains would be large numbers, of which solvers lose the small sum.
+    With its length as unit, strains of a slender body would be large numbers, whose small sum solvers lose.
     """
     x = scene.mesh.nodes - scene.mesh.nodes.mean(axis=0)
     # Of a block's principal axes the least extent is the root of twelve times the deviation along it.
@@ -131,7 +132,7 @@ def _units(scene: Scene) -> Units:
 
 
 def _touching(increment: Increment) -> Bools:
-    """Candidates (c,) without a gap at the increment's start, and not past an open end of their tool."""
+    """Candidates (c,) without a gap at the increment's start that are not past an open end of their tool."""
     start, system = increment.start, increment.system
     near = touches(start.gap, system.body.scene.mesh.size)
     if system.candidates.curved:
@@ -159,7 +160,7 @@ def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:
     response = body.respond(state, np.zeros(body.space.size))
     model = body.plastic_model(response)
     last = body.scene.material.yield_stress(np.full(model.threshold.shape, SATURATED))
-    # A form's program caps what it need not reach; here the load may.
+    # The program of a form caps yield stresses out of its reach; here the load may reach them.
     scaled = replace(model.scaled(units), threshold=last / units.stress)
     volumes = None if body.projection is None else _independent(body, response.kinematics, body.projection)
     program = LimitProgram(scaled, _load(increment) / units.force, rows, volumes)

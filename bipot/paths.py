@@ -1,4 +1,4 @@
-"""Multiples of pseudo-time, piecewise linear through points (tau, multiple): how far a tool is, how large a load."""
+"""Piecewise linear multiples through points (tau, multiple): how far a tool has moved, how large a load is."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bipot.errors import require, require_magnitude, require_number
 from bipot.typing import Floats
 
 Multiple = float | tuple[float, ...]
-"""Of the whole, or of each of its components."""
+"""One multiple of the whole, or one for each component."""
 
 Path = tuple[tuple[float, Multiple], ...]
 
@@ -23,7 +23,7 @@ POINTS = "pairs (tau, multiple) with tau increasing from 0 to 1"
 LARGEST_MULTIPLE = 1e100
 
 STRAIGHT = 1e-12
-"""Of the largest multiple: what a point may be off the line of its neighbours without being a corner."""
+"""Distance of a point from the line of its neighbours, over the largest multiple, up to which it is no corner."""
 
 
 def checked(path: object, field: str, allowed: str) -> Path:

@@ -1,4 +1,4 @@
-"""What an increment's numbers are measured in."""
+"""The units by which the numbers of an increment are scaled."""
 
 from __future__ import annotations
 
@@ -13,12 +13,13 @@ from bipot.typing import Floats
 
 
 def units_of(system: System, start: State, prescribed: float, new_load: Floats) -> Units:
-    """Displacements in what may be expected, stresses in what can be reached of the yield stress, volume of a cube.
+    """Units: displacements to be expected, stresses that can be reached up to the yield stress, the volume of a cube.
 
-    In plane strain it is that of a square, of unit thickness. Expected is the largest of what is ``prescribed``, of
-    tools' travel and supports, and of what the new loads on the unknowns (n,) do to their own nodes and to those of
-    their tools; where nothing goes a path, of the latter and the last motion; where all are zero, what would release
-    the stress, or a small part of the body's size.
+    In plane strain the volume is that of a square of unit thickness. The expected displacement is the largest of what
+    is ``prescribed`` (travel of tools and supports) and of the elastic displacement that the new loads on the unknowns
+    (n,) cause at their own nodes and those of their tools. Where nothing is prescribed it is the largest of the latter
+    and the last motion; where all are zero, the displacement that would release the stress, or a small part of the
+    body's size.
     """
     scene, space, rigidity = system.body.scene, system.body.space, system.rigidity
     young, size, stress = scene.material.elasticity.young, scene.mesh.size, float(norm(start.stress).max())
