@@ -1,1 +1,1 @@
-"""Tools: surfaces, where they are, how they are driven, how a point meets and slips along them."""
+"""Rigid tools: surfaces, poses, driving forces and moments, and how candidates meet and slip along them."""

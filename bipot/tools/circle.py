@@ -13,13 +13,13 @@ from bipot.tools.surfaces import Distance, Surface, Tips, place
 from bipot.typing import Bools, Floats, Vector
 
 AROUND = np.pi / 3
-"""Who goes around a circle by more in one increment, and on a straight way through it, came out on another side."""
+"""Angle around a circle: a point whose straight way through it turns by more came out on another side."""
 
 OPEN = 1e-6
-"""Of a tool's radius or thickness: who is no farther from it touches it."""
+"""A point whose gap is no more than this, over the tool's radius or thickness, touches it."""
 
 GRAZED = 0.02
-"""Of a tool's radius or half its thickness: who comes through it no deeper, and does not touch it, grazed it."""
+"""A way through the tool no deeper than this, over its radius or half its thickness, is a graze."""
 
 ROUND = 120
 """Straights by which a whole circle is drawn."""
@@ -27,10 +27,10 @@ ROUND = 120
 
 @dataclass(frozen=True)
 class Circle:
-    """The circle around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+    """The circle around ``centre``: the tool is its inside, or if ``concave`` its outside.
 
     It is a cylinder in plane strain; on a meridian a sphere where the centre is on the axis, a torus elsewhere. At the
-    centre itself, where no direction is the nearest, the normal is the first axis.
+    centre itself, where the normal is not unique, it is the first axis.
 
     Raises:
         SceneError: a centre that is not two finite numbers, a radius that is not above zero.
@@ -71,16 +71,16 @@ class Circle:
         start = x - np.array(self.centre)
         end = start + by
         far = norm(start) + norm(end)
-        # The difference of two distances, without the round-off of either; the angle between them likewise.
+        # The difference of two distances without the round-off of either; likewise the angle.
         farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
         across = start[..., 0] * by[..., 1] - start[..., 1] * by[..., 0]
         turned = np.arctan2(across, np.vecdot(start, end))
         return self._sign * np.stack([farther, -self.radius * turned], axis=-1)
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
-        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than who slides so far.
+        """As :meth:`Surface.crossed`: by more than :data:`AROUND`, and deeper than a point that slides so far.
 
-        Who touches it neither before nor after does not slide.
+        A point that touches it neither before nor after does not slide.
         """
         start, length = x - np.array(self.centre), norm(by)
         end = start + by

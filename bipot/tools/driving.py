@@ -1,4 +1,4 @@
-"""What drives tools where no path does: forces, and moments."""
+"""Driving forces and moments of tools."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Force:
-    """What drives a tool: the force ``vector`` (d,) times the ``amplitude``, on the whole tool.
+    """A force that drives a tool: ``vector`` (d,) times the ``amplitude``, on the whole tool.
 
-    A force without a direction, or one that would let go of the body (an amplitude that comes back to zero) leaves
-    the tool's place open: it is refused.
+    A zero force, or one whose amplitude returns to zero, would leave the position of the tool undetermined: it is
+    refused.
     """
 
     vector: tuple[float, ...]
@@ -50,13 +50,13 @@ class Force:
 
 @dataclass(frozen=True)
 class Moment:
-    """What turns a tool: the moment ``value``, anticlockwise on the tool, times the ``amplitude``; zero rolls freely.
+    """A moment that turns a tool: ``value``, anticlockwise on it, times the ``amplitude``; with zero it rolls freely.
 
-    About the centre of the tool's turn, a unit of thickness's, in units of force: what the tool then exerts on the
-    body, :meth:`bipot.control.accepted.Accepted.tool_moment`.
+    It acts about the centre of the tool's turn, in plane strain per unit of thickness (in units of force). The tool
+    exerts it on the body, :meth:`bipot.control.accepted.Accepted.tool_moment`.
 
     Raises:
-        SceneError: a value that is no finite number, or of a magnitude that asks for other units.
+        SceneError: a value that is no finite number, or whose magnitude requires other units.
     """
 
     value: float

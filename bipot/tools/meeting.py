@@ -1,20 +1,21 @@
 r"""Where candidates meet their tools at the end of an increment, and how that changes as they move.
 
-A candidate that its tool sees at y goes to y + dy in the increment. Its gap at the end is that at the start and what
-it grew by; its slip is the arc of the surface between the nearest points of start and end, so slips add up over
-increments (:mod:`bipot.tools.surfaces`), and in space the way of :mod:`bipot.tools.slips`. Of who starts apart from the
-tool it begins where the body at rest would come to touch it: what goes on in the air is no slip (:meth:`Faces.in_air`).
-Forces r = (r_n, r_t) dual to them are, with frame n, t_i and C = grad n at the end, c t t' in a plane,
+In the tool's own frame a candidate moves from y to y + dy in the increment. Its gap at the end is that at the start
+plus its growth. Its slip is the arc of the surface between the nearest points at start and end, so slips add up over
+increments (:mod:`bipot.tools.surfaces`); in space it is that of :mod:`bipot.tools.slips`. For a candidate that starts
+apart from the tool, slip begins where the body at rest would touch it: motion in the air is no slip
+(:meth:`Faces.in_air`). With frame n, t_i and C = grad n at the end (c t t' in a plane), forces r = (r_n, r_t) dual to
+them are
 
     r_n n + sum_i r_i (1 - g C) t_i,
 
-along the frame where the gap g is zero, and change with the place by
+which is along the frame where the gap g is zero. They change with the position by
 
     r_n C - sum_i r_i (B_i n' + n B_i'),    B_i = C (1 - g C) t_i,
 
 and in space by the turn of t_1 and t_2 about n. That is exact where the gap is zero or C is constant along the surface,
-as on planes, cylinders and spheres. By the pose of the tool that is driven they change as :mod:`bipot.contact.coupling`
-says. All that is of one node; of a candidate that is a mean of nodes gap and slip are the means of theirs
+as on planes, cylinders and spheres. :mod:`bipot.contact.coupling` has their change with the pose of a driven tool. All
+this is for one node; gap and slip of a candidate that is a mean of nodes are the means of theirs
 (:mod:`bipot.tools.parts`).
 """
 
@@ -34,11 +35,11 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
 PARTS, TIMES = 16, 14
-"""Of an increment, and of one of them, and so on: in which a candidate that comes through the air touches first."""
+"""Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
 
 
 class Going(NamedTuple):
-    """Parts at x (w, d) that go ``by`` (w, d) while tools in the poses ``placed`` (k, p) go on, ``advance`` (k, p)."""
+    """Parts at x (w, d) that move ``by`` (w, d) while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
 
     x: Floats
     by: Floats
@@ -48,13 +49,14 @@ class Going(NamedTuple):
 
 @dataclass(frozen=True)
 class Meeting:
-    """Gap at the end and slip ``motion`` (c, d) of candidates. Of w parts of them their derivatives by the place
-    ``frames`` (w, d, d), the ``curvature`` C (w, d, d) of the lines or surfaces of equal gaps they are on, ``arm``
-    (w, d) where they are seen from the centre about which their tool turns, zero if it does not; as their tools see
-    them they were at ``place`` (w, d) and went ``by`` (w, d).
+    """``motion`` (c, d), the gap at the end and the slip of candidates, and fields of their w parts.
 
-    In space the frames turn about their normals by ``spun`` (w, 3) times what these change by, and slips change by
-    ``measured`` (c, 3, 3) times what the frames say, in the mean over the parts; in a plane None.
+    ``frames`` (w, d, d) are their derivatives by position, ``curvature`` C (w, d, d) that of the lines or surfaces of
+    equal gaps, ``arm`` (w, d) the vectors from the centre about which their tool turns, zero if it does not. In the
+    frame of their tool the parts were at ``place`` (w, d) and moved ``by`` (w, d).
+
+    In space the frames turn about their normals by ``spun`` (w, 3) times the change of these, and slips change by
+    ``measured`` (c, 3, 3) times the change along the frames, in the mean over the parts; in a plane both are None.
     """
 
     motion: Floats
@@ -77,9 +79,9 @@ class Meeting:
         return out + self._twisted(r)[:, :, None] * turning[:, None]
 
     def lag(self, r: Floats, mine: Bools, spin: Floats) -> Floats:
-        """What of the friction among r (w, d) does not turn (m, 2, d) as ``mine`` (w,) turn with tools, by ``spin``.
+        """The part (m, 2, d) of the friction in r (w, d) that does not turn as ``mine`` (w,) turn with tools.
 
-        The rates ``spin`` (m, 2, d) are those of two coordinates of each one's tool; zero in a plane.
+        ``spin`` (m, 2, d) are the rates of two coordinates of each part's tool; zero in a plane.
         """
         if self.spun is None:
             return np.zeros((*spin.shape[:2], 2))
@@ -95,9 +97,9 @@ class Meeting:
 
 @dataclass(frozen=True)
 class Faces:
-    """The surfaces of tools as w ``parts`` of c candidates meet them; ``owned`` (k, w) says whose they are.
+    """The surfaces of tools as w ``parts`` of c candidates meet them; ``owned`` (k, w) tells the tool of each part.
 
-    Frames in space are those of the ``reference`` (w, 3, 3), any at all, carried from their normals to the place's.
+    Frames in space are arbitrary ``reference`` frames (w, 3, 3), transported from their normals to the current ones.
     """
 
     tools: Sequence[Tool]
@@ -144,7 +146,7 @@ class Faces:
     def meeting(self, gap: Floats, going: Going, before: Floats) -> Meeting:
         """Of candidates that start with a ``gap`` (c,) and are ``going``.
 
-        How far their parts go ``before`` (w, d) they touch, as the tools see it, is no slip.
+        Their parts' motion ``before`` (w, d) they touch, in the tools' frames, is no slip.
         """
         motion, arm = np.empty_like(going.x), np.empty_like(going.x)
         place, by, slid = (np.empty_like(going.x) for _ in range(3))
@@ -175,15 +177,15 @@ class Faces:
         return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by, spun, changes)
 
     def _whole(self, gap: Floats, motion: Floats) -> Floats:
-        """Gap at the end and slip (c, d) of candidates with a ``gap`` (c,), of what parts go by, ``motion`` (w, d)."""
+        """Gap at the end and slip (c, d) of candidates with a ``gap`` (c,) whose parts have the ``motion`` (w, d)."""
         out = self.parts.motion(motion).copy()
         out[:, 0] += gap
         return out
 
     def in_air(self, apart: Bools, going: Going) -> Floats:
-        """How far (w, d) parts of who starts ``apart`` (c,) from a curved tool come, as it sees it, before they touch.
+        """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
-        Of those that are ``going`` as in a body at rest, and on the whole way of who does not touch then.
+        They are ``going`` as in a body at rest; for those that do not touch then it is their whole motion.
         """
         out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
@@ -197,7 +199,7 @@ class Faces:
         return out
 
     def _before(self, tool: Tool, own: Ints, start: Floats, by: Floats) -> Floats:
-        """How much (m,) of the way ``own`` parts (m,) come, from ``start`` (m, d) ``by`` (m, d), before they touch."""
+        """Fraction (m,) of the way ``by`` (m, d) from ``start`` (m, d) that ``own`` parts (m,) go before they touch."""
         early, step, owner = np.zeros(self.parts.count), 1.0, self.parts.owner[own]
         for _ in range(TIMES):
             step /= PARTS
@@ -207,37 +209,37 @@ class Faces:
         return early[owner]
 
     def _touching(self, tool: Tool, own: Ints, places: Floats) -> Bools:
-        """Candidates (c, …) inside the ``tool`` where it sees their ``own`` parts (m,) at ``places`` (m, …, d)."""
+        """Candidates (c, …) inside the ``tool`` when their ``own`` parts (m,) are at its ``places`` (m, …, d)."""
         gap = np.zeros((len(self.parts.owner), *places.shape[1:-1]))
         gap[own] = tool.face.gap(places, np.zeros(places.shape[-1]))
         return self.parts.gathered(gap) < 0
 
     def crossed(self, meeting: Meeting) -> Bools:
-        """Who (c,) went through a tool with any part, and came out on another side of it."""
+        """Candidates (c,) of which a part went through a tool and came out on another side of it."""
         out = np.zeros(len(meeting.place), dtype=bool)
         for mine, tool in zip(self.owned, self.tools, strict=True):
             out[mine] = tool.face.crossed(meeting.place[mine], meeting.by[mine])
         return self.parts.any(out)
 
     def beyond(self, meeting: Meeting) -> Bools:
-        """Who (c,) came past an open end of a tool with any part."""
+        """Candidates (c,) of which a part came past an open end of a tool."""
         out = np.zeros(len(meeting.place), dtype=bool)
         for mine, tool in zip(self.owned, self.tools, strict=True):
             out[mine] = tool.face.beyond(meeting.place[mine] + meeting.by[mine])
         return self.parts.any(out)
 
     def swept(self, x: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (w, d) turns take the tools' points that are at x (w, d), as these ``advance`` (k, p)."""
+        """Displacement (w, d) by turning of the tools' points at x (w, d), as tools ``advance`` (k, p)."""
         return self._by_turns(Turn.swept, x, placed, advance)
 
     def carried(self, middle: Floats, placed: Floats, advance: Floats) -> Floats:
-        """How far (w, d) turns take the tools' points whose ways have their ``middle`` (w, d), as :meth:`swept`."""
+        """Displacement (w, d) by turning, as :meth:`swept`, of tool points whose paths have the ``middle`` (w, d)."""
         return self._by_turns(Turn.carried, middle, placed, advance)
 
     def _by_turns(
         self, way: Callable[[Turn, Floats, Floats, Floats], Floats], x: Floats, placed: Floats, advance: Floats
     ) -> Floats:
-        """What the ``way`` makes of points x (w, d) of tools that turn, zero of others."""
+        """The result of ``way`` for points x (w, d) of turning tools, zero for others."""
         out = np.zeros_like(x)
         for mine, tool, pose, by in zip(self.owned, self.tools, placed, advance, strict=True):
             if tool.turn is not None:
@@ -245,7 +247,7 @@ class Faces:
         return out
 
     def moments(self, vectors: Floats, x: Floats, placed: Floats) -> Floats:
-        """Moments (k,) of vectors (w, d) at x (w, d) about the centres, or axes, of tools that turn; 0 of others."""
+        """Moments (k,) of vectors (w, d) at x (w, d) about the centres, or axes, of turning tools; 0 for others."""
         out = np.zeros(len(self.tools))
         for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
             if tool.turn is not None:
@@ -266,7 +268,7 @@ class _Seen(NamedTuple):
         return _Seen(np.empty(len(x)), np.empty_like(x), np.empty((*x.shape, x.shape[1])))
 
     def take(self, mine: Bools, tool: Tool, own: Floats, pose: Floats) -> None:
-        """Fill in what is ``mine`` (w,) of the ``tool`` in the ``pose`` (p,), which sees it at ``own`` (m, d)."""
+        """Fill in the parts ``mine`` (w,) of the ``tool`` in the ``pose`` (p,), at ``own`` (m, d) in its frame."""
         self.gap[mine], normal, C = tool.face.distance(own)
         self.normal[mine] = tool.turned(normal, pose)
         if own.shape[1] == 2:

@@ -1,13 +1,13 @@
-r"""Nodes that candidates are means of, one by one, as curved tools meet them.
+r"""The nodes of candidates that are means, met one by one by curved tools.
 
 A mean D of nodes (:mod:`bipot.contact.sampling`) has the gap and the slip
 
     g_p = sum_k D_pk g(x_k),    w_p = Q_p sum_k D_pk w(x_k),
 
-of its nodes at the tool, the slips in frames that are carried to the nodes from that of p. At a flat tool that is the
-gap of the mean place, sum_k D_pk x_k; at a curved one mean places of a body that lies on it are off it by the square of
-their distance. Q_p is what planes of symmetry leave of a slip, in the tangents of p. Dual to it, node k takes the force
-D_pk (r_n, Q_p r_t), in its own frame.
+of its nodes, with slips in frames transported from that of p to the nodes. On a flat tool g_p is the gap of the mean
+position sum_k D_pk x_k. On a curved one the mean positions of a body that lies on it are off the surface by the square
+of the nodes' distance. Q_p projects a slip on the planes of symmetry, in the tangents of p. Dual to this, node k takes
+the force D_pk (r_n, Q_p r_t) in its own frame.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bipot.typing import Bools, Floats, Ints
 class Parts:
     """w nodes of ``count`` c candidates: ``owner`` (w,), in order, ``weight`` D (w,), and Q, ``within`` (c, d-1, d-1).
 
-    None for Q is the identity. Where each candidate is :attr:`single`, what is asked of parts is that of candidates.
+    Q is the identity if None. Where each candidate is a :attr:`single` part, values of parts are those of candidates.
     """
 
     count: int
@@ -51,7 +51,7 @@ class Parts:
         return np.asarray(self._means @ flat).reshape(self.count, *values.shape[1:])
 
     def changes(self, measured: Floats) -> Floats:
-        """What motions of candidates change by (c, d, d) where those of their parts do by these (w, d, d), about."""
+        """Approximate change (c, d, d) of candidates' motions for these changes (w, d, d) of their parts' motions."""
         out = self.averaged(measured)
         if self.within is None:
             return out
@@ -70,11 +70,11 @@ class Parts:
         return self._kept(self.gathered(motion))
 
     def spread(self, r: Floats) -> Floats:
-        """What parts (w, d) take of forces r (c, d) on candidates."""
+        """Forces (w, d) on parts by forces r (c, d) on candidates."""
         return r if self.single else self.weight[:, None] * self._kept(r)[self.owner]
 
     def rows(self, frames: Floats) -> Floats:
-        """What :meth:`motion` changes by (w, d, d), without D, as parts do along their ``frames`` (w, d, d)."""
+        """Change (w, d, d) of :meth:`motion`, without D, as parts move along their ``frames`` (w, d, d)."""
         if self.within is None:
             return frames
         return np.concatenate([frames[:, :1], self.within[self.owner] @ frames[:, 1:]], axis=1)
@@ -93,7 +93,7 @@ class Parts:
         return np.searchsorted(self.owner, np.arange(self.count))
 
     def _kept(self, vectors: Floats) -> Floats:
-        """Normal and tangential components (c, d), of which Q is left."""
+        """Normal and tangential components (c, d), the latter projected by Q."""
         if self.within is None:
             return vectors
         return np.column_stack([vectors[:, :1], np.einsum("cij,cj->ci", self.within, vectors[:, 1:])])

@@ -1,12 +1,12 @@
-r"""Where a tool is: a pose is how far it has gone since rest, and by what angles (radians, anticlockwise) turned.
+r"""Poses of tools: displacement since rest, and angles of rotation (radians, anticlockwise).
 
-A point X of the tool at rest, which turns about the point C of it, is at
+A point X at rest of a tool that turns about its point C is at
 
     x = C + a + Q(theta) (X - C),     Q = ((cos, -sin), (sin, cos)),
 
 in the pose (a_1, a_2, theta). In space a tool turns about an axis through C, the unit vector e: its pose is
-(a, theta e), of six numbers, and Q = 1 + sin(theta) E + (1 - cos(theta)) E^2 with E v = e x v. Points of the body are
-seen from the tool where they would be if it rested.
+(a, theta e), of six numbers, and Q = 1 + sin(theta) E + (1 - cos(theta)) E^2 with E v = e x v. In the tool's own frame
+points of the body are where they would be if the tool rested.
 """
 
 from __future__ import annotations
@@ -22,16 +22,15 @@ from bipot.tools.driving import Moment
 from bipot.typing import Floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
-"""In radians: what is smaller takes no point along, however far it is from the centre."""
+"""In radians; a smaller angle than the second moves no point, however far it is from the centre."""
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A tool turns by ``angle`` (radians, anticlockwise) times the ``amplitude`` about ``centre``, which goes with it.
+    """A turn by ``angle`` (radians, anticlockwise) times the ``amplitude`` about ``centre``, which moves with the tool.
 
-    In space the centre is three numbers, and the ``axis`` through it a unit vector, against which who looks sees it
-    turn anticlockwise. ``driven_by`` a moment, of which the angle is an unknown, it turns as that asks for: the
-    ``angle`` here is zero.
+    In space the centre is three numbers and the ``axis`` through it a unit vector, about which the tool turns by the
+    right-hand rule. A turn ``driven_by`` a moment has an unknown angle, and the ``angle`` here is zero.
 
     Raises:
         SceneError: a centre that is not two finite numbers, or three in space, an axis in a plane, none in space or no
@@ -83,23 +82,23 @@ class Turn:
         return x - self.centre - pose[: len(self.centre)]
 
     def own(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) as the tool sees them: what the turn takes them along is added, for the centre may be far."""
+        """Points x (…, d) in the tool's frame; the effect of the turn is added, because the centre may be far away."""
         return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
-        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, while that goes on by ``advance`` (p,).
+        """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
 
-        To round-off of the motions, not of the places.
+        It is exact to the round-off of the motions, not of the positions.
         """
         moved = (by - advance[: len(self.centre)]) @ rotation(angles_of(pose + advance))
         return moved + self.arm(x, pose) @ rotation(angles_of(pose)) @ turned_by(angles_of(advance))
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
-        """How far (…, d) the turn alone takes the tool's points that are at x (…, d) in the ``pose``."""
+        """The displacement (…, d) by the turn alone of the tool's points at x (…, d) in the ``pose``."""
         return self.arm(x, pose) @ turned_by(angles_of(advance)).T
 
     def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
-        """How far (…, d) the turn alone takes points of the tool whose way from ``pose`` on has its ``middle`` (…, d).
+        """The displacement (…, d) by the turn alone of tool points whose path from ``pose`` has the ``middle`` (…, d).
 
         (Q - 1) v = 2 tan(theta/2) e x (Q + 1) v/2 of a turn Q by theta < pi about the axis e.
         """
@@ -107,7 +106,7 @@ class Turn:
         return chord * self.swirl(self.arm(middle, pose) - advance[: len(self.centre)] / 2)
 
     def swirl(self, arm: Floats) -> Floats:
-        """How points seen at ``arm`` (…, d) go (…, d) as the tool begins to turn, by the angle."""
+        """The rate (…, d) by angle of points at ``arm`` (…, d) from the centre as the tool turns."""
         return crossed(self.about, arm)
 
 

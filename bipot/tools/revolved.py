@@ -1,11 +1,12 @@
 """Surfaces of revolution as tools in space: spheres, cylinders, cones, and any profile turned about an axis.
 
-Where r is the distance from the axis and z the height along it, a point is as far from the surface as (r, z) is from
-the meridian. Of the meridian's normal (n_r, n_z) and curvature c the surface of equal gaps has the principal curvatures
+With r the distance from the axis and z the height along it, a point is as far from the surface as (r, z) is from the
+meridian. Where the meridian has the normal (n_r, n_z) and curvature c, the surface of equal gaps has the principal
+curvatures
 
     c along the meridian,    n_r / r around the axis,
 
-which are one on the axis, where the normal is along that.
+which are equal on the axis where the normal is along it.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ class Revolved:
 
     The meridian is a :class:`~bipot.tools.circle.Circle`, a :class:`~bipot.tools.profiles.Profile` or any other surface
     of a plane, whose first coordinate is the distance from the axis and whose second is the height along it, from the
-    point on. It is its own mirror image in the axis, or on one side of that alone: no point may be nearer to what is
-    beyond.
+    point on. It must be its own mirror image in the axis, or lie on one side of it only, such that no point is nearer
+    to a part beyond the axis.
 
     Raises:
         SceneError: vectors that are not three finite numbers, an axis that is no unit vector, a meridian that is no
@@ -196,7 +197,7 @@ class Revolved:
 
 
 def sphere(centre: Vector, radius: float, concave: bool = False) -> Revolved:
-    """The sphere around ``centre``: the tool is what is inside it, or where it is ``concave`` what is outside.
+    """The sphere around ``centre``: the tool is its inside, or if ``concave`` its outside.
 
     Raises:
         SceneError: as :class:`Revolved` and :class:`~bipot.tools.circle.Circle`.
@@ -208,7 +209,7 @@ def sphere(centre: Vector, radius: float, concave: bool = False) -> Revolved:
 
 
 def roll(point: Vector, axis: Vector, radius: float, concave: bool = False) -> Revolved:
-    """The cylinder without ends around the ``axis`` through ``point``; where it is ``concave`` the tool is outside it.
+    """The infinite cylinder around the ``axis`` through ``point``; if ``concave`` the tool is its outside.
 
     Raises:
         SceneError: a radius that is not above zero; as :class:`Revolved`.
@@ -224,8 +225,8 @@ def roll(point: Vector, axis: Vector, radius: float, concave: bool = False) -> R
 def cone(tip: Vector, axis: Vector, semi_angle: float, length: float, radius: float = 0.0) -> Revolved:
     """The cone that opens from its ``tip`` along the ``axis``, by ``semi_angle`` degrees to it, with flanks ``length``.
 
-    A ``radius`` above zero rounds its tip, as of a :func:`~bipot.tools.profiles.wedge`; past its flanks' ends it may
-    not be touched.
+    A ``radius`` above zero rounds its tip, as for a :func:`~bipot.tools.profiles.wedge`. Past the ends of its flanks it
+    may not be touched.
 
     Raises:
         SceneError: an angle outside (0, 90), a length not above zero, a radius that does not fit; as :class:`Revolved`.

@@ -1,18 +1,18 @@
-r"""Slips on surfaces in space: the way between two places of a surface, as a tangent vector at the second.
+r"""Slips on surfaces in space: the displacement between two points of a surface, as a tangent vector at the second.
 
-In a plane the slip of an increment is an arc. In space it is measured by the normals m and n of the surface at the
-places p and q where slip begins and ends, which turn by alpha about their product. With d = q - p and
-h = m - cos(alpha) n, the turning part of d's tangential part is an arc's chord, of which the arc is meant:
+In a plane the slip of an increment is an arc. In space it is computed from the normals m and n of the surface at the
+points p and q where slip begins and ends, which turn by alpha about their cross product. With d = q - p and
+h = m - cos(alpha) n, the component of d's tangential part along h is the chord of an arc and is replaced by the arc:
 
     w = d - (d . n) n + k (h . d) h,    k = (alpha/sin(alpha) - 1)/sin(alpha)^2.
 
-On planes, cylinders and spheres w is tangent at q to the shortest line, and as long: no chord is taken for an arc
-however long an increment is, and a motion in a plane slips by the arc that is measured in that. On other surfaces w is
-that to third order in |d| over the radii of curvature, increment by increment.
+On planes, cylinders and spheres w is tangent at q to the shortest line and has its length, however long an increment
+is; a motion in a plane slips by the arc of the plane problem. On other surfaces this holds to third order in |d| over
+the radii of curvature, increment by increment.
 
-The length of a shortest line grows by the unit tangent as its end goes on, so that friction against w does by the
-tangent force what it does by the slip. Components of w are those in frames that are carried from normal to normal
-(:func:`transported`); the law is isotropic and does not know them.
+The length of a shortest line grows by the unit tangent as its end moves, so the friction against w does the same work
+by the tangential force as by the slip. Components of w refer to frames transported from normal to normal
+(:func:`transported`); the law is isotropic and independent of them.
 """
 
 from __future__ import annotations

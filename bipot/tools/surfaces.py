@@ -1,17 +1,17 @@
 r"""Surfaces of rigid tools as signed distances: the gap g of a point, the normal n there, how both change as it moves.
 
-The gap is positive outside the tool, n = grad g points from the tool into the body, and t = (n_y, -n_x). A surface of
-curvature k where a point is nearest to it, positive where the tool is convex, has at the point
+The gap is positive outside the tool, n = grad g points from the tool into the body, and t = (n_y, -n_x). If the surface
+has the curvature k at the place nearest to a point, positive where the tool is convex, then at the point
 
     grad n = c t t',    c = k / (1 + k g),
 
-so c is the curvature of the line of equal gaps through the point. How far a point has come along the surface is the
-arc s of its nearest point, whose derivatives are
+so c is the curvature of the line of equal gaps through the point. The position of a point along the surface is the arc
+s of its nearest point, whose derivatives are
 
     grad s = (1 - c g) t,    grad grad s = -c (1 - c g) (n t' + t n')
 
-on pieces of constant k. Slips measured by s add up over increments to what they are over all of them, however long
-those are: the measure is path-consistent. Dual to s is the shear force, along t where g = 0. In space a surface has two
+on pieces of constant k. Slips measured by s add up over increments of any length, so the measure is path-consistent.
+Dual to s is the shear force, along t where g = 0. In space a surface has two
 principal curvatures, grad n = sum_i c_i e_i e_i', and slips are those of :mod:`bipot.tools.slips`.
 """
 
@@ -57,7 +57,7 @@ class Tips(NamedTuple):
 
 @runtime_checkable
 class Surface(Protocol):
-    """What a tool asks of its surface, which rests; ``moved`` (d,) is how far the tool has gone since."""
+    """What a tool needs of its surface at rest; ``moved`` (d,) is the displacement of the tool since."""
 
     def distance(self, x: Floats) -> Distance:
         """Signed distance of points x (…, d), exact to round-off."""
@@ -72,14 +72,14 @@ class Surface(Protocol):
         ...
 
     def passed(self, x: Floats, by: Floats) -> Floats:
-        """What gap and arc of points x (…, d) grow by as they go ``by`` (…, d), as (…, 2): to round-off of ``by``.
+        """Growth of gap and arc (…, 2) of points x (…, d) that move ``by`` (…, d), to the round-off of ``by``.
 
         In space the gap alone, as (…, 1).
         """
         ...
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
-        """Whether points x (…, d) that go ``by`` (…, d) come through the tool and out on another side of it (…)."""
+        """Whether (…) points x (…, d) that move ``by`` (…, d) go through the tool and come out on another side."""
         ...
 
     def tips(self) -> Tips:
@@ -103,9 +103,9 @@ class Surface(Protocol):
         ...
 
     def lines(self, middle: Floats, reach: float) -> list[Floats]:
-        """Lines (p, d) on it, to draw it, with the tool on the right of who follows one.
+        """Lines (p, d) on it for drawing, with the tool on their right.
 
-        Of what has no end they hold what is about within ``reach`` of the point ``middle`` (d,).
+        Of an infinite surface they show the part within about ``reach`` of the point ``middle`` (d,).
         """
         ...
 
@@ -158,7 +158,7 @@ class Plane:
         return by @ frames(np.array(self.normal))[:2].T if len(self.normal) == 2 else by @ np.array([self.normal]).T
 
     def crossed(self, x: Floats, by: Floats) -> Bools:
-        """As :meth:`Surface.crossed`: out of a half-space there is one way."""
+        """As :meth:`Surface.crossed`: never, since a half-space has one side only."""
         return np.zeros(x.shape[:-1], dtype=bool)
 
     def tips(self) -> Tips:
@@ -213,14 +213,14 @@ def frames(normal: Floats) -> Floats:
 
 
 def place(value: object, field: str) -> Pair:
-    """``value`` as a point; raises SceneError where it is none."""
+    """``value`` as a point; raises SceneError unless it is one."""
     point = pair(value, field, "two finite numbers")
     require_magnitude(max(map(abs, point)), field, LARGEST_LENGTH)
     return point
 
 
 def direction(value: object, field: str) -> Vector:
-    """``value`` as a unit vector; raises SceneError where it is none."""
+    """``value`` as a unit vector; raises SceneError unless it is a direction."""
     normal = vector(value, field)
     require(abs(math.hypot(*normal) - 1) < 1e-12, field, normal, "a unit vector")
     return normal

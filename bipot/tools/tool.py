@@ -30,7 +30,7 @@ from bipot.typing import Floats, make_floats
 LARGEST_MU = 1e12
 
 LARGEST_SHEAR = 1.0
-"""More than its own shear yield stress a body does not carry along a surface."""
+"""A body carries no more than its own shear yield stress along a surface."""
 
 STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 
@@ -38,8 +38,8 @@ STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 class Sampling(StrEnum):
     """Where on a surface the law of contact is posed (:mod:`bipot.contact.sampling`).
 
-    On linear edges and faces the two are one; on quadratic ones ``WEIGHTED`` has pressures that the law itself keeps
-    above zero.
+    On linear edges and faces the two are the same. On quadratic ones the law itself keeps the pressures of
+    ``WEIGHTED`` from being negative.
     """
 
     NODES = "nodes"
@@ -47,23 +47,23 @@ class Sampling(StrEnum):
 
 
 class Tool:
-    """What scenes take: a rigid tool with a ``surface`` that translates by ``travel`` times the ``path``.
+    """A rigid tool of a scene, with a ``surface`` that translates by ``travel`` times the ``path``.
 
-    The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default goes once, (0, 0), (0.5, 1),
-    (1, 0.9) unloads by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0), (0.5, (0, 1)),
-    (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the mesh boundaries
-    ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu = inf``
-    welds: what touches at the start of an increment stays tied.
+    The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default moves once by the travel; (0,
+    0), (0.5, 1), (1, 0.9) retracts by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0),
+    (0.5, (0, 1)), (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the mesh
+    boundaries ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu
+    = inf`` welds: what touches at the start of an increment stays tied.
 
     ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
     |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.contact.shear`); ``shear_at`` is that of a
     node, inf where there is no cap. With a cap, ``mu = inf`` welds nothing: the shear stress is m k where the body
     slides.
 
-    ``driven_by`` a force, the tool's translation along that is an unknown; across it the tool goes its path. Where a
-    ``turn`` is driven by a moment, its angle is.
+    The translation of a tool ``driven_by`` a force is unknown along the force; across it the tool follows its path.
+    The angle of a ``turn`` that is driven by a moment is unknown too.
 
-    ``sampling`` says where the law is posed: at nodes, or in means around the ends of edges, the corners of faces.
+    ``sampling`` chooses where the law is posed: at nodes, or in means around the ends of edges or corners of faces.
     """
 
     travel: tuple[float, ...]
@@ -84,11 +84,11 @@ class Tool:
 
     @property
     def flat(self) -> bool:
-        """Whether the normal is the same everywhere, and stays so."""
+        """Whether the normal is the same everywhere and constant."""
         return isinstance(self.face, Plane) and self.turn is None
 
     def _check(self) -> None:
-        """Refuse what no tool has, and keep the rest as plain numbers."""
+        """Check the fields and convert them to plain numbers."""
         object.__setattr__(self, "travel", vector(self.travel, "tool.travel"))
         self._check_friction()
         require_type(self.sampling, Sampling, "tool.sampling")
@@ -135,14 +135,14 @@ class Tool:
             require_magnitude(stretch, "tool.travel times a stretch of its path", LARGEST_LENGTH)
 
     def _check_force(self) -> None:
-        """A force is of as many numbers as the travel, and the path does not go along it."""
+        """Require that the force has as many components as the travel, and that the path has none along it."""
         if self.driven_by is not None:
             require_components(self.driven_by.vector, len(self.travel), "tool.driven_by")
             across, force = self.goes_across(self.driven_by.direction), self.driven_by.vector
             require(across, "tool.travel", self.travel, f"across the force {force}, which moves it along")
 
     def goes_across(self, way: Floats) -> bool:
-        """Whether nothing of the path goes along a unit vector (d,), but for round-off."""
+        """Whether the path has no component along a unit vector (d,), up to round-off."""
         return float(np.abs(self.stretches @ way).max()) <= ACROSS * float(np.abs(self.stretches).max())
 
     @property
@@ -170,15 +170,15 @@ class Tool:
         return np.maximum(self.face.size(self.own(x, pose), gone), taken)
 
     def own(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) as the tool in the ``pose`` (3,) sees them: where they would be if it rested."""
+        """Points x (…, d) in the frame of the tool in the ``pose`` (3,): where they would be if it rested."""
         return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
-        """What points x (…, d) that go ``by`` (…, d) go by as the tool sees it, which goes on by ``advance`` (3,)."""
+        """Motion in the frame of the tool, which moves by ``advance`` (3,), of points x (…, d) that move ``by``."""
         return by - advance[: x.shape[-1]] if self.turn is None else self.turn.going(x, by, pose, advance)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) seen from the point about which the tool in the ``pose`` (3,) turns; zero if it does not."""
+        """Points x (…, d) relative to the centre about which the tool in the ``pose`` (3,) turns; zero if none."""
         return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
 
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
@@ -186,7 +186,7 @@ class Tool:
         return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T
 
     def pose(self, tau: float) -> Floats:
-        """How far (p,) the tool has gone along its path since rest, and by what angles turned."""
+        """Pose (p,): the tool's displacement along its path since rest, and its angles."""
         out = np.zeros(pose_size(len(self.travel)))
         out[: len(self.travel)] = self.moved(0.0, tau)
         if self.turn is not None:
@@ -205,7 +205,7 @@ class Tool:
 
     @cached_property
     def stretches(self) -> Floats:
-        """What the tool goes by (s, d) from each point of its path to the next."""
+        """The tool's displacement (s, d) from each point of its path to the next."""
         return np.diff(self._multiples[1], axis=0) * self.travel
 
     @cached_property
