@@ -1,1 +1,1 @@
-"""The march: increments tried, cut, carried on and accepted."""
+"""The march: how increments are tried, cut, continued and accepted."""

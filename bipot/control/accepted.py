@@ -21,14 +21,13 @@ from bipot.typing import Floats
 
 @dataclass(frozen=True)
 class Accepted:
-    """One accepted increment: where it started, where it led, how it was solved and what it cost.
+    """One accepted increment: its start, its result, how it was solved and what it cost.
 
-    ``course`` is where the march is after it, from which :func:`bipot.marching.march` goes on. ``tool_forces`` (k, d)
-    are those of the tools on the modelled part.
-    ``passes`` counts those of failed attempts too; ``reasons`` say why it fell back or was cut, ``strayed`` whether it
-    was cut or a form failed that was suited. ``landed`` is the node whose landing it was cut to
-    (:mod:`bipot.control.landing`), None if it was not. Results have names: of nodes (a, d), of integration points (e,
-    q), at the increment's end.
+    ``course`` is the march after it, which :func:`bipot.marching.march` can continue. ``tool_forces`` (k, d) are those
+    of the tools on the modelled part. ``passes`` includes those of failed attempts; ``reasons`` say why a fallback was
+    used or the increment was cut, ``strayed`` whether it was cut or a suited form failed. ``landed`` is the node at
+    whose landing it was cut (:mod:`bipot.control.landing`), None if it was not. Results by name are those at nodes
+    (a, d) and integration points (e, q) at the increment's end.
 
     >>> from bipot import Schedule, march, upsetting
     >>> accepted = next(march(upsetting(mu=0.1, elements=1), Schedule(100)))
@@ -62,12 +61,12 @@ class Accepted:
 
     @property
     def energies(self) -> Energies:
-        """Those of the whole body so far, this increment's included."""
+        """The energies of the whole body since the start, this increment included."""
         return self.course.energies
 
     @property
     def reason(self) -> str:
-        """Why it fell back or was cut, in words."""
+        """Why a fallback was used or the increment was cut, in words."""
         return "; ".join(map(str, self.reasons))
 
     @property
@@ -76,7 +75,7 @@ class Accepted:
         return traction(self.solved.iterate, self.solved.r)
 
     def tool_pose(self, tool: int) -> Floats:
-        """How far (3,) a tool has gone since rest, of what turns its centre, and by what angle turned, anticlockwise.
+        """Displacement since rest of a tool, or its centre, and its angle, anticlockwise: (3,), in space (6,).
 
         Raises:
             SceneError: a number that is no tool's.
@@ -85,7 +84,7 @@ class Accepted:
         return self.scene.placed(self.state.tau, self.state.translation)[tool]
 
     def tool_moment(self, tool: int) -> float:
-        """Moment of a tool that turns on the whole body, about its centre or axis, anticlockwise; 0 where it does not.
+        """Moment of a turning tool on the whole body, about its centre or axis, anticlockwise; 0 if it does not turn.
 
         Raises:
             SceneError: a number that is no tool's.
@@ -95,9 +94,9 @@ class Accepted:
         return modelled / share(self.scene.planes, self.scene.tools[tool])
 
     def tool_force(self, tool: int) -> Floats:
-        """Force (d,) of the tool of that number on the whole body, with what planes of symmetry cut off the tool.
+        """Force (d,) of the tool of that number on the whole body, the parts beyond planes of symmetry included.
 
-        On a meridian it is that of the full ring, so it has no radial component.
+        On a meridian it is that of the full ring, without a radial component.
 
         Raises:
             SceneError: a number that is no tool's.
@@ -108,15 +107,15 @@ class Accepted:
 
     @property
     def unique(self) -> bool:
-        """Whether no other answer is nearby (nothing is undetermined) and the first suited form found it at once.
+        """Whether the answer is locally unique (nothing is undetermined) and the first suited form found it at once.
 
-        What was found after failures and cuts may be one of several exact answers to so long an increment.
+        An answer found after failures and cuts may be one of several exact answers to a long increment.
         """
         return not self.solved.undetermined and not self.strayed
 
     @property
     def displacement(self) -> Floats:
-        """The displacement (a, d) since rest: nodes less those of the mesh, hence to the round-off of positions.
+        """The displacement (a, d) since rest: nodes minus those of the mesh, hence to the round-off of positions.
 
         The displacement of this increment alone, to its own round-off, is ``state.du``.
         """

@@ -1,27 +1,28 @@
-r"""Which plastic flow goes on into an increment: BDF2's ratio and its guards, found from what the material does.
+r"""How much plastic flow is carried on into an increment: BDF2's ratio and its guards, measured from the material.
 
-The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`), first by the ratio rho of the two
-increments in pseudo-time, which means nothing to the material: a guess. What the body then did tells
+The increment is solved with the last flow carried on (:mod:`bipot.laws.flow`). The ratio rho of the two increments in
+pseudo-time is only a first guess, because the material is rate-independent. The solution shows
 
-* where the flow did not go on: de_p0 : gamma n <= 0, the point stayed elastic or returned against its last flow;
+* where the flow did not continue: de_p0 : gamma n <= 0, the point stayed elastic or flowed against its last flow;
 * the ratio rho = sum_q w de_p : de_p0 / sum_q w de_p0 : de_p0 over the points that carried, de_p zero where it stopped.
 
 The increment is solved again with the measured ratio, starting from the last solution, where the excess of the flow
-carried over what it should have been, (a(rho_used) - a(rho))/rho of the flow that goes on, is above TOO_MUCH or below
-- TOO_LITTLE: too much lets stress relax for nothing, too little is nearer to backward Euler. Where the ratio is right,
-points that stopped lose what they carried, for good, and the increment is solved again with the ratio of the others;
-unless what they would dissipate of it is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After
-RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
+carried on, (a(rho_used) - a(rho))/rho of the flow that continues, is above TOO_MUCH or below - TOO_LITTLE. Too much
+flow lets stress relax without cause; too little is nearer to backward Euler. Where the ratio is right, points whose
+flow stopped drop what they carried, for good, and the increment is solved again with the ratio of the others; unless
+the dissipation of what they carried is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After more
+than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
-Where no solution is found, backward Euler is asked what the material does. It stands if less than TOO_LITTLE goes
-on; else the increment is solved from there with the flow, or has failed. A solver's luck does not choose.
+Where no solution is found, the increment is solved by backward Euler. That solution stands if less than TOO_LITTLE of
+the flow continues in it; otherwise the increment is solved from there with the flow, or has failed. So it does not
+depend on the luck of a solver which of the two is accepted.
 
-Not every one of these solutions is needed to the last digit: an iterate within ROUGH of one tells as well where the
-flow did not go on, and the increment goes on from there. What is accepted has been solved, and asked again.
+These solutions need not be converged to the last digit: an iterate within ROUGH of one shows as well where the flow did
+not continue, and the iteration continues from there. The accepted solution is converged and measured again.
 
-So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow goes on, and not negative where a point that
-stopped was let off. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
-and friction's with it, before an increment is accepted.
+So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow continues, and not negative where a point
+dropped its flow. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
+together with that of friction, before an increment is accepted.
 """
 
 from __future__ import annotations
@@ -48,17 +49,17 @@ NEGLIGIBLE = 1e-6
 RATIOS, REPEATS = 2, 8
 
 ROUGH = 1e-5
-"""Unbalanced forces and miss of the law over the contact forces, up to which an iterate tells what the flow does.
+"""Unbalanced forces and error of the law over the contact forces, up to which an iterate shows what the flow does.
 
-Where many points turn back, round by round, one that is stopped too early stays so: what is rougher by a factor of ten
-lets two forms, whose iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification)."""
+A point that is stopped too early stays so. Where many points reverse, a value ten times larger lets two forms, whose
+iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification)."""
 
 
 class Attempt(NamedTuple):
-    """What one attempt at an increment gave: the solution or None, the form, passes spent, why forms failed.
+    """The result of one attempt at an increment: the solution or None, the form, passes spent, why forms failed.
 
-    ``last`` is the failure of the last form that was tried; ``strayed`` says whether a form failed that was suited.
-    ``left`` is where the increment was left unsolved because the flow does not go on as it was carried.
+    ``last`` is the failure of the last form tried; ``strayed`` says whether a suited form failed. ``left`` is the
+    iterate at which the increment was left unsolved because the flow does not continue as it was carried on.
     """
 
     solved: Solved | None
@@ -75,16 +76,16 @@ class Attempt(NamedTuple):
 
 
 Solve = Callable[[State, Near | None, Leave | None], Attempt]
-"""``solve(begun, near_to, leave)`` attempts the increment from a state in which flow has gone on, starting the
-iteration near a solution with other flow carried on; :func:`bipot.increment.solve_increment` says when it is left."""
+"""``solve(begun, near_to, leave)`` attempts the increment from a state after the flow carried on, with the iteration
+starting near a solution with other flow; for ``leave`` see :func:`bipot.increment.solve_increment`."""
 
 
 @dataclass(frozen=True)
 class Carried:
     """The flow carried on: the last one times a(``ratio``) at the points ``on`` (e, q).
 
-    ``wrong`` counts the ratios before it that the material did not confirm; ``found`` says that it was found by a
-    solution with backward Euler.
+    ``wrong`` counts earlier ratios that the material did not confirm; ``found`` says that the ratio was measured on a
+    solution by backward Euler.
     """
 
     last: Flow
@@ -95,7 +96,7 @@ class Carried:
 
     @staticmethod
     def guess(increment: Increment) -> Carried | None:
-        """By the lengths in pseudo-time of the increment and the last one; None without a last flow."""
+        """The guess by the lengths in pseudo-time of the increment and the last one; None without a last flow."""
         state = increment.start
         if state.flow is None or not state.length > 0:
             return None
@@ -108,12 +109,12 @@ class Carried:
         return np.where(self.on, fraction(self.ratio), 0.0)
 
     def is_wrong(self, ratio: float) -> bool:
-        """Whether this carries too much or too little where flow goes on by the measured ``ratio``."""
+        """Whether this carries too much or too little if the flow continues by the measured ``ratio``."""
         excess = fraction(self.ratio) - fraction(ratio)
         return excess > TOO_MUCH * ratio or -excess > TOO_LITTLE * ratio
 
     def after(self, flowed: Flowed) -> Carried:
-        """What to carry instead where the material took another course: itself if it did not."""
+        """What to carry instead if the flow was different; itself if it was not."""
         if self.is_wrong(flowed.overall):
             return replace(self, ratio=flowed.overall, wrong=self.wrong + 1)
         if flowed.stopped.any():
@@ -121,7 +122,7 @@ class Carried:
         return self
 
     def found_by(self, system: System, euler: Solved) -> Carried | None:
-        """What to carry by what the material does with backward Euler; None where that is as well."""
+        """What to carry according to a solution by backward Euler; None if that solution stands."""
         none = replace(self, ratio=0.0)
         ratio = Flowed.of(system, none, euler).overall
         if not none.is_wrong(ratio):
@@ -131,9 +132,9 @@ class Carried:
 
 @dataclass(frozen=True)
 class Flowed:
-    """What the material did: points (e, q) whose flow did not go on, the ratio of it at the others, and overall.
+    """The measured flow: points (e, q) where it stopped, its ratio at the others, and overall.
 
-    ``overall`` counts the flow of points that stopped as zero. Both are 0 where no flow went on.
+    ``overall`` counts the flow of points that stopped as zero. Both ratios are 0 where no flow continued.
     """
 
     stopped: Bools
@@ -162,7 +163,7 @@ class Flowed:
 
 
 Objection = Callable[[Solved], Reason | None]
-"""Why a solution is not accepted, None if it is."""
+"""Says why a solution is not accepted; None if it is."""
 
 
 def carry_on(increment: Increment, solve: Solve, refused: Objection, second: bool) -> Attempt:
@@ -204,9 +205,9 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
 
 
 def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
-    """Whether it is clear ``near`` a solution that the flow ``carried`` does not go on as such.
+    """Whether it is clear ``near`` a solution that the flow does not continue as ``carried``.
 
-    What makes it carry none at all is asked of solutions.
+    Carrying no flow at all is decided on solutions only.
     """
     if error > ROUGH:
         return False
@@ -229,11 +230,11 @@ def _joined(tried: list[Attempt]) -> Attempt:
 
 
 class Dissipated(NamedTuple):
-    """Plastic and frictional dissipation of an increment, and the energy they are measured by (energy units).
+    """Plastic and frictional dissipation of an increment, and their ``scale`` (energy units).
 
-    sum_q w sigma : de_p with de_p as the states carry it, - sum_c r_t . du_t, and
-    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, what the body takes up and what it has stored; ``blur`` is
-    what round-off of its length makes of the contacts' work.
+    They are sum_q w sigma : de_p with the stored de_p, and - sum_c r_t . du_t. The scale is
+    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up and that stored; ``blur`` is the work of
+    contacts due to round-off of the increment's length.
     """
 
     plastic: float
@@ -258,7 +259,7 @@ class Dissipated(NamedTuple):
         )
 
     def negative(self, margin: float, friction: bool) -> Reason | None:
-        """Which dissipation is below - ``margin`` times the energy, and round-off; friction's only if asked."""
+        """The dissipations below - ``margin`` times the scale, and round-off, or None; friction's only if chosen."""
         found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
         below = {name: d for name, d in found.items() if d < -margin * self.scale - self.blur}
         said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())

@@ -1,4 +1,4 @@
-"""Where a march is between two increments: all that the rest of it depends on, so that it may go on another day."""
+"""The course of a march between two increments: all that its continuation depends on, so it can be resumed later."""
 
 from __future__ import annotations
 
@@ -15,22 +15,21 @@ from bipot.response import State
 from bipot.typing import Bools, as_array, read_only
 
 SHORTEST = 1e-20
-"""Of an increment in pseudo-time: far below its round-off, for rates that are numbers."""
+"""Length in pseudo-time far below round-off, so that rates are finite."""
 
 
 @dataclass(frozen=True)
 class Course:
-    """Where a march is: its state, and what it carries from increment to increment beside it.
+    """The current state of a march, and everything else that it carries from increment to increment.
 
     ``number`` counts the increments accepted so far, ``energies`` are theirs, ``largest`` is the largest contact force
     among them. Of increment control: between two scheduled pseudo-times ``size`` is the length of the next increment,
     and halvings are counted from the length ``uncut``; both are NaN at a scheduled pseudo-time, where increment control
-    begins anew. ``proposed`` is the length that an accuracy allows the next one (:mod:`bipot.control.pacing`), NaN
-    without an accuracy. ``landed`` (c,) marks the candidates to whose landing an increment was cut since the last
-    scheduled one. Of the predictor: ``before`` is the last increment but one as it sees it, its numbers NaN where
-    unknown.
+    begins anew. ``proposed`` is the length of the next increment chosen by an accuracy (:mod:`bipot.control.pacing`),
+    NaN without one. ``landed`` (c,) marks the candidates at whose landing an increment was cut since the last scheduled
+    pseudo-time. ``before`` is the last increment but one as the predictor sees it, NaN where unknown.
 
-    Values only: floats, whole numbers and arrays whose shapes the scene fixes; arrays are read-only.
+    All are values: floats, whole numbers and read-only arrays whose shapes the scene fixes.
 
     Raises:
         SceneError: a wrong type, a negative count, an energy that is not finite, a ``largest`` below a force of the
@@ -68,12 +67,12 @@ class Course:
 
     @staticmethod
     def of(state: State) -> Course:
-        """A march that begins at ``state``: nothing is counted yet."""
+        """The course of a march that begins at ``state``."""
         none, nowhere = np.zeros(len(state.gap), dtype=np.bool_), Paced.unknown(state)
         return Course(state, 0, Energies(), largest_force(state), math.nan, math.nan, none, nowhere)
 
     def after(self, solved: Solved, proposed: float = math.nan) -> Course:
-        """At a scheduled pseudo-time, to which ``solved`` led from here; the next increment is as ``proposed``."""
+        """The course at a scheduled pseudo-time after the increment ``solved``, with the ``proposed`` next length."""
         start, state = self.state, advance(self.state, solved)
         return Course(
             state=state,
@@ -88,7 +87,7 @@ class Course:
         )
 
     def scheduled(self) -> Course:
-        """The same at a scheduled pseudo-time."""
+        """The same course as at a scheduled pseudo-time."""
         return replace(self, size=math.nan, uncut=math.nan, landed=np.zeros_like(self.landed))
 
     def _require_length(self, name: str) -> None:

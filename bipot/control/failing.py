@@ -1,4 +1,4 @@
-"""An increment that cannot be accepted, however often it is halved: why, and what to change."""
+"""The error of an increment that fails however often it is halved: why, and what to change."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
 
 NEXT = 4.0
-"""Lengths of the increment that failed within which a maximum of the load explains it."""
+"""A maximum of the load within so many lengths of the failed increment explains the failure."""
 
 
 def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> IncrementFailed:
-    """What failed, and one sentence on what to change after so many ``cuts``."""
+    """The error that says what failed after so many ``cuts``, with one sentence on what to change."""
     system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
     found = diagnosis(system, state, tau)

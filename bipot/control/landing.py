@@ -1,12 +1,12 @@
-r"""Landings located: an increment in which an open candidate closes is cut to the event.
+r"""Location of landings: an increment in which an open candidate closes is cut at the event.
 
 A candidate lands in the increment from tau_0 to tau_1 when its gap at the start is above ``tolerance`` times the
 increment's unit of length (:attr:`bipot.iterate.Increment.units`) and it carries force at the end. Its gap g(tau) at
 the end of an increment solved from the same start to tau is known only while it stays open, so the root is approached
 from the open side: by the velocity that led to the start, then by the secant of the last two open trials, cut back
 where they overshoot.
-The increment then ends at the event with the candidate still open by less than the tolerance, and the next one, which
-it spends closed, starts there. A candidate is located once in a scheduled increment, so cuts cannot pile up.
+The increment then ends at the event with the candidate still open by less than the tolerance; in the next one the
+candidate is closed. A candidate is located once in a scheduled increment, so cuts cannot accumulate.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ FIRST_LOOK = 0.9
 
 @dataclass(frozen=True)
 class Locate:
-    """How landings are located.
+    """Options for locating landings.
 
     ``tolerance`` is the gap left at the event over the unit of length of the uncut increment, ``solves`` the most
     increments solved for one event. Events in the first or last ``margin`` of an increment leave it whole.
@@ -76,10 +76,10 @@ def locate(
     how: Locate,
     known: Bools,
 ) -> tuple[Landing | None, int]:
-    """The first landing in the ``increment`` that ``solved`` holds, and the passes spent on it.
+    """The first landing in the ``increment`` solved by ``solved``, and the passes spent on the search.
 
-    ``solve`` attempts it with another end; ``known`` (c,) marks candidates not to locate again. None leaves the
-    increment whole: nothing lands, an event in its margins, a failed or undecided search.
+    ``solve`` attempts the increment with another end; ``known`` (c,) marks candidates not to locate again. The landing
+    is None, and the increment stays whole, if nothing lands, the event is in a margin, or the search fails.
     """
     system, state, tau = increment.system, increment.start, increment.tau
     length = tau - state.tau
@@ -124,6 +124,6 @@ def _expected_rate(increment: Increment) -> Floats:
 
 
 def _first(gap: Floats, rate: Floats) -> float:
-    """When the first of the gaps is used up at these rates; inf if none closes."""
+    """The time at which the first of the gaps closes at these rates; inf if none closes."""
     closing = rate < 0
     return float(np.min(gap[closing] / -rate[closing], initial=np.inf))

@@ -1,28 +1,29 @@
-r"""Increments by accuracy: how far the force of an increment may be off, and how long the next may therefore be.
+r"""Increments by accuracy: an estimate of the error of the force, and the length of the next increment.
 
 The estimate of an increment is a fraction of the force,
 
     e = |sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)
         +  min(|v - v_0|^2 / |v|^2, TURNED) / 10.
 
-* sigma_E is what a radial return from the start makes of the same motion: backward Euler, of order one in the flow,
-  where sigma is of the flow carried on. The force is stationary in the direction of flow, so the power by which they
-  differ is of order two in the increment, like the error of the flow carried on.
-* |de|^2/12 is what the strain of the midpoint leaves of the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
-* v, v_0 are the velocities of this increment and the last at the nodes: how far the motion bends while it goes. Where
-  it turns by more than TURNED something happens (first yield, a landing) that tells nothing of the length of
-  increments, and after a kink or where nothing flows the two have nothing to do with each other.
+* sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
+  flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
+  power is of order two in the increment, like the error of the flow carried on.
+* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
+* v, v_0 are the nodal velocities of this increment and the last: the curvature of the motion. A change by more than
+  TURNED is an event (first yield, a landing) that does not depend on the length of increments. After a kink, or where
+  nothing flows, the two velocities are unrelated.
 
-All are of order two where the solution is smooth: the next increment is AIMED sqrt(accuracy/e) times as long, within
-what BDF2 is stable for, and one that is REFUSED times as wrong as asked is solved again, shorter. Half and a tenth are
-measured: with them the largest error of the curve, errors of motion that add up included, is 0.3 to 3 times what is
-asked (studies/accuracy/paced.py).
+All terms are of order two where the solution is smooth. The next increment is AIMED sqrt(accuracy/e) times as long,
+within the stability of BDF2, and an increment with an error REFUSED times the accuracy is solved again, shorter. The
+factors one half and one tenth are calibrated: with them the largest error of the curve, accumulated errors of motion
+included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
-From rest and from a kink on, the first increment has a strain of ONSET sqrt(accuracy), and of YIELDING of yield at
-least, by the travel of tools and supports over the body's extent; where its flow begins the next is shorter, BEGUN of
-it. Within first yield the force is off by 1e-3 in increments of the size of yield, and that is forgotten soon: a first
-increment that leaves yield behind errs least, by 1e-4 to 3e-4 in a metal, which the estimate does not hold. A body with
-a yield strain of one hundredth asks for more than an increment may strain, and errs by more there.
+At rest and at a kink, the first increment has a strain of ONSET sqrt(accuracy), and of at least YIELDING yield strains,
+judged by the travel of tools and supports over the body's extent. If flow begins in it, the next one is shorter, BEGUN
+of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first yield, which decays soon.
+A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not
+contain. A body with a yield strain of one hundredth would need more strain than an increment may have, and its error is
+larger there.
 """
 
 from __future__ import annotations
@@ -40,19 +41,19 @@ from bipot.system import System
 from bipot.tensors import norm
 
 TURNED = 1.6e-3
-"""Change of velocity squared that still is a bend."""
+"""Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
 
 ONSET, YIELDING, BEGUN = 1.4, 12.0, 0.4
 """First strain over sqrt(accuracy), and over yield stress by Young's modulus; the second increment over the first."""
 
 RESTS = 1e-6
-"""A body whose nodes all move by less than this fraction of what its increment may be expected to move them rests."""
+"""A body rests if all its nodes move by less than this fraction of the motion expected in the increment."""
 
 SHORTEST = 1e-9
-"""Of pseudo-time: the least length to begin with, far above its round-off."""
+"""The least first length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
-"""First pseudo-time where no tool or support goes a path."""
+"""First length in pseudo-time where no tool or support follows a path."""
 
 AIMED, GROWTH, SHRINK = 1.05, 2.0, 0.2
 """Length aimed at over the one that the estimate allows; longest and shortest next one over the last.
@@ -61,15 +62,15 @@ BDF2 is stable below 1 + sqrt(2).
 """
 
 REFUSED, TRIES = 4.0, 3
-"""An estimate above REFUSED times the accuracy asked shortens the increment, up to TRIES times."""
+"""An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
 
 CHEAPEST, QUICK = 1e-3, 8
-"""Asked for less, increments are as for CHEAPEST: longer ones cost more passes than they save. After more passes than
-QUICK none is longer than the last."""
+"""Coarser accuracies give the increments of CHEAPEST, because longer ones cost more passes than they save. After more
+passes than QUICK the next increment is not longer than the last."""
 
 
 def error_estimate(start: State, solved: Solved) -> float:
-    """That of the increment ``solved`` from the accepted state ``start``, its flow not yet carried on; a fraction."""
+    """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
     increment, response = solved.iterate.increment, solved.response
     kin, body, sigma = response.kinematics, increment.system.body, response.returned.stress
     euler = body.scene.material.update(kin.turned(start.stress), kin.strain, start.peeq).stress
@@ -82,7 +83,7 @@ def error_estimate(start: State, solved: Solved) -> float:
 
 
 def begins_flow(start: State, solved: Solved) -> bool:
-    """Whether there is flow in the increment ``solved`` from ``start``, and none was carried on into it."""
+    """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
     return solved.response.state is start and bool(solved.response.returned.plastic.any())
 
 
@@ -90,7 +91,7 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
     speed = float(np.vdot(velocity, velocity))
-    # What round-off moves turns as it likes, as under a tool that slides over a body that it no longer strains.
+    # Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains.
     moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length
     if not (start.length > 0 and moves) or at_kink(increment.system, start.tau):
         return 0.0
@@ -106,11 +107,11 @@ class Pacer:
 
     @property
     def aim(self) -> float:
-        """What the estimate is led to."""
+        """The estimate aimed at."""
         return min(self.accuracy, CHEAPEST)
 
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
-        """That of the next increment towards ``target``: what is left is shared out in equal parts, but for a first."""
+        """The length of the next increment towards ``target``: the rest is divided equally, except for a first one."""
         left = target - state.tau
         if math.isnan(proposed) or at_kink(system, state.tau):
             return min(self._first(system, state, target), left)
@@ -127,7 +128,7 @@ class Pacer:
         return min(length * max(min(allowed, growth), SHRINK), 1.0)
 
     def _first(self, system: System, state: State, target: float) -> float:
-        """The length with which a stretch of constant rates begins."""
+        """The first length of a stretch of constant rates."""
         whole, scene = Increment(system, state, target), system.body.scene
         # Tools out of reach of the body strain nothing.
         ways = [whole.driven, whole.travel[system.candidates.reached(whole.rows.gap)]]

@@ -1,4 +1,4 @@
-"""Why a form was left, flow was not carried on or an increment was cut: data that also prints as a sentence."""
+"""Reasons why a form failed, flow was not carried on or an increment was cut: data that also prints as a sentence."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class ReasonKind(Enum):
     """What happened."""
 
     UNSUITED = "unsuited"
-    """A form does not take the scene."""
+    """A form cannot treat the scene."""
     NOT_CONVERGED = "not converged"
     """Measures stayed above their bounds."""
     PROGRAM = "program"
@@ -27,16 +27,16 @@ class ReasonKind(Enum):
     """The last flow was not carried on."""
     CUT = "cut"
     ACCURACY = "accuracy"
-    """Shortened because its error was estimated above what was asked."""
+    """Shortened because its estimated error was above the accuracy."""
     LANDING = "landing"
     """Cut to where a node lands."""
     ALMOST = "almost"
-    """Passes whose solver claimed less than it was asked."""
+    """Passes whose solver claimed less than the requested accuracy."""
 
 
 @dataclass(frozen=True)
 class Reason:
-    """What happened, in words and by numbers: measures over their bounds, energies, a node, counts."""
+    """A reason in words and numbers: measures over their bounds, energies, a node, counts."""
 
     kind: ReasonKind
     said: str

@@ -1,4 +1,4 @@
-"""A state or course that a march is asked to start from must be one of its scene."""
+"""Checks that the state or course from which a march starts belongs to its scene."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ from bipot.tensors import equivalent_stress, norm
 from bipot.typing import Bools, Floats
 
 PLACED = 1e-9
-"""How far (over the body size) nodes may be from where supports and stored gaps put them: round-off."""
+"""Distance (over the body size) of nodes from the positions given by supports and stored gaps: round-off."""
 
 YIELDED = 1e-8
-"""How far a stress may be outside the yield surface, or its pressure off what elements hold, relative to it."""
+"""Relative distance of a stress outside the yield surface, or of its pressure from that of the elements."""
 
 BALANCED = 1e-3
-"""How far a start's contact forces may be from its stress, relative to the largest nodal sum of |element forces|.
+"""Imbalance of a start's contact forces and stress, relative to the largest nodal sum of |element forces|.
 
-Far above what is accepted, and far below what would move a scale."""
+It is far above accepted imbalances, and far below what would change a scale."""
 
 
 def course_of(start: State | Course | None, system: System, equilibrium: float) -> Course:
-    """The course that a march starts from; of a state the one that begins there, of None that at rest.
+    """The course from which a march starts: the given one, one that begins at a state, or for None one at rest.
 
     Raises:
         SceneError: another type; as :func:`require_start`; of a course that has other arrays than the scene's, a length
@@ -57,15 +57,16 @@ def course_of(start: State | Course | None, system: System, equilibrium: float) 
 
 
 def require_start(start: State, system: System, equilibrium: float) -> None:
-    """Refuse a start state of another scene: it has the arrays of this scene's state at rest, its held nodes and tools.
+    """Refuse a start state of another scene: its arrays, held nodes and gaps to tools must be those of this scene.
 
-    Its contact forces balance its stress within :data:`BALANCED`, or ``equilibrium`` where a march asks for less. Where
-    nothing may touch the body they have no scale to move: a stress out of balance relaxes in the first increment.
+    Its contact forces must balance its stress within :data:`BALANCED`, or within the march's bound on ``equilibrium``
+    if that is larger. Where nothing may touch the body they set no scale: a stress out of balance relaxes in the first
+    increment.
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
             elsewhere, gaps that are not those to the tools, a length outside [0, 1], a stress outside the yield
-            surface, contact forces that its stress does not carry; the message names the field.
+            surface, contact forces that its stress does not balance; the message names the field.
     """
     scene, at_rest = system.body.scene, system.rest()
     require_number(start.tau, "start.tau")
@@ -101,7 +102,7 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
 
 
 def _require_yielded(start: State, system: System) -> None:
-    """Stress within the yield surface, unless it is a material's that leaves it."""
+    """Require a stress within the yield surface, unless the material's stress may leave it."""
     material = system.body.scene.material
     if not material.drifts:
         sigma_y = material.yield_stress(start.peeq)
@@ -113,7 +114,7 @@ def _require_yielded(start: State, system: System) -> None:
 
 
 def _require_pressure(start: State, system: System) -> None:
-    """A pressure that the volume change of the elements can hold against: forces rely on it (bipot.fem.projection)."""
+    """Require a pressure in the span of the volume projection, on which forces rely (bipot.fem.projection)."""
     projection, pressure = system.body.projection, start.pressure
     if projection is not None:
         off = float(np.abs(projection.at(np.ones(pressure.shape)).of(pressure) - pressure).max())
@@ -123,7 +124,7 @@ def _require_pressure(start: State, system: System) -> None:
 
 
 def _require_balanced(start: State, system: System, tolerance: float) -> None:
-    """Contact forces that the stress carries: those to come are measured by the largest so far.
+    """Require contact forces that the stress balances, because the largest so far is a scale for later ones.
 
     Equilibrium is asked where the scene's configuration asks for it.
     """
