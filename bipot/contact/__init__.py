@@ -1,1 +1,1 @@
-"""Contact: candidates and their rows, sampling over the surface, what is open, closed, shared or held."""
+"""Contact: candidates and their rows, sampling of the surface, and which contacts are open, closed, shared or held."""

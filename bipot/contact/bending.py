@@ -1,4 +1,4 @@
-"""How contact forces change as nodes go along curved tools, taken off the stiffness of an element that has the node."""
+"""The change of contact forces as nodes move along curved tools, subtracted from the stiffness of an element."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from bipot.typing import Bools, Floats, Ints
 
 @dataclass(frozen=True)
 class Bent:
-    """Of the ``parts`` (b,) at curved tools the ``element`` (b,) of each one's node, and its unknowns ``dofs`` (b, d).
+    """The ``parts`` (b,) at curved tools, an ``element`` (b,) of each one's node, and its unknowns ``dofs`` (b, d).
 
-    Which of its elements is all the same: they are summed. Where the tools are driven (:mod:`bipot.contact.coupling`)
-    is another matter.
+    Any element of the node will do, because elements are summed. Driven tools are treated in
+    :mod:`bipot.contact.coupling`.
     """
 
     parts: Ints
@@ -31,6 +31,6 @@ class Bent:
         return Bent(parts, element, mesh.dimension * local[:, None] + np.arange(mesh.dimension))
 
     def take_off(self, K: Floats, bending: Floats) -> None:
-        """Take derivatives of the parts' forces by their places, ``bending`` (w, d, d), off element matrices K."""
+        """Subtract the derivatives ``bending`` (w, d, d) of the parts' forces by position from element matrices K."""
         at = self.element[:, None, None], self.dofs[:, :, None], self.dofs[:, None, :]
         np.subtract.at(K, at, bending[self.parts])

@@ -1,4 +1,4 @@
-r"""From geometry to affine contact operators: the only place that knows what touches what.
+r"""From geometry to affine contact operators: the only module that knows what touches what.
 
 For the increment dU (free displacements, and coordinates of tools that are driven) of one step, per candidate c,
 a point of the boundary (:mod:`bipot.contact.sampling`),
@@ -8,11 +8,11 @@ a point of the boundary (:mod:`bipot.contact.sampling`),
 
 both relative to the tool, in its frame (:func:`bipot.tools.surfaces.frames`): n from the tool into the body,
 t = (n_y, -n_x). Dual to them are the contact *forces* (r_n, r_t). Friction rows exist only where the tangent is free
-and the tool has friction. Of flat tools the rows are the same for a whole increment; where a tool is curved they are
-those of the :class:`~bipot.tools.meeting.Meeting` at the iterate, linearised there, and means are those of what their
-nodes do there (:mod:`bipot.tools.parts`).
+and the tool has friction. The rows of flat tools are constant in an increment. Those of curved tools are linearised at
+the :class:`~bipot.tools.meeting.Meeting` of the iterate, and means average the rows of their nodes
+(:mod:`bipot.tools.parts`).
 
-What counts as closed is said in :mod:`bipot.contact.closeness`.
+:mod:`bipot.contact.closeness` defines what counts as closed.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ from bipot.typing import Bools, Floats, Ints
 ROUND_OFF = 8 * float(np.finfo(float).eps)
 
 REACH = 10.0
-"""A tool farther from the body than this many sizes of it does not matter to it."""
+"""A tool farther from the body than this many of its sizes is out of reach."""
 
 
 @dataclass(frozen=True)
 class Candidates:
     """Points that may touch a tool, tool by tool: ``node``, ``tool``, coefficient ``mu``, and ``shear``, m or inf (c,).
 
-    ``means`` say of which nodes. Of the tools' ``points`` those are candidates that may move; ``number`` holds, tool by
-    tool, the candidate (p,) that a point is, -1 where it is none. ``tangent_free`` (c,) are those with friction: a node
-    of theirs may move along the tangent, and no symmetry makes slip and shear zero. ``tangent_held`` (c,) are those of
-    which supports hold all nodes.
+    ``means`` gives their nodes. Those of the tools' ``points`` that may move are candidates; ``number`` holds, tool by
+    tool, the candidate (p,) of each point, -1 where it is none. ``tangent_free`` (c,) marks those with friction: a node
+    of theirs may move along the tangent, and no symmetry makes slip and shear zero. ``tangent_held`` (c,) marks those
+    whose nodes are all held by supports along the tangent.
     """
 
     scene: Scene
@@ -75,12 +75,12 @@ class Candidates:
 
     @property
     def changes(self) -> bool:
-        """Whether rows are those of an iterate, not of a whole increment."""
+        """Whether rows change from iterate to iterate."""
         return self.curved or self.capped
 
     @cached_property
     def curved(self) -> bool:
-        """Whether a tool is, so that rows depend on where candidates are."""
+        """Whether a tool is curved, so that rows depend on the positions of candidates."""
         return not all(tool.flat for tool in self.scene.tools)
 
     @cached_property
@@ -91,7 +91,7 @@ class Candidates:
 
     @cached_property
     def parts(self) -> Parts:
-        """What tools meet: in a scene of flat ones the candidates themselves, in others the nodes of their means."""
+        """What tools meet: the candidates themselves if all tools are flat, otherwise the nodes of their means."""
         return self.means.parts(self._reference) if self.curved and self.weighted else Parts.whole(self.means.count)
 
     @cached_property
@@ -125,15 +125,15 @@ class Candidates:
         return self.faces.distance(self.met.places(nodes), placed)
 
     def reached(self, gap: Floats) -> Bools:
-        """Which tools (k,) may matter to the body, by the ``gap`` (c,) at the end if that rests."""
+        """Which tools (k,) may reach the body, by the ``gap`` (c,) at the end if the body rests."""
         near = self._owned & (gap <= REACH * self.scene.mesh.size)
         return np.asarray(near.any(axis=1))
 
     def reach(self, gap: Floats, travel: Floats, swept: Floats) -> float:
-        """The longest ``travel`` (k, d) of a tool that may matter to the body: one out of :data:`REACH` is no scale.
+        """The longest ``travel`` (k, d) of a tool that may reach the body; one out of :data:`REACH` sets no scale.
 
-        Where it turns, with what its turn has ``swept`` (w, d) along at the nearest candidate. ``gap`` (c,) is that at
-        the end if the body rests.
+        For a turning tool the displacement ``swept`` (w, d) at the nearest candidate is included. ``gap`` (c,) is that
+        at the end if the body rests.
         """
         lengths, near = norm(travel), self.reached(gap)
         for k in np.flatnonzero(self.scene.turning & near).tolist():
@@ -154,16 +154,16 @@ class Candidates:
         return self.faces.owned @ vectors
 
     def load(self, r: Floats, nodes: Floats, placed: Floats) -> Floats:
-        """What contact forces r (c, d) do on the free unknowns (n,), whatever the friction.
+        """Contact forces r (c, d) on the free unknowns (n,), whatever the friction.
 
-        Of ``nodes`` (a, d) at tools in the poses ``placed`` (k, p).
+        The ``nodes`` (a, d) are at tools in the poses ``placed`` (k, p).
         """
         arms = self.faces.arms(self.met.places(nodes), placed)
         normal, tangents = self._matrices(self.frames_at(nodes, placed), arms)
         return normal.T @ r[:, 0] + tangents.T @ r[:, 1:].ravel()
 
     def add_bending(self, K: Floats, meeting: Meeting, r: Floats) -> None:
-        """Take the derivatives of contact forces r (c, d) by the nodes' places off element matrices (e, dk, dk)."""
+        """Subtract the derivatives of contact forces r (c, d) by nodal positions from element matrices (e, dk, dk)."""
         self._bent.take_off(K, meeting.bending(self.parts.spread(r)))
 
     @cached_property
@@ -175,7 +175,7 @@ class Candidates:
     def coupling(self, meeting: Meeting, r: Floats) -> Floats:
         """Derivatives (b u u,) of contact forces r (c, d) by the coordinates of curved tools that are driven.
 
-        Entries as the space has them behind those of elements; to be taken off these.
+        Entries in the order of the space, behind those of elements; to be subtracted.
         """
         node = np.asarray(self.met.weights.indices, np.intp)
         pushed = Pushed(self.tool[self.parts.owner], node, meeting, self.parts.spread(r))
@@ -202,7 +202,7 @@ class Candidates:
     def approach(self, travel: Floats, driven: Floats) -> Floats:
         """Motion (c, d) of tools along their paths, in their frames, against that ``driven`` (w, d) of parts.
 
-        Where one of its components is round-off of zero it is zero: no tool slides before it presses.
+        A component that is round-off of zero is zero: no tool slides before it presses.
         """
         tool = self.tool[self.parts.owner]
         moved = np.vecdot(self.frames, (travel[tool] - driven)[:, None])
@@ -212,7 +212,7 @@ class Candidates:
     def rows(self, gap: Floats, travel: Floats, driven: Floats) -> ContactRows:
         """Operators of an increment that starts with the gaps (c,).
 
-        In it the tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) of the displacement is prescribed.
+        The tools ``travel`` (k, d) along their paths, and ``driven`` (a, d) is the prescribed displacement.
         """
         moved = self.approach(travel, self.met.motion(driven))
         motion = np.column_stack([gap - moved[:, 0], -moved[:, 1:]])
@@ -284,9 +284,9 @@ class Candidates:
         return self._matrices(self.frames, np.zeros((len(self.node), self.scene.mesh.dimension)))
 
     def _matrices(self, frames: Floats, arm: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
-        """Normal and tangential rows of every candidate by ``frames`` (w, d, d) of parts, seen at ``arm`` (w, d).
+        """Normal and tangential rows of every candidate by ``frames`` (w, d, d) of parts, at ``arm`` (w, d).
 
-        A normal that turns keeps its zeros: rows have the same entries at all iterates.
+        Rows with turning normals store zeros too, so they have the same entries at all iterates.
         """
         normal, tangents = self._operators.matrices(frames, arm, self.parts)
         return (normal, tangents) if self.curved else (without_zeros(normal), without_zeros(tangents))

@@ -1,4 +1,4 @@
-"""Which points of the tools' boundaries are candidates: those of which a node, or the tool, can go along the normal."""
+"""Which points of the tools' boundaries are candidates: those where a node or the tool can move along the normal."""
 
 from __future__ import annotations
 
@@ -48,5 +48,5 @@ def candidates(scene: Scene, space: Space) -> Candidates:
 
 
 def _by_node(given: Mapping[int, float], other: float, node: Ints) -> Floats:
-    """What is ``given`` by node (c,), the ``other`` elsewhere."""
+    """The values ``given`` by node (c,), and the ``other`` value elsewhere."""
     return np.array([given.get(a, other) for a in node.tolist()], dtype=np.float64)

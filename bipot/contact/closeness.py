@@ -1,11 +1,12 @@
-"""What counts as closed, and as near.
+"""Which candidates count as closed, and which as near.
 
-A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). Which of them is
-asked depends on what is known and what for:
+A candidate is *closed* where it carries a force (:func:`carries`) or has no gap (:func:`touches`). The criterion
+depends on its use:
 
-* by force alone: tractions and landings, for what touches without a force has no traction and has not landed;
-* by gap alone: the start of an increment, where a weld takes hold, for forces there are those of the last increment;
-* by either: what keeps the body where it is, for what touches without a force still stops a motion one way.
+* force alone for tractions and landings, because a point that touches without a force has no traction and has not
+  landed;
+* gap alone at the start of an increment, where welds form, because the forces there are those of the last increment;
+* either one for what holds the body in place, because a point that touches without a force still prevents a motion.
 
 The pieces of Newton (:mod:`bipot.programs.pieces`) are guesses on the way to a solution, not statements about one.
 """
@@ -19,22 +20,22 @@ from bipot.programs.data import ContactRows
 from bipot.typing import Bools, Floats
 
 TOUCHES = 1e-9
-"""A gap below this fraction of the body's size is none: round-off of the geometry, not physics."""
+"""A gap below this fraction of the body's size counts as none: it is round-off of the geometry."""
 
 NEAR = 4.0
-"""A candidate within this many lengths of the increment is near its tool: it may close where the prediction is off."""
+"""A candidate within this many lengths of the increment is near its tool: it may close if the prediction is wrong."""
 
 LEAST_MOTION = 1e-6
-"""Of the body's size: the length of an increment in which tools and body rest."""
+"""Length, over the body's size, of an increment in which tools and body rest."""
 
 
 def carries(r: Floats, noise: float = 0.0) -> Bools:
-    """Which candidates (c,) push by contact forces r (c, d), of which those up to ``noise`` are none."""
+    """Which candidates (c,) push by contact forces r (c, d); forces up to ``noise`` count as none."""
     return r[:, 0] > max(force_threshold(r), noise)
 
 
 def touches(gap: Floats, size: float) -> Bools:
-    """Which gaps (c,) are none in a body of ``size``."""
+    """Which gaps (c,) count as closed in a body of ``size``."""
     return gap <= TOUCHES * size
 
 

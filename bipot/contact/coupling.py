@@ -1,18 +1,18 @@
-r"""How contact forces change as curved tools that are driven go on: what couples their coordinates with the nodes.
+r"""The change of contact forces with the coordinates of driven curved tools: their coupling with the nodes.
 
-A node that is pushed by the vector f, whose derivative by its own place is the B of :mod:`bipot.tools.meeting`,
-takes -f to its tool, so that the force dual to a coordinate x_i of that is -f . w_i, with w_i and 1/L_i of
-:mod:`bipot.scene.drives`. Beside the normal that turns as the two pass each other, the vector turns with the tool, and
-so does the arm of it:
+A node pushed by the vector f, whose derivative by its own position is the B of :mod:`bipot.tools.meeting`, exerts -f
+on its tool. The force dual to a coordinate x_i of the tool is then -f . w_i, with w_i and 1/L_i of
+:mod:`bipot.scene.drives`. The normal turns as the two pass each other; in addition the vector and its arm turn with the
+tool:
 
     d f / d x_j = -B w_j + (z x f) / L_j,
     d (-f . w_i) / d x_j = -(d f / d x_j) . w_i + f . (z x e_j) / L_i,
     d (-f . w_i) / d x = -w_i' B + (z x f) / L_i,
 
-e_j the direction of x_j where that is a force's, x the node's place. In a plane the whole is symmetric: it has a
-potential, but for friction, of which f is frozen here. In space frames do not turn with the tool about their normals n,
-but as they are carried along with these (:mod:`bipot.tools.slips`): with s of :func:`~bipot.tools.slips.spin` friction
-r_1 t_1 + r_2 t_2 lags behind it by the rate z . n - s . (z x n), which goes along r_1 t_2 - r_2 t_1.
+with e_j the direction of x_j if a force drives it, and x the node's position. In a plane the matrix is symmetric,
+because it has a potential (friction f is frozen here). In space frames do not turn with the tool about their normals n
+but are transported with these (:mod:`bipot.tools.slips`): with s of :func:`~bipot.tools.slips.spin`, the friction
+r_1 t_1 + r_2 t_2 lags behind the tool by the rate z . n - s . (z x n) along r_1 t_2 - r_2 t_1.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Pushed(NamedTuple):
 
 @dataclass(frozen=True)
 class Coupled:
-    """Of b nodes and curved tools of the ``scene`` that are driven, each pair once, what couples their unknowns.
+    """The coupling of the unknowns of b pairs of a node and a driven curved tool of the ``scene``.
 
     ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none.
     """
@@ -59,7 +59,7 @@ class Coupled:
         return np.column_stack([d * self.node[:, None] + np.arange(d), driven])
 
     def matrices(self, pushed: Pushed) -> Floats:
-        """What is to be taken off the stiffness (b, d + 2, d + 2) on them, but for what nodes alone change."""
+        """The matrices (b, d + 2, d + 2) to be subtracted from the stiffness, without the part of the nodes alone."""
         d = self.scene.mesh.dimension
         out = np.zeros((len(self.node), d + MOST, d + MOST))
         if not len(out):

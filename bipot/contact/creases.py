@@ -1,9 +1,9 @@
-r"""Which ends of a boundary's facets go on into each other: where a mean around the ends of facets stops.
+r"""Which facets of a boundary continue into each other at their ends, and where a mean around such an end stops.
 
-Where a boundary turns by more than :data:`CREASE` the mean stops: at a corner of the body, of which one side lies on
-the tool and the other goes up, both sides have a point of their own. So have a side and its mirror image beyond a plane
-of symmetry, and all facets where parts of the body meet, in one node of a plane, along one edge of space. In space two
-faces go on into each other at a node that they have in common with an edge; a fan of such faces has one point there.
+A mean stops where the boundary turns by more than :data:`CREASE`. At a corner of the body with one side on the tool and
+the other going up, each side has its own point. So have a side and its mirror image beyond a plane of symmetry where
+they form a crease, and all facets where parts of the body meet (at one node in a plane, along one edge in space). In
+space two faces continue into each other at a node if they share an edge there; a fan of such faces has one point.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ def ends_of(nodes: Floats, facets: Ints, ends: Ints) -> tuple[Ints, Ints]:
 
 
 def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
-    """Whether ends (f, k) of quadratic ``facets`` go on into their mirror images in a plane of symmetry.
+    """Whether ends (f, k) of quadratic ``facets`` continue into their mirror images in a plane of symmetry.
 
-    Of the nodes those ``inside`` (a,) it are in the plane, which has the unit ``normal``. In space a face goes on along
-    an edge in the plane; of one with a single corner there the mirror image is no neighbour.
+    The nodes ``inside`` (a,) are in the plane, which has the unit ``normal``. In space a face continues across an edge
+    in the plane; the mirror image of a face with a single corner there is no neighbour.
     """
     s = np.array(normal)
     # Of an edge w and its mirror image w . w' = 1 - 2 (s . w)^2, and so it is of the normals of a face and its own.
@@ -42,9 +42,9 @@ def beyond(nodes: Floats, facets: Ints, inside: Bools, normal: Vector) -> Bools:
 
 
 def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:
-    """Points at the ``ends`` (f, 2) of edges that go ``away`` (f, 2, 2) from them.
+    """Points at the ``ends`` (f, 2) of edges with the directions ``away`` (f, 2, 2) from them.
 
-    One where two edges go on, or one ends; one for each edge at a crease and where more than two meet.
+    There is one where two edges continue or one ends, and one for each edge at a crease and where more than two meet.
     """
     node, inverse, count = np.unique(ends, return_inverse=True, return_counts=True)
     order = np.argsort(inverse.ravel(), kind="stable")
@@ -62,7 +62,7 @@ def _on_lines(ends: Ints, away: Floats) -> tuple[Ints, Ints]:
 
 
 def _on_faces(corners: Ints, normal: Floats) -> tuple[Ints, Ints]:
-    """Points at the ``corners`` (f, k) of faces of the unit normals (f, k, 3) there: one a fan of faces that go on."""
+    """Points at the ``corners`` (f, k) of faces with unit normals (f, k, 3) there: one for each fan of faces."""
     # Only scenes with means on faces ask for it: what merely imports the library need not load it.
     from scipy.sparse.csgraph import connected_components
 

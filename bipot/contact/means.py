@@ -1,8 +1,8 @@
-"""Contact candidates as means of nodes: where they are, how they move, and what nodes take of the forces on them.
+"""Contact candidates as means of nodes: their positions and motions, and the forces on nodes by forces on them.
 
-A mean that goes on beyond planes of symmetry is that of the whole body: what its mirror image does along their normals
-takes away what it does there. In a plane such a point does not slip at all, and in space along the planes alone: of its
-motion ``within`` P = I - s s' is left, a factor for each plane of unit normal s.
+A mean that continues beyond planes of symmetry is that of the whole body: its motion along their normals is cancelled
+by that of its mirror image. In a plane problem such a point does not slip, and in space it slips along the planes only.
+The projection ``within`` of its motion is the product of P = I - s s' over the planes, with unit normals s.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Means:
-    """Candidates of ``weights`` D (c, a), and ``within`` P (c, d, d); None where no mean goes on beyond a plane."""
+    """Candidates with ``weights`` D (c, a), and ``within`` P (c, d, d), None if no mean continues beyond a plane."""
 
     weights: sp.csr_matrix
     within: Floats | None = None
@@ -40,19 +40,19 @@ class Means:
         return int(self.weights.get_shape()[0])
 
     def places(self, nodes: Floats) -> Floats:
-        """Of nodes (a, d) the candidates' places (c, d), by what is modelled of the body."""
+        """The candidates' positions (c, d) for nodes (a, d), by the modelled part of the body."""
         return np.asarray(self.weights @ nodes)
 
     def motion(self, nodal: Floats) -> Floats:
-        """The candidates' displacements (c, d) by those of nodes (a, d)."""
+        """The candidates' displacements (c, d) for those of nodes (a, d)."""
         return self.kept(np.asarray(self.weights @ nodal))
 
     def nodal(self, vectors: Floats) -> Floats:
-        """What nodes (a, d) take of forces (c, d) on the candidates."""
+        """Forces on nodes (a, d) by forces (c, d) on the candidates."""
         return np.asarray(self._spread @ self.kept(vectors))
 
     def kept(self, vectors: Floats) -> Floats:
-        """What planes of symmetry leave of vectors (c, d), zero where it is round-off of these."""
+        """Vectors (c, d) projected on the planes of symmetry, zero where the result is round-off."""
         if self.within is None:
             return vectors
         kept = np.einsum("cij,cj->ci", self.within, vectors)

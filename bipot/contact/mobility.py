@@ -1,4 +1,4 @@
-"""Which points of a tool's boundaries can move, along its normal and its tangent, and which symmetry holds at rest."""
+"""Which points of a tool's boundaries can move along its normal and tangent, and where symmetry forbids slip."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bipot.typing import Bools, Floats, Ints, Vector
 RADIAL: Vector = (1.0, 0.0)
 
 ANGLES = (0.0, 0.4, 1.1, 2.3, 3.8, 5.3)
-"""Of a turn (radians), by which no surface but one around its centre comes to itself."""
+"""Angles of turn (radians): only a surface around its centre is mapped to itself by all of them."""
 
 
 def moving(scene: Scene, number: int, own: Points) -> Bools:
@@ -31,9 +31,9 @@ def moving(scene: Scene, number: int, own: Points) -> Bools:
 
 
 class Mirrored(NamedTuple):
-    """Of points (p,) whether slip and shear are zero, ``still``, and ``within`` (p, d, d) what is left of their motion.
+    """Where slip and shear of points (p,) are zero, ``still``, and the projection ``within`` (p, d, d) of motions.
 
-    Of nodes, which supports hold, and in a plane, where there is slip or there is none, all of it is left.
+    The projection is the identity for nodes, which supports hold, and in a plane, where slip is either free or zero.
     """
 
     still: Bools
@@ -44,9 +44,8 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     """Of the points (p,) of the tool of that ``number``, of whose mean a half may be beyond a plane of symmetry or an
     axis.
 
-    There the body slips the other way. A point whose mean stops at the plane has a mirror image of its own, and so has
-    every mean at a tool that is not its own mirror image. Along such a tool that is curved tangents turn, and it and
-    its image both rub.
+    Beyond it the body slips in the opposite direction. A point whose mean stops at the plane has a mirror image of its
+    own, and so has every mean at a tool that is not its own mirror image.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))
@@ -63,9 +62,9 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
 
 
 def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
-    """Whether the mean of points (p,), of which those ``there`` are on a plane of symmetry, goes on beyond it.
+    """Whether the mean of points (p,), of which those ``there`` are on a plane of symmetry, continues beyond it.
 
-    It does where one of its facets does. That of a node by itself is that of its mirror image too.
+    It does where one of its facets does. A node by itself is its own mirror image.
     """
     if not own.weighted:
         return there
@@ -89,9 +88,9 @@ def _stays(scene: Scene, number: int, own: Points, normal: Vector) -> bool:
 def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """Whether nodes (a,) or the tool of that ``number`` can move along its normal and its tangents (a, d).
 
-    A normal that turns is any direction, and so is a tangent but where neither the tool nor a support ever goes along
-    what is held. A curved tool that is driven moves against nodes that are held wholly in either way, where what drives
-    it ever changes its gap to them: at rest it may be off them, or pass them along their tangent.
+    A turning normal may take any direction, and so may a tangent, unless neither the tool nor a support ever moves
+    along what is held. A driven curved tool moves along normal and tangent against fully held nodes if its drive ever
+    changes its gap to them: at rest it may be off them, or pass them along their tangent.
     """
     tool, holding = scene.tools[number], scene.holding
     along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
@@ -116,9 +115,9 @@ def _led(scene: Scene, number: int, nodes: Ints) -> Floats:
 
 
 def _comes(scene: Scene, number: int, nodes: Ints) -> Bools:
-    """Whether what drives the curved tool of that ``number`` ever changes its gap to nodes (a,).
+    """Whether the drive of the curved tool of that ``number`` ever changes its gap to nodes (a,).
 
-    A force does; a moment but where the surface goes around the centre of the turn.
+    A force does; so does a moment unless the surface is centred on the turn.
     """
     tool, x = scene.tools[number], scene.mesh.nodes[nodes]
     if tool.driven_by is not None or tool.turn is None or tool.turn.driven_by is None:

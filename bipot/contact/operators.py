@@ -1,7 +1,7 @@
 """Rows of candidates along their normals or tangents, by the unknowns of an increment.
 
-Which nodes and which driven tools a row is of does not change as bodies and tools move: a matrix made anew at an
-iterate has the entries of the last one, found once, with other numbers in them.
+The nodes and driven tools in a row do not change as bodies and tools move: the matrix of another iterate has the same
+entries, found once, with other values.
 """
 
 from __future__ import annotations

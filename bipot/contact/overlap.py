@@ -1,16 +1,16 @@
 r"""Overlap: the largest penetration anywhere on the edges that may touch a tool, not only at their nodes.
 
-The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. One of three is the
-parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
+The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. An edge of three is
+the parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
 
     g(s) = g_0 + b s + a s^2,    a = 2 (g_0 - 2 g_m + g_1),    b = 4 g_m - 3 g_0 - g_1,    0 <= s <= 1,
 
-least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. To a curved tool the gap along an edge has no
-such form: it is sampled, and where it is least its slope n . x'(s) is bisected to zero. Overlap is an error of
-discretisation, which no certificate of the nodal law holds.
+is least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. The gap of an edge to a curved tool has no
+such form: it is sampled, and at its minimum the slope n . x'(s) is bisected to zero. Overlap is a discretisation error
+that a certificate of the nodal law does not contain.
 
-In space the edges are those of the faces. A face of straight ones is a mean of its nodes everywhere, so that it is
-nearest to a flat tool at one of them; between the curved edges of a face nothing is looked at. To a curved tool the gap
+In space the edges are those of the faces. A face with straight edges is a mean of its nodes everywhere, so it is
+nearest to a flat tool at one of them; the inside of faces with curved edges is not checked. For a curved tool the gap
 is sampled between edges too, on the triangles of :mod:`bipot.scene.between_faces`.
 """
 
@@ -51,10 +51,10 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
 
 
 def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
-    """How far surface nodes that are no candidates of a flat tool came behind its plane, over the body size; 0 if none.
+    """How far surface nodes that are no candidates of a flat tool went behind its plane, over the body size; 0 if none.
 
-    Of ``nodes`` (a, d) at the tools' poses ``placed`` (k, p) those that were not behind it at rest. Beside a punch that
-    is all there is of the tool nothing is wrong with that; where the tool goes on, they should have been candidates.
+    These are ``nodes`` (a, d), at the tools' poses ``placed`` (k, p), that were not behind it at rest. Beside a punch
+    that ends at its candidates this is right; where the tool extends further, they should have been candidates.
     """
     deepest, surface = 0.0, np.unique(scene.mesh.outline)
     for tool, at_rest, pose in zip(scene.tools, scene.at_rest, placed, strict=True):

@@ -1,27 +1,27 @@
 r"""Where contact is posed: at the nodes of a tool's boundaries, or in the mean around the ends of their facets.
 
-A point p is a combination of nodes, x_p = sum_k D_pk x_k with sum_k D_pk = 1, and so is its gap to a flat tool; to a
-curved one it is that of their gaps (:mod:`bipot.tools.parts`). With r_p dual to it the nodes take D_pk r_p. There are
-two choices of D:
+A point p is a combination of nodes, x_p = sum_k D_pk x_k with sum_k D_pk = 1. Its gap is the same combination of their
+gaps (:mod:`bipot.tools.parts`), which for a flat tool is the gap of x_p. The force r_p dual to it acts on the nodes as
+D_pk r_p. There are two choices of D:
 
     nodes       D = 1: one point a node,
     weighted    D_pk = int psi_p N_k dA / int psi_p dA: one point an end of an edge, or a corner of a face.
 
 psi_p are the functions that are linear along each edge and on each triangle, bilinear on each square, 1 at p and 0 at
-the other ends; dA is that of rest, on a ring too, and int is Gauss' rule of :mod:`bipot.fem.surface`, exact on straight
-facets with the middle nodes in the middle. A pressure p = sum_p p_p psi_p gives the nodal forces
-int p N_k dA = sum_p D_pk r_p with r_p = p_p int psi_p dA: what the law says of r_p it says of the pressure at p, and by
-convexity of all between. On quadratic facets there are fewer points than nodes, which is a stable pair, and pressures
-do not alternate from corner to mid-side; on faces a uniform one pulls at the corners of eight nodes, and pushes at
-none of six, but psi_p weighs positively. In between a gap may be below zero where another is above
-(:mod:`bipot.contact.overlap`).
+the other ends. dA is that at rest (of the ring on a meridian), and int is Gauss' rule of :mod:`bipot.fem.surface`,
+exact on straight facets with centred middle nodes. A pressure p = sum_p p_p psi_p gives the nodal forces
+int p N_k dA = sum_p D_pk r_p with r_p = p_p int psi_p dA. The law for r_p is thus the law for the pressure at p and, by
+convexity, between the points. On quadratic facets there are fewer points than nodes, which is a stable pair, and
+pressures do not alternate from corner to mid-side. A uniform pressure on a face pulls at the corners of eight nodes and
+has no force at those of six, but the weights of psi_p are positive. Between the points the gap may be negative at some
+places and positive at others (:mod:`bipot.contact.overlap`).
 
 On linear edges psi_p are the dual functions, int psi_p N_k dA = 0 for k other than p: weighted gaps are those of the
-nodes, and both choices are one. So it is on linear faces: with hats in the place of dual functions, closed contacts
-would give the same forces r, and the pressures M^-1 r, M_ij = int N_i N_j dA, of which what alternates is up to nine
-times that of r_p / int N_p dA.
+nodes, and both choices are the same. On linear faces the points are the nodes too: hat functions in place of dual
+functions would give the same forces r for closed contacts, but pressures M^-1 r, M_ij = int N_i N_j dA, whose
+alternating part is up to nine times that of r_p / int N_p dA.
 
-Which ends of facets have one point is said in :mod:`bipot.contact.creases`.
+:mod:`bipot.contact.creases` decides which ends of facets share a point.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ from bipot.typing import Floats, Ints, read_only
 class Points:
     """Points (p,) of a tool's boundaries.
 
-    ``node`` (p,) is where they are, ``weights`` D (p, a) what they are the means of, ``edges`` (f, n) the points of
-    each facet of the boundaries, whose nodes are ``lines`` (f, m).
+    ``node`` (p,) are the nodes at which they are, ``weights`` D (p, a) their means, ``edges`` (f, n) the points of each
+    facet of the boundaries, whose nodes are ``lines`` (f, m).
     """
 
     node: Ints
@@ -57,7 +57,7 @@ class Points:
 
     @property
     def weighted(self) -> bool:
-        """Whether they are means: there are fewer of them than nodes."""
+        """Whether they are means of several nodes."""
         return self.edges.shape[1] < self.lines.shape[1]
 
 

@@ -1,26 +1,26 @@
-r"""The shear yield stress of the body at its contacts: what caps friction, |r_t| <= min(mu r_n, cap).
+r"""The cap of friction by the shear yield stress of the body at its contacts, |r_t| <= min(mu r_n, cap).
 
     cap_p = m_p sum_e w_e k_e A_ep,    k_e = <sigma_Y(p)>_e / sqrt 3,
 
-over the facets e of the tool's boundaries, edges or faces, at the point p. sigma_Y is hardened, that of the end of the
-increment, and <.>_e its mean over the volume of the element behind the facet. The A_ep are what belongs to the point of
-the facet's area, where equilibrium is asked, and never negative:
+over the facets e of the tool's boundaries, edges or faces, at the point p. sigma_Y is the hardened yield stress at the
+end of the increment, and <.>_e its mean over the volume of the element behind the facet. A_ep >= 0 is the point's share
+of the facet's area in the configuration of equilibrium:
 
     at nodes    int N_p dA, and max(int N_p dA, 0), all times one factor that keeps the sum, where one is negative:
                 corners of quadratic faces, and where a middle node is out of place (on straight quadratic edges they
                 are 1, 4, 1 sixths, and 0 on the axis),
     weighted    int psi_p dA > 0 (:mod:`bipot.contact.sampling`).
 
-A facet counts as far as it lies on the tool: with s how steeply it leaves that, w_e = min(max(1 - s/LIES, 0), 1). An
-edge of length h leaves by s = g/h, g the largest gap of its points; so does a face, in the steepest direction: s is
-g_min/h, h the largest distance of its ends, and the largest |g_p - g_q|/|x_p - x_q| of two of its points, half of that
-but between ends. How deep a face is does not matter to how it leaves across. So a free side that meets a punch at a
-corner adds nothing to the area there, one that folds onto it comes in without a jump, and an edge of which one node has
-come to a circle does so in part.
+A facet counts to the extent that it lies on the tool, w_e = min(max(1 - s/LIES, 0), 1), with s the slope by which it
+leaves the tool. For an edge of length h, s = g/h with g the largest gap of its points. For a face s is that of the
+steepest direction: g_min/h, with h the largest distance of its ends, plus the largest |g_p - g_q|/|x_p - x_q| of two of
+its points (half of that unless both are ends). The extent of a face in depth does not affect its slope across. So a
+free side that meets a punch at a corner adds nothing to the area there; a side that folds onto the punch is added
+without a jump; and an edge of which one node has reached a circle counts in part.
 
-A cap is that of an iterate, and frozen in the pass that begins from it: it depends on the displacement through area and
-hardening alone, which change by as much as the strain does. The certificate asks for the law with the cap of the very
-iterate that it judges.
+A cap belongs to an iterate and is frozen in the pass that begins there. It depends on the displacement only through
+area and hardening, which change as the strain does. The certificate checks the law with the cap of the iterate that it
+judges.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from bipot.tensors import norm
 from bipot.typing import Floats, Ints
 
 LIES = 0.25
-"""A facet is off the tool where it leaves that by this slope, or more."""
+"""A facet that leaves the tool by this slope or more does not lie on it."""
 
 
 class Strength(NamedTuple):
@@ -53,7 +53,7 @@ class Strength(NamedTuple):
 
 
 def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
-    """Largest friction forces (c,), inf where none is asked.
+    """Largest friction forces (c,), inf where there is no cap.
 
     Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, 3).
     """

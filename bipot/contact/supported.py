@@ -1,4 +1,4 @@
-"""Where supports hold candidates against tools: what they drag along them, tear off welds, or drive tools into."""
+"""Supports against tools: known slips of held nodes, welds torn by supports, and tools driven into held nodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats
 
 ALIGNED = 1e-9
-"""A motion along the tangent below this fraction of what tool and support move by is round-off."""
+"""A tangential motion below this fraction of the motions of tool and support is round-off."""
 
 
 class DrivenInto(NamedTuple):
@@ -34,7 +34,7 @@ class Touching(NamedTuple):
 
 
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
-    """The tool that is deepest in a node that supports hold along its normal: no motion gets it out.
+    """The tool that is deepest in a node which supports hold along its normal, so that no motion can resolve it.
 
     Tools are in the poses ``placed`` (k, 3), held nodes displaced by what is ``driven`` (a, d).
     """
@@ -97,7 +97,7 @@ def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
 
 
 def _across(tool: Tool, motion: Floats) -> Floats:
-    """The part of motions (…, d) that neither a force nor a moment on the tool lets go of."""
+    """The part of motions (…, d) that is not along a free coordinate of a driven tool."""
     if tool.turn is not None and tool.turn.driven_by is not None:
         return np.zeros_like(motion)
     if tool.driven_by is None:

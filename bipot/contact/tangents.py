@@ -1,13 +1,15 @@
-r"""Tangents of candidates in space: the first is along what nothing can move along, where there is such a direction.
+r"""Tangents of candidates in space: the first is along a held tangential direction, where there is one.
 
-Tangents may be turned about the normal as one likes. Where supports, or planes of symmetry, hold of a point's motion in
-the tangent plane one direction z alone, friction along z is of no unknown: what of it tool and support take is open. Of
-tangents along z and across it the first has no row then, whatever the axes of supports are, and carries nothing.
+Tangents may be rotated about the normal arbitrarily. Where supports or planes of symmetry hold a single direction z of
+a point's motion in the tangent plane, friction along z acts on no unknown, and its distribution between tool and
+support is not determined. With one tangent along z and the other across it, the first has no row, whatever the axes of
+the supports are, and carries nothing.
 
-That is of flat tools: where one is curved slips are of the way of points to it, and only round-off of zero along z.
+This applies to flat tools. Slips on curved tools follow the motion of points relative to them, and along z are zero up
+to round-off.
 
-With P_a the projections on what supports leave of the nodes' motions, and S on what planes of symmetry leave of the
-mean of these, z is the direction of the tangent plane in which S (sum_a P_a) S is zero.
+With P_a the projections on the free motions of the nodes, and S the projection of their mean by planes of symmetry, z
+is the direction of the tangent plane in which S (sum_a P_a) S is zero.
 """
 
 from __future__ import annotations
