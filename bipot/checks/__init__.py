@@ -1,1 +1,1 @@
-"""What is asked of the answer of an increment beside its certificate, and what is said where there is none."""
+"""Checks of an increment's answer beside its certificate, and diagnosis where no answer was found."""

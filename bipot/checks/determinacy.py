@@ -1,21 +1,20 @@
-r"""What an accepted increment leaves open: contact forces that share their nodes, a body that may still move.
+r"""What an accepted increment does not determine: contact forces that share their nodes, a body that may still move.
 
 Contact *forces* are not determined where the closed contacts of a node have more unknowns (one where it slides, d
 where it does not) than independent directions on the node's free unknowns. The *position* is not determined where a
-rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and every sliding
-one on its way: in space friction, which is against the slip, would turn with it. Both are rank tests. Tools that forces
-drive bind the contacts of all nodes together: the first is then of all at once.
+rigid motion that the supports allow leaves every closed contact closed, every sticking one at rest, and the slip of
+every sliding one in its direction (in space friction would otherwise turn with it). Both are rank tests. Force-driven
+tools couple the contacts of all nodes: the first test is then made for all of them together.
 
-Of all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over the
-rigid motions N t that keep gaps open, and slips in their direction. Numbering, units and solver then do not choose.
+Among all positions that obey the law equally well, :func:`settled` takes the motion of least norm: min |x + N t| over
+the rigid motions N t that keep gaps and the directions of slips. So numbering, units and solver do not choose.
 
-A third test costs a factorisation and is made when asked for, :func:`branches`: where the symmetric part of the
-tangent, geometry included, is positive definite on the motions that the closed contacts allow, no other solution is
-near (Hill's condition); where it is not, the body may go on in another way, as perfectly plastic ones do in free
-compression.
+A third test, :func:`branches`, costs a factorisation and is optional. Where the symmetric part of the tangent, geometry
+included, is positive definite on the motions that the closed contacts allow, no other solution is near (Hill's
+condition). Where it is not, other solutions may branch off, as for perfect plasticity in free compression.
 
-Contacts that touch without a force stop a rigid motion one way only: :func:`may_leave` asks a linear program whether
-the body could as well be farther off.
+Contacts that touch without a force prevent a rigid motion in one direction only: :func:`may_leave` decides by a linear
+program whether the body could equally be farther off.
 """
 
 from __future__ import annotations
@@ -40,19 +39,19 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 STICKS = 1e-8
-"""A contact sticks this far inside its cone, of the largest force."""
+"""A contact sticks if it is this far inside its cone, over the largest force."""
 
 STILL = 1e-9
-"""Slip below this fraction of the largest is none."""
+"""Slip below this fraction of the largest counts as none."""
 
 RANK = 1e-9
 """Singular values below this fraction of the largest count as zero."""
 
 ROUND_OFF = 1e-9
-"""What a row moves by below this fraction of the largest of a motion is none."""
+"""A motion of a row below this fraction of the largest counts as none."""
 
 STIFF = 1e4
-"""Stiffness that stops a motion, over the largest on the diagonal."""
+"""Stiffness that prevents a motion, over the largest on the diagonal."""
 
 SETTLED = 1e-12
 """A free rigid motion below this fraction of the increment's displacement is round-off."""
@@ -64,8 +63,8 @@ TIGHT = Accuracy(1e-12)
 class Active:
     """Which contacts (c,) are closed, which stick inside their cone, and which do not slip, even at its edge.
 
-    ``drag`` (c,) is what the friction of sliding ones grows by with their normal force, ``along`` (c, d - 1) the unit
-    vector of their friction, zero of others.
+    ``drag`` (c,) is the growth of the friction of sliding ones with their normal force, ``along`` (c, d - 1) the unit
+    vector of their friction, zero for others.
     """
 
     closed: Bools
@@ -76,7 +75,7 @@ class Active:
 
     @staticmethod
     def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
-        """By force, gap and slip; of the forces r (c, d) those up to ``noise`` are none."""
+        """By force, gap and slip; forces r (c, d) up to ``noise`` count as none."""
         rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
@@ -94,7 +93,7 @@ class Active:
         return Active(closed, sticking, still, self.drag, along)
 
     def stopped(self, rows: ContactRows, motions: Floats) -> Floats:
-        """What ``motions`` (n, m) do to closed gaps, to slips of sticking contacts and across those of sliding ones."""
+        """Effect of ``motions`` (n, m) on closed gaps, slips of sticking contacts and directions of sliding ones."""
         kept, count = rows.frictional, motions.shape[1]
         slips = np.asarray(rows.G_t @ motions).reshape(len(kept), rows.tangents, count)
         along, slides = self.along[kept], self.along[kept].any(axis=1)
@@ -105,7 +104,7 @@ class Active:
 
 
 def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
-    """The answer whose free rigid motion is the least, and what is not determined, in words."""
+    """The answer with the least free rigid motion, and what is not determined, in words."""
     iterate, r = examined.iterate, examined.r
     words = [f"forces at node {node}" for node in shared_forces(iterate, r)]
     noise = _noise(examined)
@@ -121,9 +120,9 @@ def least_moved(examined: Examined) -> tuple[Examined, tuple[str, ...]]:
 
 
 def _noise(examined: Examined) -> float:
-    """Up to which contact forces are none: what round-off makes of the law, or STICKS of the largest of the run.
+    """Contact forces up to this count as none: the round-off of the law, or STICKS times the largest of the run.
 
-    Where contacts have opened forms may leave all of them such a remainder, which holds nothing.
+    Where contacts have opened, forms may leave such a remainder on all of them, which holds nothing.
     """
     start = examined.increment.start.forces
     present = max(float(np.abs(forces).max(initial=0.0)) for forces in (examined.r, start))
@@ -165,7 +164,7 @@ def loose_motions(iterate: Iterate, r: Floats, noise: float) -> Floats:
 def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     """Whether a rigid motion opens closed contacts that carry no more than ``noise``.
 
-    It leaves those that carry more closed, and at rest where they stick.
+    It must keep those that carry more closed, and at rest where they stick.
     """
     rigid, rows = _rigid(iterate), iterate.rows
     if not rigid.size:
@@ -177,7 +176,7 @@ def may_leave(iterate: Iterate, r: Floats, noise: float) -> bool:
     if not (N.shape[1] and idle.any()):
         return False
     opened = openable(cleaned((rows.G_n @ N)[idle], N))
-    # What nobody can rule out may be.
+    # Undecided counts as possible.
     return opened is None or bool(opened[0].any())
 
 
@@ -276,7 +275,7 @@ def _dependent(A: Floats, of: Ints) -> Ints:
 
 
 def cleaned(moved: Floats, motions: Floats) -> Floats:
-    """What rows make of ``motions`` (n, m), with zero for what is round-off of the largest of these.
+    """The rows times ``motions`` (n, m), with zero for round-off of the largest of these.
 
     >>> cleaned(np.array([[1e-17, 0.3]]), np.array([[0.6, 0.8]])).tolist()
     [[0.0, 0.3]]

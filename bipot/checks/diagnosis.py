@@ -1,9 +1,9 @@
-r"""Why an increment could not be solved, where the scene itself says so: a body inside a tool, a body nothing holds.
+r"""Why an increment could not be solved, where the scene is the cause: a body inside a tool, or held by nothing.
 
 A rigid motion N v that the supports allow is free when no candidate contact could ever stop it: G_n N v >= 0 at every
-candidate (none closes), and no friction where it keeps a contact closed. Candidates count however far they are, since
-they may land. That is a cone in at most three numbers v, six in space; a linear program says which contacts a motion in
-it can open.
+candidate (none closes), and no friction where it keeps a contact closed. Candidates count at any distance, since they
+may land. These v form a cone in at most three dimensions, six in space; a linear program says which contacts a motion
+in it can open.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from bipot.tools.poses import crossed, pose_size
 from bipot.typing import Floats
 
 SPINS = 0.95
-"""Of the moment that friction holds: what is above may be more in the increment, in which normal forces change."""
+"""Fraction of the moment held by friction above which a tool may spin, as normal forces change in an increment."""
 
 
 def diagnosis(system: System, state: State, tau: float) -> str | None:
-    """The fitting sentence for an increment from ``state`` to ``tau`` that failed, None where the scene shows none."""
+    """A sentence why the increment from ``state`` to ``tau`` failed, None where the scene is not the cause."""
     found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
     found = found or _unheld(system, state, tau)
     return found or _aloft(system, state, tau) or _spun(system, state, tau)
@@ -100,9 +100,9 @@ def _aloft(system: System, state: State, tau: float) -> str | None:
 
 
 def _spun(system: System, state: State, tau: float) -> str | None:
-    """A tool whose moment is more than its friction holds by the normal forces that there are, or next to that.
+    """A tool whose moment exceeds, or nearly equals, what its friction holds with the present normal forces.
 
-    Of one that is still to be pressed, by its path or a force, there are none to tell from.
+    A tool that is still to be pressed, by its path or a force, has no normal forces to judge from.
     """
     scene, contacts = system.body.scene, system.candidates
     drives, here = scene.drives, Increment(system, state, state.tau).at(np.zeros(system.body.space.size))
@@ -130,7 +130,7 @@ def _spun(system: System, state: State, tau: float) -> str | None:
 
 
 def _levers(contacts: Candidates, here: Iterate) -> Floats:
-    """Moments (c, d) of unit forces on candidates about the axes of tools that turn; 0 of others."""
+    """Moments (c, d) of unit forces on candidates about the axes of turning tools; 0 for others."""
     arm, scene = here.meeting.arm, contacts.scene
     about = np.zeros((len(scene.tools), pose_size(arm.shape[1]) - arm.shape[1]))
     for k, tool in enumerate(scene.tools):
@@ -141,7 +141,7 @@ def _levers(contacts: Candidates, here: Iterate) -> Floats:
 
 
 def free_motion(system: System, state: State) -> Floats | None:
-    """A rigid motion (a, d) that nothing could stop, its largest nodal displacement 1; None if none is known."""
+    """A rigid motion (a, d) that nothing could prevent, its largest nodal displacement 1; None if none is known."""
     space = system.body.space
     rigid = system.rigid_at(state.nodes)
     rows = Increment(system, state, state.tau).rows

@@ -1,13 +1,13 @@
-r"""An iterate with contact forces, to be certified: which fields, which scales, which round-off.
+r"""The fields, scales and round-off for the certificate of an iterate with contact forces.
 
-Round-off of the internal forces is that of their own assembly,
+The round-off of the internal forces is that of their own assembly,
 
     eps sum_q w |N,j| (|sigma_n| + (K + 2 G) sum_a |N_a,j| moved),
 
-summed at the node where it is largest, with ``moved`` the lengths of the increment, that of the largest displacement,
-those of the tools within reach, and what forces may move tools by: what an unstressed body is measured by. That of a
-contact's motion is eps times these lengths. Where an estimate from the largest stress and the mesh at rest, taken
-tenfold, is far below every bound, it stands for the sum.
+summed at the node where it is largest, with ``moved`` the lengths of the increment: the largest displacement, the
+travels of tools within reach, and the motions that forces may give to tools. It is the scale of an unstressed body. The
+round-off of a contact's motion is eps times these lengths. Where ten times an estimate from the largest stress and the
+mesh at rest is far below every bound, the estimate replaces the sum.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from bipot.tensors import norm
 from bipot.typing import Floats
 
 FAINT = 0.1
-"""Round-off below this fraction of a bound decides nothing about it."""
+"""Round-off below this fraction of a bound does not matter for it."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Examined:
     """An iterate with contact forces r (c, d) on all candidates' rows, to be certified.
 
     ``largest`` is the largest contact force of the run so far; round-off far below the ``bounds`` is only estimated.
-    Equilibrium comes first and costs little; the rest is asked where that is met.
+    Equilibrium comes first and is cheap; the other measures are computed where it is met.
     """
 
     iterate: Iterate
@@ -66,11 +66,11 @@ class Examined:
 
     @cached_property
     def balance(self) -> Balance:
-        """Nodal residuals and what they are measured by."""
+        """Nodal residuals and their scales."""
         space, bounds = self.increment.system.body.space, self.bounds
         loads = np.zeros((1, 1))
         if self.increment.system.loading.loads:
-            # What acts on held unknowns goes into the supports: it measures nothing.
+            # Loads on held unknowns go into the supports and set no scale.
             loads = space.spread(self.iterate.load)
         force = space.force_scale(self.response.element_forces, loads)
         least = min(bounds.equilibrium, bounds.cone_violation, bounds.law, bounds.relative_gap)
@@ -86,10 +86,10 @@ class Examined:
 
     @cached_property
     def _tool_force(self) -> Floats:
-        """What the residuals of tools that are driven are measured by (m,).
+        """The scales (m,) of the residuals of driven tools.
 
-        Of a force itself; of a moment the sum of the contact forces times their arms where that is larger, which is
-        above zero where a tool rolls freely: over its lever, which no unknown changes.
+        It is the driving force itself; for a moment the sum of the contact forces times their arms where that is
+        larger, which is above zero for a tool that rolls freely, over its constant lever.
         """
         drives = self.increment.system.body.scene.drives
         if not drives:

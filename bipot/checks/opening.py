@@ -7,14 +7,14 @@ import numpy as np
 from bipot.typing import Bools, Floats
 
 PIVOTS = 1000
-"""Steps of a linear program per row and column: one that takes more goes round."""
+"""Steps of a linear program per row and column; one that takes more cycles."""
 
 
 def openable(normal: Floats) -> tuple[Bools, Floats] | None:
     """Which contacts (c,) a motion v (m,) with ``normal`` v >= 0 can open, as many as possible, and that motion.
 
     max sum_c t_c  over  0 <= t_c <= 1,  t_c <= normal_c v / |normal_c|: scaled up, v opens all contacts that any v
-    opens. None where the program's solver cannot tell.
+    opens. None where the solver cannot decide.
     """
     count, free = normal.shape
     if not free:

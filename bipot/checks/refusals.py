@@ -1,4 +1,4 @@
-"""What no increment may do, whatever its certificate says: what forces and gaps at the nodes alone do not see."""
+"""Inadmissible increments, whatever their certificate: motions that forces and gaps at the nodes do not detect."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from bipot.tools.tool import Sampling
 from bipot.typing import Floats
 
 MOST_TURNED = float(np.pi) / 6
-"""The largest angle of a tool in an increment: turns that come back look like none, and ways are not straight."""
+"""The largest angle of a tool in an increment: a full turn looks like none, and paths are not straight."""
 
 MOST_STRAINED = 1.0
-"""The largest equivalent strain of an increment: the midpoint's is off by a tenth there, and beyond twice as much the
-equations of an increment have other solutions, in which a body that flows freely turns by a right angle and back."""
+"""The largest equivalent strain of an increment: the midpoint strain has an error of a tenth there. Beyond twice as
+much its equations have other solutions, in which a freely flowing body turns by a right angle and back."""
 
 RUNAWAY = 10.0
 """Farthest motion of a node in an increment, over the size of the body and the tools' travel together."""
 
 
 def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
-    """Refuse what no motion helps: a tool in a held node, or that turns too far, a weld torn by a support."""
+    """Refuse what no motion can resolve: a tool in a held node, a tool that turns too far, a weld torn by a support."""
     inside = increment.inside / increment.system.body.scene.mesh.size
     if inside > bounds.penetration:
         raise NotConverged(f"a tool ends {inside:.2g} times the body's size inside a node that a support holds")
@@ -41,10 +41,10 @@ def refuse_blocked(increment: Increment, bounds: Bounds) -> None:
 
 
 def refuse_motion(iterate: Iterate, r: Floats) -> None:
-    """Refuse what no motion may do, r (c, d) the forces of all candidates.
+    """Refuse inadmissible motions, r (c, d) the forces of all candidates.
 
-    It may not run away, strain too much at once, spin a tool, go through it or let one between nodes, touch it past an
-    open end, nor a mirror image, nor go through itself.
+    A body may not run away, strain too much at once, spin a tool, pass through one or let it in between nodes, touch
+    it past an open end, touch its mirror image, or pass through itself.
     """
     _refuse_runaway(iterate)
     _refuse_strained(iterate)
@@ -69,7 +69,7 @@ def _refuse_runaway(iterate: Iterate) -> None:
 
 
 def _refuse_strained(iterate: Iterate) -> None:
-    """Refuse an increment that strains an element by more than an increment can tell."""
+    """Refuse an increment that strains an element by more than one increment can resolve."""
     strain = equivalent_strain(iterate.response.kinematics.strain)
     if strain.max() > MOST_STRAINED:
         element = int(np.unravel_index(np.argmax(strain), strain.shape)[0])
@@ -90,7 +90,7 @@ def _refuse_spun(iterate: Iterate) -> None:
 
 
 def _refuse_crossed(iterate: Iterate) -> None:
-    """Refuse nodes that go through a tool: gaps of the end alone do not see it."""
+    """Refuse nodes that pass through a tool, which gaps at the end do not detect."""
     contacts = iterate.increment.system.candidates
     crossed = np.flatnonzero(contacts.faces.crossed(iterate.meeting))
     if len(crossed):
@@ -109,7 +109,7 @@ def _refuse_beyond(iterate: Iterate, r: Floats) -> None:
 
 
 def _refuse_between(iterate: Iterate) -> None:
-    """Refuse tools that come into the body between two nodes, which feel nothing of it."""
+    """Refuse tools that come into the body between two nodes, which do not touch them."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     for k, tool in enumerate(scene.tools):
         start, poses = increment.start.nodes, np.stack([increment.tools.placed[k], iterate.placed[k]])
@@ -121,7 +121,7 @@ def _refuse_between(iterate: Iterate) -> None:
 
 
 def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
-    """Refuse tools that are deep in an edge of which no weighted mean feels them, such as at a corner."""
+    """Refuse tools that are deep in an edge no weighted mean of which touches them, as at a corner."""
     increment, contacts = iterate.increment, iterate.increment.system.candidates
     nodes, scene = increment.start.nodes + iterate.response.du, increment.system.body.scene
     carrying, weights = carries(r), abs(contacts.means.weights)
@@ -139,7 +139,7 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
 
 
 def _refuse_image(iterate: Iterate) -> None:
-    """Refuse bodies in the mirror image of a tool that a plane of symmetry does not cut: it is no part of the scene."""
+    """Refuse bodies in the mirror image of a tool that a plane of symmetry does not cut, which is not in the scene."""
     increment, scene = iterate.increment, iterate.increment.system.body.scene
     nodes = increment.start.nodes + iterate.response.du
     for plane in scene.planes:
@@ -151,7 +151,7 @@ def _refuse_image(iterate: Iterate) -> None:
 
 
 def _refuse_itself(iterate: Iterate) -> None:
-    """Refuse bodies that go through themselves, or through their mirror images: they do not feel it."""
+    """Refuse bodies that go through themselves or their mirror images, with which there is no contact."""
     increment = iterate.increment
     found = increment.system.body.scene.itself.through(increment.start.nodes + iterate.response.du)
     if found is not None:

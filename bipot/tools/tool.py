@@ -49,11 +49,11 @@ class Sampling(StrEnum):
 class Tool:
     """A rigid tool of a scene, with a ``surface`` that translates by ``travel`` times the ``path``.
 
-    The path is piecewise linear through (tau, multiple) with tau from 0 to 1: the default moves once by the travel; (0,
-    0), (0.5, 1), (1, 0.9) retracts by a tenth. A multiple may be a pair, one for each component of ``travel``: (0, 0),
-    (0.5, (0, 1)), (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the mesh
-    boundaries ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given. ``mu
-    = inf`` welds: what touches at the start of an increment stays tied.
+    The path is piecewise linear through (tau, multiple) with tau from 0 to 1. The default moves once by the travel;
+    (0, 0), (0.5, 1), (1, 0.9) retracts by a tenth. A multiple may be a pair, one for each component of ``travel``:
+    (0, 0), (0.5, (0, 1)), (1, (1, 1)) presses first and then slides; in space it is three numbers. The nodes of the
+    mesh boundaries ``candidates`` may touch it, with Coulomb coefficient ``mu``, or ``mu_at`` of that node where given.
+    ``mu = inf`` welds: what touches at the start of an increment stays tied.
 
     ``shear``, m from 0 to 1, caps the shear force by m times the shear yield stress of the body there,
     |t_t| <= min(mu t_n, m k), k = sigma_Y / sqrt 3 hardened (:mod:`bipot.contact.shear`); ``shear_at`` is that of a
@@ -218,7 +218,7 @@ class Tool:
 class FlatTool(Tool):
     """A rigid half-space behind the plane through ``point`` with normal ``normal`` (from the tool into the body).
 
-    Vectors are of two numbers in a plane, of three in space. All else is as in :class:`Tool`.
+    Vectors have two components in a plane, three in space. All else is as in :class:`Tool`.
 
     Raises:
         SceneError: a vector that is not two or three finite numbers, a normal that is none, a path that is not pairs
@@ -264,7 +264,7 @@ class FlatTool(Tool):
 class ShapedTool(Tool):
     """A rigid tool of any ``surface``, e.g. ``Circle((0, 12), 2)``; all else is as in :class:`Tool`.
 
-    It goes its path, and may ``turn`` meanwhile: what slips on it slips against the point of the tool that it touches.
+    It follows its path and may ``turn`` meanwhile; slips are relative to the point of the tool that is touched.
 
     Raises:
         SceneError: as :class:`FlatTool`, but for a force's direction; a turn that is none.
@@ -295,4 +295,4 @@ class ShapedTool(Tool):
 
 
 AnyTool = FlatTool | ShapedTool
-"""The tools that there are."""
+"""All kinds of tools."""

@@ -1,7 +1,7 @@
-"""Straight ways of points through tools in space, by the distance alone: who came out on another side.
+"""Straight ways of points through tools in space, by the distance alone: whether they come out on another side.
 
-Along a way the gap changes by no more than its length, so that a way is looked at where it may be in the tool: in
-steps of a small part of the tool's thickness, or of its own length where that is short.
+Along a way the gap changes by no more than its length, so a way is checked only where it may be in the tool, in steps
+of a small part of the tool's thickness, or of its own length where that is short.
 """
 
 from __future__ import annotations
@@ -16,25 +16,24 @@ from bipot.tools.surfaces import Distance
 from bipot.typing import Bools, Floats
 
 LEAST, MOST = 17, 4096
-"""Places on a way that are looked at: as many as show what is GRAZED of the tool deep, up to so many."""
+"""Range of the number of points checked on a way: enough to detect a depth of GRAZED of the tool."""
 
 PAST = 2 * np.pi / 3
-"""Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
+"""A straight way through a tool between normals that differ by more than this is not a slide around it."""
 
 DEEP = (1 - float(np.cos(AROUND / 2))) / 2
 """Over a tool's thickness: the depth of a straight way between places of a sphere that are AROUND apart."""
 
 SHALLOW = 1e-6
-"""Of its length: a way through the tool that is no deeper is one along it."""
+"""A way through the tool no deeper than this, over its length, runs along it."""
 
 
 def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
     """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
 
-    Of a tool of that ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
-    goes in and out differ by more than :data:`PAST`; or by more than AROUND, and the way is deeper than between places
-    of a sphere as thick that are so far apart; or who goes touches it neither before nor after, and does more than
-    graze it.
+    The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
+    enters and leaves differ by more than :data:`PAST`; or by more than AROUND, and the way is deeper than a chord of
+    that angle in a sphere as thick; or the point touches the tool neither before nor after, and more than grazes it.
     """
     out = np.zeros(x.shape[:-1], dtype=bool)
     length = norm(by)

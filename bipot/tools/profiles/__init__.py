@@ -1,4 +1,4 @@
-"""Surfaces of rigid tools from straights and rounds, and of several surfaces."""
+"""Surfaces of rigid tools made of straights and rounds, and unions of several surfaces."""
 
 from bipot.tools.profiles.profile import Profile
 from bipot.tools.profiles.shapes import flat_punch, wedge

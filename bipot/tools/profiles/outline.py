@@ -1,8 +1,8 @@
-r"""From the corners of a line and the radii of its fillets to its pieces; what is no line is refused.
+r"""From the corners of a line and the radii of its fillets to its pieces; invalid lines are refused.
 
 A fillet of the radius r at a corner where the line turns by theta takes r tan(|theta|/2) off the straights beside it.
-The line goes on straight beyond open ends, and may not cross itself: with its corners sharp it does not, and no corner
-is inside the triangle that a fillet cuts off another, into which nothing then comes.
+The line continues straight beyond open ends and may not cross itself. It does not if it does not cross itself with
+sharp corners, and no corner is inside the triangle that a fillet cuts off another.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from bipot.tools.profiles.pieces import Pieces, Rounds, Straights, leftwards
 from bipot.typing import Bools, Floats, Ints
 
 STRAIGHT = 1e-12
-"""A turn (radians) below this is none."""
+"""A turn (radians) below this counts as none."""
 
 BACK = 1e-9
-"""A turn within this (radians) of half a circle goes back on the line itself."""
+"""A turn within this (radians) of half a circle leads back along the line itself."""
 
 FITS = 1e-12
-"""Of a straight: what fillets may take off it more than it is long, by round-off."""
+"""Fraction of a straight by which fillets may exceed its length, by round-off."""
 
 PARALLEL = 1e-9
 """Sides whose directions differ by less (radians) are parallel."""
@@ -91,7 +91,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
 
 
 def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, names: Ints) -> None:
-    """Fillets leave nothing less than nothing of a side."""
+    """Require that fillets do not exceed the length of a side."""
     short = np.flatnonzero(left < -FITS * length)[:1]
     if short.size:
         k = int(short[0])
@@ -102,7 +102,7 @@ def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, na
 
 
 def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, closed: bool, names: Ints) -> None:
-    """No corner is in the triangle that a fillet cuts off another."""
+    """Require that no corner is in the triangle that a fillet cuts off another."""
     before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
     # In the oblique frame of a corner's two sides the triangle is u, v >= 0, u + v <= trim.
     to = corners - inner[:, None]
@@ -120,7 +120,7 @@ def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, 
 
 
 def _require_simple(corners: Floats, closed: bool, points: object) -> None:
-    """No side meets another one, of which the first and the last go on without an end where the line is open."""
+    """Require that no side meets another; the first and last side of an open line have no end."""
     sides, count = _sides(corners, closed), len(corners) - (not closed)
     start = corners[:count]
     low, high = np.zeros(count), np.ones(count)

@@ -1,4 +1,4 @@
-r"""Lines of straights and rounds, one behind the other: the nearest place of points, and where straight ways meet them.
+r"""Lines of straights and rounds in sequence: the nearest places of points, and where straight paths meet them.
 
 Along the line with the tangent tau the tool is on the right, so the normal n, which points into the body, is tau turned
 to the left, and the arc grows along the tangent (n_y, -n_x) of :mod:`bipot.tools.surfaces`. A round of the radius r
@@ -6,8 +6,9 @@ around C turns to the right where it is convex (turn = 1) and to the left where 
 
     gap = turn (|x - C| - r),    curvature of the line of equal gaps = turn/|x - C|,    1 - c g = r/|x - C|.
 
-A sharp corner is a round of the radius zero: outside a convex one, and inside the tool at a concave one, it is nearest
-to a whole angle of points, which the arc does not tell apart; at the corner itself the normal is the middle one.
+A sharp corner is a round of radius zero: it is the nearest place of a whole sector of points, outside a convex corner
+or inside the tool at a concave one, and all of them have the same arc. At the corner itself the normal is the middle
+one.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints
 
 ROUND_OFF = 16 * float(np.finfo(float).eps)
-"""Of the magnitude of places: what round-off puts next to the strip or sector of a piece."""
+"""Relative round-off of positions, by which a point may lie beside the strip or sector of its piece."""
 
 AT = 1e-9
-"""Of the span: who is no farther from an open end or a sharp corner is at it."""
+"""A point no farther than this, over the span, from an open end or a sharp corner is at it."""
 
 
 class Foot(NamedTuple):
@@ -53,7 +54,7 @@ class Rounds(NamedTuple):
     arc: Floats
 
     def angle(self, piece: Ints, out: Floats) -> Floats:
-        """How far (…) places ``out`` (…, d) of the centres of rounds have come around from where those begin."""
+        """Angle (…) from the beginning of rounds to the directions ``out`` (…, d) from their centres."""
         begin, turn = leftwards(self.first)[piece] * self.turn[piece][..., None], self.turn[piece]
         return -turn * _turned(begin, out)
 
@@ -122,7 +123,7 @@ class Pieces:
         )
 
     def grown(self, piece: Ints, x: Floats, by: Floats) -> Floats:
-        """What gap and arc (…, 2) of points x (…, d) nearest to a ``piece`` (…) grow by as they go ``by`` (…, d)."""
+        """Growth of gap and arc (…, 2) of points x (…, d) nearest to a ``piece`` (…) that move ``by`` (…, d)."""
         m = len(self.rounds.radius)
         round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
         out = np.einsum("...ij,...j->...i", frames(self.straights.normal[straight]), by)
@@ -168,7 +169,7 @@ class Pieces:
         )
 
     def met(self, x: Floats, by: Floats) -> Floats:
-        """Where (…, p) ways from x (…, d) ``by`` (…, d) meet the line, as fractions in order; 1 where they do not."""
+        """Where (…, p) paths from x (…, d) ``by`` (…, d) meet the line, as sorted fractions; 1 where they do not."""
         s, off = self.straights, self._off(x + by)
         across = np.vecdot(by[..., None, :], s.normal)
         gap = np.vecdot(x[..., None, :] - s.start, s.normal)
@@ -211,7 +212,7 @@ class Pieces:
         return ROUND_OFF * (norm(x) + self.extent)[..., None]
 
     def _near(self, x: Floats) -> Floats:
-        """The distance (…) that is none for points x (…, d)."""
+        """The distance (…) that counts as zero for points x (…, d)."""
         return AT * self.span + self._off(x)[..., 0]
 
     @cached_property

@@ -1,8 +1,8 @@
 """Surfaces of rigid tools made of straights and rounds: punches with rounded edges, wedges, cones, dies.
 
-What is beyond an open end is no contact. The line is taken to go on straight there, and the law holds against it; where
-that took a force the increment is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end in silence,
-and gaps are distances to one line that ends nowhere.
+There is no contact beyond an open end. The line is continued straight there and the law holds against it, but an
+increment in which a force acts there is refused (:mod:`bipot.checks.refusals`). So nothing passes around an end
+unnoticed, and gaps are distances to one line without ends.
 """
 
 from __future__ import annotations
@@ -24,34 +24,34 @@ from bipot.tools.surfaces import Distance, Surface, Tips, place
 from bipot.typing import Bools, Floats, Vector
 
 PAST = 2 * np.pi / 3
-"""Who goes straight through a tool, and comes out where it faces away by more than this, did not slide around."""
+"""A straight way through a tool between normals that differ by more than this is not a slide around it."""
 
 DEEP = 1 - float(np.cos(AROUND / 2))
 """Over a circle's radius: the depth of a straight way between places of it that are :data:`AROUND` apart."""
 
 SHALLOW = 1e-6
-"""Of its length: a way through the tool that is no deeper is one along it."""
+"""A way through the tool no deeper than this, over its length, runs along it."""
 
 PLACES, HALVINGS = 7, 30
-"""On each piece, from which the tool's thickest place is looked for, and of the bracket around it."""
+"""Starting points on each piece for the search of the tool's thickest place, and halvings of the bracket around it."""
 
 
 @dataclass(frozen=True)
 class Profile:
-    """The line through ``points``, its corners rounded by ``fillets``, with the tool on the right of who follows it.
+    """The line through ``points``, its corners rounded by ``fillets``, with the tool on its right.
 
-    ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. ``closed``, the line
-    leads back to the first point, and all of them are inner: clockwise the tool is inside, anticlockwise outside. An
-    open one goes on straight beyond its ends, where it may not be touched. On a meridian it is a tool of revolution:
-    give both sides of the axis, or begin on the axis at a right angle to it, or stay off it; what is beyond counts for
-    nothing.
+    ``fillets`` is a radius for all inner points, or one for each; zero leaves the corner sharp. If ``closed``, the line
+    leads back to the first point, and all points are inner: clockwise the tool is inside, anticlockwise outside. An
+    open line continues straight beyond its ends, where it may not be touched. On a meridian it is a tool of
+    revolution: it covers both sides of the axis, begins on the axis at a right angle to it, or stays off it; what it
+    bounds beyond the axis is ignored.
 
-    A sharp corner pushes in the direction from it to the point, and its arc stands still. A node that comes to rest on
-    one has no one normal: give such a corner a small fillet.
+    A sharp corner pushes in the direction from it to the point, and its arc is constant. A node that comes to rest on
+    one has no unique normal: give such a corner a small fillet.
 
     Raises:
-        SceneError: what is no line: fewer than two points, points that are no numbers or the same, fillets that do not
-            fit, a line that meets itself, or would where it goes on beyond its ends.
+        SceneError: fewer than two points, points that are no numbers or coincide, fillets that do not fit, a line that
+            meets itself, also in its continuation beyond the ends.
 
     >>> punch = Profile(((1.0, 4.0), (1.0, 2.0), (-1.0, 2.0), (-1.0, 4.0)), fillets=0.5)
     >>> punch.distance(np.array([[0.0, 1.5], [1.25, 2.5]])).gap.tolist()
@@ -74,7 +74,7 @@ class Profile:
         object.__setattr__(self, "pieces", pieces_of(self.points, self._radii, self.closed))
 
     def followed_back(self) -> Profile:
-        """The same line from its last point to its first: it has the tool on its other side."""
+        """The same line from its last point to its first, with the tool on its other side."""
         fillets = self.fillets[::-1] if isinstance(self.fillets, tuple) else self.fillets
         return replace(self, points=self.points[::-1], fillets=fillets)
 
@@ -94,7 +94,7 @@ class Profile:
     def passed(self, x: Floats, by: Floats) -> Floats:
         """As :meth:`bipot.tools.surfaces.Surface.passed`; around a closed line the shorter way.
 
-        Where another piece is nearest at the end it is the difference of two distances and of two arcs.
+        Where another piece is nearest at the end, it is the difference of two distances and of two arcs.
         """
         pieces, start, end = self.pieces, self.pieces.foot(x), self.pieces.foot(x + by)
         slip = end.arc - start.arc
@@ -107,12 +107,12 @@ class Profile:
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.crossed`.
 
-        The straight way goes in and comes out where the tool faces another way by more than :data:`PAST`; or by more
-        than :data:`AROUND`, and deeper than between places of a circle as thick as the tool that are so far apart; or
-        who goes touches it neither before nor after.
+        The normals where the straight way enters and leaves the tool differ by more than :data:`PAST`; or by more than
+        :data:`AROUND`, and the way is deeper than a chord of that angle in a circle as thick as the tool; or the point
+        touches the tool neither before nor after.
         """
         met = self.pieces.met(x, by)
-        # A way from place to place of the line is inside without meeting it.
+        # A way between two points of the line is inside without meeting it.
         out = np.array((met < 1).any(axis=-1) | (self.pieces.foot(x + by / 2).gap < 0))
         out[out] = self._through(x[out], by[out], met[out])
         return out

@@ -1,4 +1,4 @@
-"""Several surfaces as one tool: the nearest of them is the one that counts, so nothing is touched twice."""
+"""Several surfaces as one tool: only the nearest one counts, so no node touches the tool twice."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ HALVINGS = 52
 
 @dataclass(frozen=True)
 class Union:
-    """The tool that is where any of the ``surfaces`` is: its gap is the least of theirs.
+    """The union of the ``surfaces``: its gap is the least of theirs.
 
-    Outside it that is the distance; inside two at once it is the depth in the one that is deeper. Slip is the arc of
-    the surface that is nearest; over a joint that of the first as far as it is, and then that of the last.
+    Outside this is the distance; inside two surfaces at once it is the larger depth. Slip is the arc of the nearest
+    surface; over a joint it is the arc on the first surface up to the joint and then that on the last.
 
     Raises:
         SceneError: no surfaces.
