@@ -1,1 +1,1 @@
-"""A scene: mesh, supports, planes of symmetry, loads and tools, and what is refused of them."""
+"""A scene: mesh, supports, planes of symmetry, loads and tools, and the checks of them."""

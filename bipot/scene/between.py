@@ -1,13 +1,13 @@
-r"""Tools that are in the body where no candidate feels them: between two nodes, beside them, or beyond them.
+r"""Tools inside the body where no candidate touches them: between two nodes, beside them, or beyond them.
 
-The law is posed at nodes. A convex part of a tool, an arc of radius rho around c (rho = 0 where it is a corner), that
-is smaller than an edge goes through it while both its ends are open. It is as deep as
+The law is posed at nodes. A convex part of a tool, an arc of radius rho around c (rho = 0 for a corner), that is
+smaller than an edge may pass through it while both its ends are open. Its depth is
 
     rho - d        where c is at the distance d off the surface, rho + d where c is in the body.
 
-Nodes outside let a circle in by less than 0.4 rho between them where they are 1.6 rho or less apart. No part
-may come more than :data:`DEPTH` L behind an edge of length L, or DEPTH times the tool's thickness behind any: not at
-rest, nor at the end of an increment, nor on the way, straight from its start. The surface is that of the whole body,
+Between nodes that are outside it and at most 1.6 rho apart, a circle is less than 0.4 rho deep. No part may come more
+than :data:`DEPTH` L behind an edge of length L, or DEPTH times the tool's thickness behind any edge: not at rest, not
+at the end of an increment, and not on the straight way from its start. The surface is that of the whole body,
 candidates or not, with its mirror images in planes of symmetry and beyond the axis.
 """
 
@@ -27,23 +27,23 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
 DEPTH = 0.25
-"""Of an edge, of a face the longest, or of the tool's thickness: deeper in the body no part of a tool may be."""
+"""Largest depth of a tool in the body, over the length of an edge (the longest of a face) or the tool's thickness."""
 
 ON = 1e-6
-"""Of an edge: who is no farther outside the tool is on its surface, and who no farther past an edge is at its end."""
+"""Over the length of an edge: a point no farther outside the tool is on it, and one no farther past an end is at it."""
 
 SAMPLES = 9
-"""On an edge, of how deep it is in the tool."""
+"""Points on an edge at which its depth in the tool is sampled."""
 
 STEPS, HALVINGS = 8, 40
-"""Of an increment, between which a part goes in once at most, and of one of them: when it got too deep."""
+"""Steps of an increment, in each of which a part enters at most once; halvings of one to find when it is too deep."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
     """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it.
 
-    Of a ``ring`` the last of them is that of its axis.
+    For a ``ring`` the last plane is that of its axis.
     """
 
     lines: Ints
@@ -52,21 +52,21 @@ class Surroundings:
 
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Plane], ring: bool) -> Surroundings:
-        """Of the modelled part what is not in a plane."""
+        """The surface of the modelled part that is not in a plane."""
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
         edges = edges[~np.any(cut, axis=0)] if cut else edges
         return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes, ring)
 
     def ends(self, nodes: Floats) -> Floats:
-        """Ends (f', 2, d) of the whole body's segments where the modelled part's nodes are at ``nodes`` (a, d)."""
+        """Ends (f', 2, d) of the whole body's segments for the modelled part's ``nodes`` (a, d)."""
         out = nodes[self.lines]
         for plane in self.planes:
             out = np.concatenate([out, plane.images(out[:, ::-1])])
         return out
 
     def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
-        """Two neighbours on the surface of which a part of the tool is too deep behind, or None.
+        """Two neighbours on the surface behind which a part of the tool is too deep, or None.
 
         Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
         """
@@ -79,7 +79,7 @@ class Surroundings:
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface between which a part of the tool comes in, or None.
 
-        Nodes go from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
+        Nodes move from ``start`` to ``end`` (a, d), the tool from the first to the second of the ``poses`` (2, 3).
         """
         tips = tool.face.tips()
         if not len(tips.radius):
@@ -129,12 +129,12 @@ def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
     far = norm(way)
     one, other = ends[:, :1] - tips.centre, ends[:, 1:] - tips.centre
     turned = np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], np.vecdot(one, other)).sum(axis=0)
-    # A centre in the body is so whichever segment is asked; that far down is behind the nearest of them.
+    # Whether a centre is in the body does not depend on the segment; its depth is that behind the nearest one.
     near, inner = far == far.min(axis=0), (turned > np.pi) & (surface.distance(tips.centre).gap <= 0)
     out = inner & near & (tips.radius + far > place.allowed)
     for f, m in np.argwhere(~inner & (tips.radius - far > place.allowed)).tolist():
         deepest = tips.centre[m] + tips.radius[m] * way[f, m] / max(far[f, m], np.finfo(float).tiny)
-        # The circle of an arc may be there without the tool.
+        # The tool may not contain this part of the arc's circle.
         out[f, m] = float(surface.distance(deepest).gap) <= ON * float(norm(along[f]))
     return out.any(axis=1)
 
@@ -175,7 +175,7 @@ def _between(start: Floats, end: Floats, when: Floats) -> Floats:
 
 
 def _above(ends: Floats, tips: Tips) -> Floats:
-    """How much (f, m) is left of what the tips may be behind the lines through segments (f, 2, d)."""
+    """The remaining allowed depth (f, m) of the tips behind the lines through segments (f, 2, d)."""
     place = _Place.of(ends, tips)
     return place.height - tips.radius + place.allowed
 

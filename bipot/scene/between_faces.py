@@ -1,15 +1,14 @@
-r"""Tools in space that are in the body where no candidate feels them: between the nodes of a face.
+r"""Tools in space that are inside the body where no candidate touches them: between the nodes of a face.
 
-What :mod:`bipot.scene.between` asks of edges in a plane is asked of faces here. A face is the triangles between its
-outline and its middle, and L its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
-thickness, behind any: not at rest, nor at the end of an increment, nor on the way, straight from its start, which is
-looked at in steps of no more than that depth, or than its distance from the faces. Two ways it is found:
+This is the check of :mod:`bipot.scene.between` for faces. A face is represented by the triangles between its outline
+and its middle; L is its longest edge. No part of a tool may come more than DEPTH L, or DEPTH times the tool's
+thickness, behind any face: not at rest, not at the end of an increment, and not on the straight way from its start,
+which is checked in steps no longer than that depth or the distance from the faces. Two checks are made:
 
-* the gap at points of the triangles, dense enough for what is :data:`THIN` L thick: of thinner tools the scene is
-  refused;
-* the centres of the spheres on a tool's axis, such as the tips of cones, and points of the rings that edges and fillets
-  are around it, which are too deep where they are in the body, by the solid angle that its surface has around them, and
-  farther behind its nearest triangle than that.
+* the gap at points of the triangles, dense enough for tools :data:`THIN` L thick; thinner tools are refused;
+* the centres of spheres on a tool's axis, such as the tips of cones, and points of the rings of edges and fillets
+  around it. They are too deep where they are in the body, judged by the solid angle of its surface around them, and
+  farther behind its nearest triangle than allowed.
 """
 
 from __future__ import annotations
@@ -30,16 +29,16 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
 THIN = 0.25
-"""Of a candidate's longest edge: thinner tools might come in unseen between the points of its faces."""
+"""Thickness over a candidate's longest edge: thinner tools might pass unnoticed between the points of its faces."""
 
 PARTS = 6
-"""Into how many parts the sides of a triangle are cut by its points."""
+"""Parts into which the points divide the sides of a triangle."""
 
 SHARP = 1e-6
-"""Of how deep a tool may be: what is no farther outside the tool is a part of it."""
+"""Over the allowed depth of a tool: a point no farther outside the tool counts as part of it."""
 
 STEPS = 256
-"""Of an increment at most: what goes farther from one to the next is looked at less densely."""
+"""Largest number of steps in an increment; longer motions are checked less densely."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +57,7 @@ class Skin:
         return Skin(faces[:, _around(faces.shape[1])], planes)
 
     def triangles(self, nodes: Floats) -> Floats:
-        """Of the whole body's faces (f', m, 3, 3) where the modelled part's nodes are at ``nodes`` (a, 3)."""
+        """Triangles (f', m, 3, 3) of the whole body's faces for the modelled part's ``nodes`` (a, 3)."""
         out = _triangles(nodes, self.rings)
         for plane in self.planes:
             out = np.concatenate([out, plane.images(out[:, :, [1, 0, 2]])])
@@ -73,7 +72,7 @@ class Skin:
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two nodes of a face behind which the tool gets too deep as nodes go from ``start`` to ``end``, or None.
 
-        The tool goes from the first to the second of the ``poses`` (2, 6).
+        The tool moves from the first to the second of the ``poses`` (2, 6).
         """
         if isinstance(tool.face, Plane):
             return None
@@ -85,7 +84,7 @@ class Skin:
             return None
         allowed, done = _allowed(after, tool.face.tips())[near], 0.0
         for left in range(STEPS, 0, -1):
-            # A gap shrinks by no more than what goes: until then nothing is deep.
+            # A gap shrinks by no more than the motion: until then nothing is deep.
             free = np.maximum(_off((1 - done) * before[near] + done * after[near], tool.face), allowed)
             part = np.divide(free, moved[near], out=np.ones_like(free), where=moved[near] > free)
             done = min(done + max(float(part.min()), (1 - done) / left), 1.0)
@@ -102,7 +101,7 @@ class Skin:
 
 
 def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Refuse a tool that is so thin that it might come into the body unseen.
+    """Refuse a tool so thin that it might enter the body unnoticed.
 
     Raises:
         SceneError: naming the field by the ``label``.
@@ -146,12 +145,12 @@ def _allowed(triangles: Floats, tips: Tips) -> Floats:
 
 
 def _near(triangles: Floats, surface: Surface, moved: Floats) -> Bools:
-    """Which faces (f, m, 3, 3) the tool may come to as they go as far as ``moved`` (f,)."""
+    """Which faces (f, m, 3, 3) the tool may reach as they move as far as ``moved`` (f,)."""
     return _off(triangles, surface) <= moved
 
 
 def _off(triangles: Floats, surface: Surface) -> Floats:
-    """How far at least (f,) faces (f, m, 3, 3) are off the tool, by their middles."""
+    """Lower bounds (f,) of the distance of faces (f, m, 3, 3) from the tool, by their middles."""
     middle = triangles[:, 0, 2]
     return surface.distance(middle).gap - norm(triangles[:, :, 0] - middle[:, None]).max(axis=1)
 

@@ -1,12 +1,12 @@
-r"""Coordinates of tools that no path prescribes: how far a force takes a tool along itself, how far a moment turns it.
+r"""Coordinates of driven tools: displacements along driving forces, and turns by moments.
 
-Each is an unknown of the increment, and a length: a tool goes by x along the direction of its force, and turns by x / L
-about its centre under its moment, L its lever. Dual to them are the force, and the moment M as the force M / L. The
-lever is the distance of the centre from the tool's surface at rest, or the body's size where that is larger: an
-arc of about what the surface goes by, which is never zero.
+Each is an unknown of the increment and a length: a tool moves by x along the direction of its force, and turns by x / L
+about its centre under its moment, with the lever L. Dual to them are the force, and the moment M as the force M / L.
+The lever is the distance of the centre from the tool's surface at rest, or the body's size if that is larger, so x is
+about the arc by which the surface moves, and L is never zero.
 
-A point of a tool at a from its centre goes by w = e along a force and by w = z x a / L about the centre, in space about
-the axis z through it, as its coordinate grows by one.
+As its coordinate grows by one, a point of a tool at a from its centre moves by w = e along a force, and by
+w = z x a / L about the centre, in space about the axis z through it.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Drives:
-    """What drives m coordinates, ``by`` forces or moments, of the tools numbered ``tool`` (m,).
+    """The forces or moments (``by``) that drive m coordinates of the tools numbered ``tool`` (m,).
 
-    ``ways`` (m, p) is what the tool's pose changes by as a coordinate grows by one, ``dual`` (m,) the force dual to
-    that, of what acts on the modelled part, over the force or the moment on the whole tool.
+    ``ways`` (m, p) is the change of the tool's pose as a coordinate grows by one. ``dual`` (m,) is the dual force on
+    the modelled part over the force or moment on the whole tool.
     """
 
     by: tuple[Force | Moment, ...]
@@ -41,7 +41,7 @@ class Drives:
 
     @staticmethod
     def of(tools: Sequence[Tool], planes: Sequence[Plane], mesh: Mesh) -> Drives:
-        """Those of the tools, tool by tool, of the body of that ``mesh`` which ``planes`` of symmetry cut."""
+        """The drives of the tools, tool by tool, of a body with this ``mesh`` that ``planes`` of symmetry cut."""
         d = mesh.dimension
         angles = np.zeros(pose_size(d) - d)
         by, owner, ways, dual = list[Force | Moment](), list[int](), list[Floats](), list[float]()
@@ -67,19 +67,19 @@ class Drives:
         return self.dual * np.array([drive.at(tau) for drive in self.by])
 
     def poses(self, coordinates: Floats, count: int) -> Floats:
-        """What the poses (k, p) of ``count`` tools change by where these are the ``coordinates`` (m,)."""
+        """The change of the poses (k, p) of ``count`` tools for these ``coordinates`` (m,)."""
         out = np.zeros((count, self.ways.shape[1]))
         np.add.at(out, self.tool, coordinates[:, None] * self.ways)
         return out
 
     def motion(self, number: Ints, arm: Floats) -> Floats:
-        """w (…, d) of points seen from their tool's centre at ``arm`` (…, d), of the coordinates ``number`` (…)."""
+        """w (…, d) of points at ``arm`` (…, d) from their tool's centre, for the coordinates ``number`` (…)."""
         along, spin = self.ways[number, : arm.shape[-1]], angles_of(self.ways[number])
         return along + crossed(spin, arm) if spin.any() else along
 
     @property
     def spins(self) -> Floats:
-        """1/L (m,) of those that are turns, 0 of others."""
+        """1/L (m,) of turns, 0 of translations."""
         return norm(angles_of(self.ways))
 
 

@@ -1,4 +1,4 @@
-"""Tools that fit a body: that they touch its surface, that a node can give way, that none is in it at rest."""
+"""Checks of tools against a body: they may touch its surface, a node can move away, and none is inside it at rest."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from bipot.tools.tool import FlatTool, Sampling, Tool
 from bipot.typing import Floats
 
 INSIDE = 1e-9
-"""Of the body's size: how deep a tool that is driven may be in the body at rest, by round-off."""
+"""Depth, over the body's size, of a driven tool in the body at rest that counts as round-off."""
 
 
 class Fitted(NamedTuple):
-    """What tools have to fit: a body at rest, what supports hold of it, and its whole surface."""
+    """The body at rest that tools must fit, with its supports and its whole surface."""
 
     mesh: Mesh
     geometry: Geometry
@@ -39,7 +39,7 @@ class Fitted(NamedTuple):
 
     @property
     def ring(self) -> bool:
-        """Whether the body goes around an axis."""
+        """Whether the body is axisymmetric."""
         return self.geometry is Geometry.AXISYMMETRIC
 
 
@@ -47,9 +47,9 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     """Refuse a tool that does not fit the body, naming its field by the ``label``.
 
     Raises:
-        SceneError: candidates that are no edges of the surface, or of which none can move along the normal; a tool that
-            is in the body at rest, that goes around an axis on neither side of it, or turns where it may not;
-            coefficients at other nodes, a cap of a material that does not flow.
+        SceneError: candidates that are no edges of the surface, or none of which can move along the normal; a tool that
+            is in the body at rest, that moves off or across the axis of a ring, or turns where it may not; coefficients
+            at other nodes; a cap with a material that does not flow.
     """
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
@@ -78,7 +78,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
-    """Edges of one element each, none twice."""
+    """Require edges of one element each, none twice."""
     names, edges = tool.candidates, mesh.edges(*tool.candidates)
     what = "edge" if mesh.dimension == 2 else "face"
     inner = mesh.inner_edges(*names)[:1].tolist()
@@ -88,7 +88,7 @@ def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
 
 
 def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
-    """No part of a tool is in the body at rest, nor all the body in it; if it faces the wrong way that is said."""
+    """Require that no part of a tool is in the body at rest, nor the whole body in it (a tool that is reversed)."""
     wrong = _inside(body, tool)
     if wrong is None:
         return
@@ -101,7 +101,7 @@ def _require_outside(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _inside(body: Fitted, tool: Tool) -> str | None:
-    """What of the body at rest is inside the tool, or of that in the body; None where nothing is that must not be."""
+    """The inadmissible overlap of the body at rest and the tool in words, None where there is none."""
     nodes, pose = body.mesh.nodes, np.zeros(pose_size(body.mesh.dimension))
     if tool.distance(nodes, pose).max() <= PLANAR * body.mesh.size:
         return "all of the body is inside it"
@@ -110,7 +110,7 @@ def _inside(body: Fitted, tool: Tool) -> str | None:
 
 
 def _followed_back(surface: Surface) -> Surface | None:
-    """The surface of the same line with the tool on its other side, None of what is no line's."""
+    """The surface of the same line with the tool on its other side, None if it is not made of a line."""
     if isinstance(surface, Revolved):
         meridian = _followed_back(surface.meridian)
         return None if meridian is None else replace(surface, meridian=meridian)
@@ -118,7 +118,7 @@ def _followed_back(surface: Surface) -> Surface | None:
 
 
 def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
-    """What goes around the axis stays on it, or beside it."""
+    """Require that a tool of revolution stays on the axis, or beside it."""
     roundoff = PLANAR * body.mesh.size
     on_axis = tool.face.mirrored((1.0, 0.0), 0.0, roundoff)
     require(not on_axis or tool.travel[0] == 0, f"{label}.travel", tool.travel, "along the axis, which it is on")
@@ -130,7 +130,7 @@ def _require_revolved(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
-    """A force drives along the axis of a ring, a force or a moment from off the candidates at x (a, d)."""
+    """Require a force along the axis of a ring, and a driven tool that starts outside of the candidates at x (a, d)."""
     force = tool.driven_by
     if force is not None:
         along = not body.ring or force.vector[0] == 0
@@ -145,7 +145,7 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
 
 
 def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
-    """Coefficients at candidates, caps of materials that flow."""
+    """Require coefficients at candidates only, and caps only with materials that flow."""
     edges = body.mesh.edges(*tool.candidates)
     points = np.unique(edges if tool.sampling is Sampling.NODES else edges[:, body.mesh.element.ends])
     for name in ("mu_at", "shear_at"):
@@ -158,7 +158,7 @@ def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:
 
 
 def _require_distance(surface: Surface, x: Floats, field: str) -> Distance:
-    """What the surface says of points x (a, d); raises SceneError where that is not finite, or of another shape."""
+    """The surface's distance of points x (a, d); raises SceneError where it is not finite, or of another shape."""
     found = surface.distance(x)
     require(isinstance(found, Distance), field, type(found).__name__, "one whose distance is a Distance")
     shapes = x.shape[:-1], x.shape, x.shape[:-1] + (3, 3) * (x.shape[-1] == 3)

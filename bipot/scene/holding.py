@@ -1,12 +1,11 @@
-r"""What all supports together hold of the nodes, and where those go that are driven.
+r"""The displacements that all supports together hold or prescribe, node by node.
 
-Where supports hold a node along independent unit vectors n_i the displacement is, but for what the node does across
-them all,
+Where supports hold a node along independent unit vectors n_i, its displacement, up to the free part across them all, is
 
     u = sum_i v_i w_i,    n_i . w_j = delta_ij,    w_j in their span,
 
-and more supports have to agree with that. The axes of a node (:mod:`bipot.fem.axes`) are a basis of the span that
-begins with n_1, and what is across it, where the span is not one of coordinates' axes, and these everywhere else.
+and further supports must agree with it. The axes of a node (:mod:`bipot.fem.axes`) are those of the coordinates where
+these span the n_i; elsewhere they are a basis of the span that begins with n_1, and its complement.
 """
 
 from __future__ import annotations
@@ -26,13 +25,13 @@ from bipot.tools.surfaces import ACROSS
 from bipot.typing import Bools, Floats, Ints, read_only
 
 PARALLEL = 1e-9
-"""Sine of the angle up to which two directions are one."""
+"""Sine of the angle up to which two directions count as one."""
 
 LEAST_SINE = 1e-3
-"""Of the angle between two of which one is driven: the node goes a thousand times as far across them."""
+"""Least sine of the angle between two directions of which one is driven: a node moves a thousand times as far there."""
 
 AGREES = 1e-12
-"""Of the largest displacement: by how much two may differ that are one but for round-off."""
+"""Difference of two displacements, over the largest, that counts as round-off."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,7 @@ class Driven:
 
 @dataclass(frozen=True)
 class Holding:
-    """``axes`` of the nodes, which of the components along them (a, d) are ``held``, and what is ``driven`` of them."""
+    """The ``axes`` of the nodes, which components along them (a, d) are ``held``, and which of these are ``driven``."""
 
     axes: Axes
     held: Bools
@@ -88,7 +87,7 @@ class Holding:
         return np.asarray((~self.held[nodes] & (parts > ACROSS)).any(axis=1))
 
     def at(self, tau: float) -> Floats:
-        """What is prescribed of the displacement (a, d) since rest, at pseudo-time ``tau``; zero elsewhere."""
+        """The prescribed displacement (a, d) since rest at pseudo-time ``tau``; zero where none is prescribed."""
         out = np.zeros(self.held.shape)
         for driven in self.driven:
             out[driven.nodes] += driven.support.at(tau) * driven.ways
@@ -105,8 +104,8 @@ class Holding:
 
 
 class _Joint(NamedTuple):
-    """What supports (s,) make of a node: its ``axes`` (d, d), which components along them are ``held`` (d,), and by
-    which ``ways`` (s, d) their displacements take it.
+    """Effect of supports (s,) on a node: its ``axes`` (d, d), which components along them are ``held`` (d,), and the
+    ``ways`` (s, d) by which their displacements move it.
     """
 
     ways: Floats
@@ -143,7 +142,7 @@ def _joint(supports: Sequence[Support], own: Ints, node: int, dimension: int) ->
 def _independent(vectors: Floats) -> tuple[list[int], float]:
     """Which of unit vectors (s, d) span them all, and the least sine of the angle of one with those before it.
 
-    The first, and then who is farthest off those chosen, while anyone is by more than :data:`PARALLEL`.
+    The first, then always the one farthest off the span of those chosen, while it is off by more than :data:`PARALLEL`.
     """
     chosen, least, rest = [0], 1.0, vectors - np.outer(vectors @ vectors[0], vectors[0])
     while len(chosen) < vectors.shape[1] and norm(rest).max() > PARALLEL:
@@ -155,7 +154,7 @@ def _independent(vectors: Floats) -> tuple[list[int], float]:
 
 
 def _require_agreeing(supports: Sequence[Support], given: Sequence[Support], ways: Floats, node: int) -> None:
-    """Refuse those ``given`` at a node that do not all find the displacement along them where the ``ways`` take it."""
+    """Refuse displacements ``given`` at a node that do not agree with its displacement by the ``ways``."""
     moving = [support for support in given if isinstance(support, Prescribed)]
     for tau in sorted({tau for support in moving for tau, _ in support.amplitude.points}):
         values = np.array([s.at(tau) if isinstance(s, Prescribed) else 0.0 for s in given])

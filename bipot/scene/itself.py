@@ -1,14 +1,14 @@
-r"""Whether a body goes through itself, or through its mirror image: contact is known with tools alone.
+r"""Whether a body penetrates itself or its mirror image, since contact is posed with tools only.
 
-Of each node on the surface a place :data:`BENEATH` it, in its element, is looked at. It is in another element, one that
-has no facet in common with any of the node's, where that one's map x(xi) has it inside the reference shape,
+For each node on the surface, a point :data:`BENEATH` it in its element is checked. It is in another element, one that
+shares no facet with any of the node's elements, if it is in that element's reference shape under its map x(xi),
 
     x(xi) = x,    found by Newton's method for the few places in the box around an element.
 
-Beneath the surface, no place of a part that only touches another is in it, and none slips in along a side of it. Of the
-mirror image a node is in the other half where it is past the plane. Neighbours across a facet that overlap are a matter
-of orientation (:mod:`bipot.fem.orientation`); the flanks of a notch, which have its tip in common alone, are seen as
-other parts are. Surfaces that cross between nodes, none of which comes into the other part, are not seen.
+Points beneath the surface are not in a part that their own only touches, and do not enter it by sliding along its
+sides. A node is in the mirror image where it is past the plane. Overlapping neighbours across a facet are found by the
+orientation (:mod:`bipot.fem.orientation`). The flanks of a notch, which share only its tip, are checked like other
+parts. Surfaces that cross between nodes, without a node in the other part, are not detected.
 """
 
 from __future__ import annotations
@@ -28,27 +28,27 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
 
 DRIFT = 1e-12
-"""Of coordinates: what round-off takes nodes off a plane that they are held in, over some thousand increments."""
+"""Relative drift by round-off of nodes off a plane in which they are held, over some thousand increments."""
 
 BENEATH = 1e-3
-"""Of the way from a node to the middle of its element."""
+"""Fraction of the way from a node to the middle of its element."""
 
 ROUND_OFF = 1e-9
-"""Of the reference shape, and of an element's size."""
+"""Round-off over the reference shape, and over an element's size."""
 
 GENERIC = np.array([1.0, np.sqrt(2), np.sqrt(3)])
 
 STEPS = 20
-"""Of Newton's method: in an element that is not folded it takes a few."""
+"""Steps of Newton's method; in an element that is not folded a few suffice."""
 
 
 @dataclass(frozen=True)
 class Itself:
     """Nodes on the ``surface`` (s,) of a mesh, an element ``own`` (s,) of each, and sorted keys ``near`` (p,).
 
-    These are of a node's elements and of their neighbours across facets: that of surface[i] and the element e is i
-    times the number of elements, plus e. ``mirrors`` are planes beyond which the body goes on, ``beside`` (m,) the
-    sides of them, 1 or -1, on which it is.
+    The keys list a node's elements and their neighbours across facets: the key of surface[i] and the element e is i
+    times the number of elements, plus e. ``mirrors`` are planes beyond which the body continues, ``beside`` (m,) the
+    sides, 1 or -1, on which the modelled part is.
     """
 
     mesh: Mesh
@@ -61,7 +61,7 @@ class Itself:
     @staticmethod
     def of(mesh: Mesh, mirrors: Sequence[Plane]) -> Itself:
         """Of a body at rest."""
-        # What merely imports the library need not load them.
+        # Only needed here; importing the library should not load them.
         import scipy.sparse as sp
 
         count, width = mesh.elements.shape
@@ -79,7 +79,7 @@ class Itself:
         return Itself(mesh, surface, first[surface] // width, keys, mirrors, side)
 
     def require_apart(self) -> None:
-        """Refuse a body that is in itself at rest, or has two nodes of its surface at one place.
+        """Refuse a body that penetrates itself at rest, or has two surface nodes at one place.
 
         Raises:
             SceneError: naming the nodes, or the node and the element.
@@ -96,7 +96,7 @@ class Itself:
         require(found is None, "mesh", found, "a body no part of which is in another, or beyond a plane of symmetry")
 
     def through(self, nodes: Floats) -> str | None:
-        """What is in what where the ``nodes`` (a, d) are, in words; None where nothing is."""
+        """What penetrates what at the positions ``nodes`` (a, d), in words; None if nothing does."""
         for plane, beside in zip(self.mirrors, self.beside, strict=True):
             past = -beside * plane.side(nodes[self.surface])
             # Far from the origin places drift off the plane by their round-off, increment by increment.
@@ -114,7 +114,7 @@ class Itself:
         return f"node {self.surface[number[np.argmax(inside)]]} is in element {element[np.argmax(inside)]}"
 
     def _boxed(self, nodes: Floats, x: Floats) -> tuple[Ints, Ints]:
-        """Which of the places x (s, d) are in the box of which element (p,), but for those next to their nodes."""
+        """Which of the points x (s, d) are in the box of which element (p,), neighbours of their nodes excluded."""
         low, high = self._boxes(nodes)
         # Slab by slab along the first axis: few pairs are left for the others.
         element, number = _within(x[:, 0], low[:, 0], high[:, 0])

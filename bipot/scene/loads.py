@@ -1,8 +1,8 @@
-r"""Loads (1)-(3): what acts on the body from outside but the tools, each a magnitude times an amplitude of pseudo-time.
+r"""Loads (1)-(3) on the body, other than tools, each a magnitude times an amplitude of pseudo-time.
 
-Body forces and tractions are given for the volume and area at rest and keep their direction: their nodal forces are
-found once. A pressure acts on the surface where equilibrium is asked, along its normal there, so it follows the body.
-On a meridian nodal forces are those of the full ring; a body force or traction along the radius is one all around.
+Body forces and tractions are given per volume and area at rest and keep their direction, so their nodal forces are
+computed once. A pressure acts on the surface in the configuration of equilibrium, along its normal, so it follows the
+body. On a meridian nodal forces are those of the full ring; a radial body force or traction is axisymmetric.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from bipot.typing import Floats, Ints
 
 @runtime_checkable
 class Load(Protocol):
-    """Something that acts on the body."""
+    """A load on the body."""
 
     @property
     def amplitude(self) -> Amplitude:
-        """Times what it is at its full magnitude."""
+        """The multiple of its full magnitude over pseudo-time."""
         ...
 
     def check(self, mesh: Mesh) -> None:
-        """Raise SceneError where the mesh has no such place."""
+        """Raise SceneError if the mesh has no such place."""
         ...
 
 
 @runtime_checkable
 class Dead(Load, Protocol):
-    """A load whose nodal forces the motion of the body leaves alone."""
+    """A load whose nodal forces do not depend on the motion of the body."""
 
     def forces(self, space: Space) -> Floats:
         """Nodal forces (a, d) at multiple one."""
@@ -48,7 +48,7 @@ class Dead(Load, Protocol):
 
 @dataclass(frozen=True)
 class BodyForce:
-    """A force ``vector`` (d,) a unit of volume at rest, on the whole body: weight is density times gravity."""
+    """A force ``vector`` (d,) per unit of volume at rest, on the whole body: weight is density times gravity."""
 
     vector: tuple[float, ...]
     amplitude: Amplitude = RAMP
@@ -57,7 +57,7 @@ class BodyForce:
         _take_vector(self, "body force")
 
     def check(self, mesh: Mesh) -> None:
-        """It acts everywhere, along as many axes as there are."""
+        """Require as many components as there are axes."""
         require_components(self.vector, mesh.dimension, "body force.vector")
 
     def forces(self, space: Space) -> Floats:
@@ -70,7 +70,7 @@ class BodyForce:
 
 @dataclass(frozen=True)
 class Traction:
-    """A force ``vector`` (d,) a unit of area at rest, on the mesh boundary ``boundary``; it keeps its direction."""
+    """A force ``vector`` (d,) per unit of area at rest, on the mesh boundary ``boundary``; it keeps its direction."""
 
     boundary: str
     vector: tuple[float, ...]
@@ -120,7 +120,7 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Pressure:
-    """A pressure on the mesh boundary ``boundary``, into the body along its normal where equilibrium is asked."""
+    """A pressure on the mesh boundary ``boundary``, into the body along its current normal, that of equilibrium."""
 
     boundary: str
     pressure: float
@@ -139,7 +139,7 @@ class Pressure:
 
 @dataclass(frozen=True)
 class Loading:
-    """The loads of a body, ready to be asked for nodal forces."""
+    """The loads of a body, prepared to give nodal forces."""
 
     space: Space
     loads: Sequence[Load] = field(default=())
@@ -170,7 +170,7 @@ class Loading:
 
     @cached_property
     def _followers(self) -> list[tuple[Pressure, Ints, Ints]]:
-        """Pressures with their facets (f, n), run anticlockwise, and whose elements they are (f,)."""
+        """Pressures with their facets (f, n), anticlockwise, and the elements (f,) of these."""
         return [(load, *self.space.mesh.surface(load.boundary)) for load in self.loads if isinstance(load, Pressure)]
 
 
@@ -182,7 +182,7 @@ def _take_vector(load: BodyForce | Traction | PointForce, what: str) -> None:
 
 
 def _require_bounded(size: float, amplitude: Amplitude, field: str) -> None:
-    """A magnitude that stays one of numbers at its largest multiple."""
+    """Require a magnitude that is in range at its largest multiple."""
     require_type(amplitude, Amplitude, f"{field.split('.', maxsplit=1)[0]}.amplitude")
     require_magnitude(size, field, LARGEST_STRESS)
     require_magnitude(size * amplitude.largest, f"{field} times its amplitude", LARGEST_STRESS)

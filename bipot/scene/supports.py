@@ -1,7 +1,7 @@
-"""What holds a body: supports that rest, supports that are driven, and planes of symmetry that cut the body.
+"""Supports of a body: fixed ones, driven ones, and planes of symmetry that cut the body.
 
-Each holds the displacement along one direction, an axis or between the axes. What several make of one node is in
-:mod:`bipot.scene.holding`, what planes of symmetry ask of the rest of a scene in :mod:`bipot.scene.symmetry`.
+Each holds the displacement along one direction, an axis or any unit vector. :mod:`bipot.scene.holding` combines several
+on one node, and :mod:`bipot.scene.symmetry` checks the rest of a scene against planes of symmetry.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Support:
             object.__setattr__(self, "direction", int(self.direction))
 
     def along(self, dimension: int) -> Vector:
-        """The direction as a unit vector of so many dimensions, on an axis where it is off it by round-off.
+        """The direction as a unit vector in this dimension, along an axis where it is off one by round-off.
 
         Raises:
             SceneError: there is no such axis, or a vector of another number of components.
@@ -86,7 +86,7 @@ class Symmetry(Support):
 
 
 def named(vector: Vector) -> str:
-    """A direction in words: the number of the axis that it is, else the vector.
+    """A direction in words: the number of its axis, or else the vector.
 
     >>> named((0.0, 1.0)), named((0.6, -0.8)), named((0.0, 0.6, -0.8))
     ('1', '(0.6, -0.8)', '(0, 0.6, -0.8)')

@@ -1,17 +1,17 @@
-r"""Planes of symmetry: what they ask of a scene, and what they make of the forces on the whole body.
+r"""Planes of symmetry: their requirements on a scene, and the forces on the whole body.
 
 A plane m . x = const cuts the body, and one side of it is modelled. Supports, tools and loads of a scene are those on
 the modelled part; their mirror images act on its mirror image. A flat tool whose normal has no component along m is its
-own mirror image, and so is a circle around a point of the plane: the plane *cuts* it. From f, its force on the modelled
-part, such a plane makes that on the whole body,
+own mirror image, and so is a circle around a point of the plane: the plane *cuts* it. If f is its force on the modelled
+part, its force on the whole body is
 
     F = 2 (f - (f . m) m),
 
-one plane after the other: two are at a right angle. The mirror image of any other tool is another tool, with a force of
-its own, which meets the mirror images of the candidates alone: where it meets the modelled part too
-(:func:`image_depth`), the scene is refused, or the increment. In a point of the plane a force and its mirror image act
-both: of a point force there the whole body bears twice what the scene is given. A body that comes into its mirror image
-is refused (:mod:`bipot.scene.itself`).
+for one plane after the other; two are at a right angle. The mirror image of any other tool is another tool with a force
+of its own, which may only touch the mirror images of the candidates. Where it meets the modelled part too
+(:func:`image_depth`), the scene or the increment is refused. At a point of the plane a force and its mirror image both
+act, so the whole body bears twice a point force given there. A body that penetrates its mirror image is refused
+(:mod:`bipot.scene.itself`).
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Vector
 
 PLANAR = 1e-9
-"""Over the body's size: what round-off may take nodes off their plane, however far from the origin a mesh may be."""
+"""Distance of nodes off their plane, over the body's size, that counts as round-off, however far the mesh is from the
+origin."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,7 @@ class Plane:
         return imaged(points, self.normal, self.position)
 
     def contains(self, vector: Vector) -> bool:
-        """Whether a vector has no component along the normal, but for round-off of its direction."""
+        """Whether a vector has no component along the normal, up to round-off of its direction."""
         return abs(float(np.dot(vector, self.normal))) <= ACROSS * math.hypot(*vector)
 
     def cuts(self, tool: Tool) -> bool:
@@ -92,7 +93,7 @@ def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tu
 
 
 def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
-    """Two planes that are not at a right angle are one."""
+    """Require that two planes are at a right angle or the same."""
     field = f"symmetry.boundary along {named(plane.normal)}"
     right = f"in the plane of the other, {other.words}, or across it at a right angle: images of images would overlap"
     parallel = float(np.abs(frames(np.array(other.normal))[1:] @ np.array(plane.normal)).max()) <= ACROSS
@@ -133,11 +134,12 @@ def require_outer(mirrors: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], l
 
 
 def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
-    """Refuse what is no body, tool or load together with its mirror images.
+    """Refuse tools and loads that are inconsistent with their mirror images.
 
     Raises:
-        SceneError: a tool cut by a plane that travels off it, or turns but about its normal, or whose mirror image is
-            in the modelled part; a body force along the normal of a plane, or a point force in it along that.
+        SceneError: a tool cut by a plane that travels off it, or turns about another direction than its normal; a tool
+            whose mirror image is in the modelled part; a body force along the normal of a plane, or a point force in
+            the plane along it.
     """
     for plane in planes:
         d = named(plane.normal)
@@ -167,12 +169,12 @@ def _turns_in(plane: Plane, turn: Turn | None) -> bool:
 def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
     """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
 
-    Of a tool that the plane cuts it is the tool itself, and the depth zero.
+    The depth is zero for a tool that the plane cuts, which is its own mirror image.
     """
     if plane.cuts(tool):
         return 0.0
     own = mesh.boundary_nodes(*tool.candidates)
-    # Who is in the plane is its own mirror image.
+    # A point in the plane is its own mirror image.
     x = plane.images(nodes[own[~plane.holds(mesh.nodes[own])]])
     gap = tool.distance(x, pose)
     return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
@@ -189,7 +191,7 @@ def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> 
 
 
 def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
-    """No edge of the boundaries lies in the plane, which on a meridian may be the axis."""
+    """Require that no edge of the boundaries lies in the plane, which on a meridian may be the axis."""
     edges = mesh.edges(*names)
     inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
     surface = f"on the surface of the whole body: {inside} lies in a plane of symmetry, or on an axis, inside it"
@@ -197,14 +199,14 @@ def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str)
 
 
 def share(planes: Sequence[Plane], tool: Tool) -> float:
-    """What a force on the whole tool is on its modelled part, over that: a half for each plane that cuts it."""
+    """The force on a tool's modelled part over that on the whole tool: a half for each plane that cuts it."""
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
 def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
-    Around an axis the radial components are a force all around, which is none as a vector.
+    Around an axis, radial components sum to zero as a vector.
 
     >>> from bipot.tools.tool import FlatTool
     >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
