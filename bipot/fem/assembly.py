@@ -1,9 +1,9 @@
-"""Assembly on a sparsity pattern found once: a :class:`Space` maps element arrays to the free unknowns.
+"""Assembly on a sparsity pattern computed once: a :class:`Space` maps element arrays to the free unknowns.
 
 Unknowns are numbered node by node, (node, axis), along the axes of each node (:mod:`bipot.fem.axes`); ``free`` lists
-those that no support holds. Behind them stand the coordinates of tools that forces or moments drive: no element touches
-them, they are in contact rows only. What couples them with nodes as these move, of curved tools, is summed like
-elements: each has a node's unknowns and its tool's. Element arrays and nodal fields are in coordinates everywhere else.
+those that no support holds. They are followed by the coordinates of tools driven by forces or moments, which appear in
+contact rows only and in no element. Their coupling with nodes at curved tools is summed like elements, each with the
+unknowns of a node and its tool. Element arrays and nodal fields are in coordinates everywhere else.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ class Space:
 
     ``dofs`` (e, dk) numbers an element's unknowns, ``free`` (n,) the free ones among all, and ``scatter`` sends
     each entry of the element matrices to its place in the CSC data (the last place collects held unknowns).
-    ``translations`` m is how many unknowns stand behind the free ones, each with its place ``diagonal`` (m,) in the
-    data, where elements leave a zero. Behind the elements' entries in ``scatter`` are those of couplings. ``axes`` are
-    those along which unknowns are components.
+    ``translations`` m is the number of unknowns behind the free ones, each with its place ``diagonal`` (m,) in the
+    data, which elements leave zero. The entries of couplings follow those of elements in ``scatter``. Unknowns are
+    components along the ``axes``.
     """
 
     mesh: Mesh
@@ -63,7 +63,7 @@ class Space:
         return self.axes.field(np.asarray(full, dtype=np.float64).reshape(self.mesh.nodes.shape))
 
     def beside(self, x: Floats) -> Floats:
-        """Of the unknowns (n,) the coordinates of tools (m,)."""
+        """The coordinates of tools (m,) among the unknowns (n,)."""
         return x[len(self.free) :]
 
     def gather(self, every: Floats) -> Floats:
@@ -84,7 +84,7 @@ class Space:
     def along(self, element: Floats) -> Floats:
         """Entries (s,) of element matrices (e, dk, dk) by components along the axes.
 
-        Those of couplings may stand behind them, all in one row: these are by such components already.
+        Entries of couplings may follow, all in one row, already in these components.
         """
         if not self.axes.turned:
             return element.ravel()
@@ -96,7 +96,7 @@ class Space:
 
     @cached_property
     def _turns(self) -> tuple[Ints, Floats]:
-        """Elements (t,) with nodes that have axes of their own, and what takes their unknowns (t, dk, dk) there."""
+        """Elements (t,) with nodes that have axes of their own, and the rotation (t, dk, dk) of their unknowns."""
         count, d = self.mesh.nodes.shape
         rows = np.tile(np.eye(d), (count, 1, 1))
         rows[self.axes.nodes] = self.axes.rows
@@ -131,7 +131,7 @@ class Space:
         return sp.csr_matrix((blocks[kept], columns[kept], counts), shape=(points * width, self.size))
 
     def force_scale(self, element: Floats, applied: Floats) -> float:
-        """Largest over the nodes of the sum of |element forces| (e, dk) and |applied| (a, d): a residual's measure."""
+        """Largest nodal sum of |element forces| (e, dk) and |applied| (a, d): the scale of residuals."""
         forces = element.reshape(*self.mesh.elements.shape, -1)
         size = np.sqrt(np.vecdot(forces, forces))
         whole = np.bincount(self.mesh.elements.ravel(), size.ravel())
@@ -149,7 +149,7 @@ def space(
 ) -> Space:
     """The space of a mesh whose unknowns ``held`` (full numbers) are zero, and of so many ``translations``.
 
-    ``coupled`` (b, u) are unknowns that are coupled besides: full numbers, translations behind the nodes', -1 for none.
+    ``coupled`` (b, u) are further coupled unknowns: full numbers, translations behind the nodes', -1 for none.
     Unknowns are components along the ``axes``.
     """
     d = geometry.reduction.dimension

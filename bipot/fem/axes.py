@@ -1,7 +1,7 @@
-"""Axes of nodes: the coordinates' own, but where a support holds a direction between them.
+"""Axes of nodes: those of the coordinates, except where a support holds another direction.
 
-The unknowns of a node are the components of its displacement along its axes, so that what a support holds is one
-unknown, which is left out, and all others are free.
+The unknowns of a node are the components of its displacement along its axes. A support then holds a single component,
+which is left out, and the others are free.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Axes:
-    """``rows`` (t, d, d) of right-angled unit vectors at the ``nodes`` (t,), in rising order; all others have the
-    coordinates' own.
+    """``rows`` (t, d, d) of orthonormal vectors at the ``nodes`` (t,), in ascending order; all others have the axes of
+    the coordinates.
     """
 
     nodes: Ints
@@ -26,11 +26,11 @@ class Axes:
 
     @property
     def turned(self) -> bool:
-        """Whether any are not the coordinates' own."""
+        """Whether any node has axes of its own."""
         return len(self.nodes) > 0
 
     def components(self, field: Floats) -> Floats:
-        """Of a nodal field (a, d) the components (a, d) along the axes."""
+        """The components (a, d) along the axes of a nodal field (a, d)."""
         return self._turned(field, self.rows) if self.turned else field
 
     def field(self, components: Floats) -> Floats:
@@ -38,7 +38,7 @@ class Axes:
         return self._turned(components, self.rows.transpose(0, 2, 1)) if self.turned else components
 
     def at(self, nodes: Ints, vectors: Floats) -> Floats:
-        """Components (p, d) of vectors (p, d) at nodes (p,); where they are turned, zero what is round-off of zero."""
+        """Components (p, d) of vectors (p, d) at nodes (p,); where axes are rotated, round-off of zero is zero."""
         if not self.turned:
             return vectors
         place = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)

@@ -1,7 +1,7 @@
 r"""Polynomials over whole elements by their Bernstein coefficients: bounds of their least values.
 
-Least and largest coefficient are bounds of the polynomial. Halved along its sides into 2^d parts (de Casteljau),
-an element has coefficients that come to the values with the square of its size.
+The least and largest coefficient bound the polynomial. When an element is halved along its sides into 2^d parts (de
+Casteljau), the coefficients converge to the values with the square of its size.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from bipot.meshes.elements import Element
 from bipot.typing import Bools, Floats, Ints
 
 LEVELS = 12
-"""Halvings before a sign is given up: det J below some 4^-12 of its mean is then told from zero no more."""
+"""Halvings before a sign is undecided: det J below about 4^-12 of its mean is not distinguished from zero."""
 
 ROUND_OFF, PLAIN = 1e-12, 25.0
-"""Of extent times derivative, in space times its square: above 5000 units in the last place, what products of sums of
-eight terms can gather. More where values make coefficients of more than so many times their size: in H20 9261 times.
+"""Round-off over extent times derivative, in space times its square: above 5000 units in the last place, which products
+of sums of eight terms may reach. More where coefficients exceed values by more than this factor: by 9261 times in H20.
 """
 
 
@@ -120,7 +120,7 @@ class Least:
 def least(D: Floats, form: Basis, settled: Callable[[Floats, Floats, Ints], Bools]) -> Least:
     """Bounds of the least value of each polynomial with coefficients D (e, c) in a basis.
 
-    A patch is halved until ``settled(lower, upper, element)`` (p,), told its own lower and its element's upper bounds.
+    A patch is halved until ``settled(lower, upper, element)`` (p,), from its own lower and its element's upper bound.
     """
     count, d = len(D), form.grid.shape[1]
     lower, upper, at = np.full(count, np.inf), np.full(count, np.inf), np.zeros((count, d))

@@ -45,10 +45,10 @@ RULES = {
     Element.H8: (Quadrature.GAUSS2, Quadrature.GAUSS3),
     Element.H20: (Quadrature.GAUSS2, Quadrature.GAUSS3),
 }
-"""The rules of an element, its own first: the paper's for Q8, else the least that leaves no motion without strain.
+"""The rules of an element, its own first: the paper's for Q8, otherwise the smallest without motions free of strain.
 
-One point would leave such motions of T6, and 2 x 2 of Q9, that go through a whole mesh; the one of Q8 does not, nor do
-the six that eight points leave an H20 by itself.
+One point for T6 and 2 x 2 for Q9 leave such motions of a whole mesh. The one that 2 x 2 leaves a Q8, and the six that
+eight points leave an H20, exist for a single element only.
 """
 
 
@@ -63,7 +63,7 @@ class Reference:
 
     @staticmethod
     def of(element: Any, points: Floats, weights: Floats, order: Iterable[int] = ()) -> Reference:
-        """Any element of scikit-fem at points (q, d), its nodes in ``order`` where that is another than its own."""
+        """Any element of scikit-fem at points (q, d), with its nodes in ``order`` if that differs from its own."""
         basis = [element.lbasis(points.T, i) for i in tuple(order) or range(len(element.doflocs))]
         values = np.column_stack([value for value, _ in basis])
         gradients = np.stack([np.asarray(gradient).T for _, gradient in basis], axis=1)
@@ -160,9 +160,9 @@ def tabulated_at(element: Element, points: Floats) -> Reference:
 
 @cache
 def facet(nodes: int, dimension: int) -> Reference:
-    """What bounds elements of ``dimension`` d, with so many nodes: an edge or a face, by the fullest rule.
+    """The facet of elements of ``dimension`` d with so many nodes, an edge or a face, with its richest rule.
 
-    Of a square face that is Gauss' of three points along both axes, of a triangle that of degree five.
+    For a square face this is Gauss' rule of three points along both axes, for a triangle that of degree five.
     """
     if dimension == 2:
         return line(nodes)
@@ -179,7 +179,7 @@ def node_places(element: Element) -> Floats:
 @cache
 def line(nodes: int) -> Reference:
     """Line of two nodes or three (end, middle, end) with three Gauss points, for traction on edges."""
-    # scikit-fem takes long to import and is asked once: where an element is tabulated.
+    # scikit-fem takes long to import and is used once: where an element is tabulated.
     import skfem
 
     points, weights = np.polynomial.legendre.leggauss(3)

@@ -20,14 +20,14 @@ from bipot.tensors import identity, trace
 from bipot.typing import Floats, Ints
 
 CLOSED_FORMS = {2: plane, 3: solid}
-"""What inverts and turns tensors in d dimensions."""
+"""The modules that invert and rotate tensors in d dimensions."""
 
 
 @dataclass(frozen=True)
 class Gradients:
     """Rows N,1 to N,d and with a ring N/r (e, q, p, k), and physical volume of each point (e, q).
 
-    ``projector`` is what the volume change is projected by, None where it stays as it is.
+    ``projector`` projects the volume change; None leaves it unprojected.
     """
 
     reduction: Reduction
@@ -37,7 +37,7 @@ class Gradients:
 
     @cached_property
     def B(self) -> Floats:
-        """B (e, q, s, dk) of (23), Mandel strain from displacements (u_1, u_2 of node 1, ...), made when asked for.
+        """B (e, q, s, dk) of (23), Mandel strain from displacements (u_1, u_2 of node 1, ...), made at first use.
 
         Its trace is projected (:mod:`bipot.fem.projection`).
         """
@@ -57,7 +57,7 @@ class Gradients:
         return strain + (self.projector.of(own) - own)[..., None] / 3 * identity(self.reduction.mandel)
 
     def gradient_operator(self, D: Floats) -> None:
-        """Write D (e, q, m, dk), which maps displacements to g; what is not written stays zero."""
+        """Write D (e, q, m, dk), which maps displacements to g; entries not written remain zero."""
         for a, (i, row) in enumerate(self.reduction.places):
             D[:, :, a, i :: self.reduction.dimension] = self.shape[:, :, row]
 
@@ -71,10 +71,10 @@ class Gradients:
 
 @dataclass(frozen=True)
 class Kinematics(Gradients):
-    """What an increment does to the points, and the gradients where its equilibrium is asked.
+    """The kinematics of an increment at the points, and the gradients in its configuration of equilibrium.
 
-    Strain increment (e, q, s); ``middle`` (e, q, m) is g where the strain is taken; ``half`` the half rotation of the
-    tensors as :mod:`bipot.fem.plane` or :mod:`bipot.fem.solid` have it, None where nothing turns or moves.
+    Strain increment (e, q, s); ``middle`` (e, q, m) is g where the strain is taken; ``half`` the half rotation of
+    tensors as in :mod:`bipot.fem.plane` or :mod:`bipot.fem.solid`, None where nothing rotates or moves.
     """
 
     strain: Floats
@@ -83,11 +83,11 @@ class Kinematics(Gradients):
 
     @property
     def divergence(self) -> Floats:
-        """Volume change (e, q) of the points as it is, that of the strain before it is projected."""
+        """Volume change (e, q) of the points before projection."""
         return self.middle[..., self.reduction.diagonal].sum(axis=-1)
 
     def part(self, elements: slice) -> Kinematics:
-        """Those of some elements."""
+        """The part of some elements."""
         projector, half = self.projector, self.half
         return Kinematics(
             reduction=self.reduction,
@@ -101,7 +101,7 @@ class Kinematics(Gradients):
 
     @property
     def moves(self) -> bool:
-        """Whether the configuration where equilibrium is asked moves with the increment."""
+        """Whether the configuration of equilibrium moves with the increment."""
         return self.half is not None
 
     def turned(self, tensor: Floats) -> Floats:
@@ -110,7 +110,7 @@ class Kinematics(Gradients):
 
     @cached_property
     def _whole(self) -> Floats | None:
-        """The whole rotation, as the half one is kept."""
+        """The whole rotation, in the form of the half one."""
         return None if self.half is None else CLOSED_FORMS[self.reduction.dimension].twice(self.half)
 
     @property
@@ -122,7 +122,7 @@ class Kinematics(Gradients):
 
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:
-    """Rows (e, q, dk) that make the trace of g of what D (e, q, m, dk) makes g of."""
+    """Rows (e, q, dk) of the trace of g, from D (e, q, m, dk)."""
     a, *others = reduction.diagonal
     out = D[:, :, a].copy()
     for b in others:
@@ -157,7 +157,7 @@ def gradients(
 
 
 def refuse_inverted(positive: Floats, name: str, nodes: Floats, elements: Ints) -> None:
-    """Demand ``positive`` (e, q), which is ``name``, of ``elements`` (e, k) of the ``nodes`` (a, d)."""
+    """Require ``positive`` (e, q), the quantity ``name``, to be so in ``elements`` (e, k) of the ``nodes`` (a, d)."""
     if positive.min() > 0:
         return
     worst = int(np.unravel_index(np.argmin(positive), positive.shape)[0])

@@ -1,4 +1,4 @@
-r"""Whether elements are folded anywhere, not only where they are integrated.
+r"""Whether elements are folded anywhere, not only at their integration points.
 
 A quadrilateral of eight or nine nodes is a quadratic Bezier patch: its derivatives have degrees (1, 2) and (2, 1), so
 that det J has degree (3, 3). One of four nodes has degree (1, 1); a hexahedron of eight nodes has (2, 2, 2), one of
@@ -10,11 +10,11 @@ det J has, from as many values, its Bernstein coefficients D_m over the whole el
 with D at the corners equal to det J there. Where the least D is not positive while the corners are, the element is
 halved (:mod:`bipot.fem.bernstein`).
 
-Where two edges of an element with straight ones lie on one flat tool their angle is straight, and det J = 0 at that
-corner alone. That is no fold, however often an increment ends so: one corner of each such element may have |det J| up
-to :data:`STRAIGHT` of its mean. Of a brick of eight nodes it is a corner whose three faces lie on the tool, or an edge
-whose two faces do: coefficients there may be as small, wherever they are not at all corners of a face, and where they
-are lifted to that bound the element is asked as any other. At rest none may.
+Where two straight edges of an element lie on one flat tool, their angle is straight and det J = 0 at that corner alone.
+This is no fold, however often an increment ends so: one corner of each such element may have |det J| up to
+:data:`STRAIGHT` of its mean. For a brick of eight nodes it is a corner whose three faces lie on the tool, or an edge
+whose two faces do. Coefficients there may be as small, unless they are at all corners of a face; they are lifted to
+that bound, and the element is then checked as any other. At rest this is not allowed.
 
 Where det J > 0 the radius has no stationary point inside, hence no least value there: r > 0 inside if it is not
 negative on the edges, where it is a parabola or linear. End nodes and whole edges may lie on the axis, r = 0; the rest
@@ -37,7 +37,7 @@ from bipot.meshes.elements import Element, same_places
 from bipot.typing import Floats, Ints
 
 STRAIGHT = 1e-9
-"""det J at a corner over its mean, below which the angle there is straight: what is left of the gaps of three nodes."""
+"""det J at a corner over its mean, below which the angle there is straight: the remaining gaps of three nodes."""
 
 DEGREES = {
     Element.T3: 0,
@@ -126,10 +126,10 @@ def scaled_jacobians(nodes: Floats, elements: Ints, tolerance: float = 1e-3) -> 
 def refuse_folded(
     placements: Mapping[str, Floats], elements: Ints, geometry: Geometry, *, straight: bool = False
 ) -> None:
-    """Refuse nodes (a, d) in which det J, or in axisymmetry the radius off the axis, is not positive all over.
+    """Refuse nodes (a, d) for which det J, or in axisymmetry the radius off the axis, is not positive everywhere.
 
-    The ``placements`` are told apart in words. What no halving decides is refused too. With ``straight`` a corner
-    between straight edges may have a straight angle, an edge of a brick between its faces.
+    The ``placements`` are named in words. Undecided elements are refused too. With ``straight``, corners between
+    straight edges, and edges between the faces of a brick, may have a straight angle.
 
     Raises:
         InvertedElement: naming an element, the placement, the place and the value.
@@ -150,7 +150,7 @@ def refuse_folded(
 
 @dataclass(frozen=True)
 class Fault:
-    """What is wrong at reference point ``at`` (d,) of which element."""
+    """The element that is folded, the reference point ``at`` (d,), and the value."""
 
     patch: int
     at: Floats
@@ -182,9 +182,9 @@ def _folded(x: Floats, straight: bool) -> Fault | None:
 
 
 def _lifted(D: Floats) -> Floats:
-    """D (e, c) of bricks with straight corners, and edges between two of them, lifted from zero to the bound of that.
+    """D (e, c) of bricks with straight corners, and edges between two of them, lifted from zero to that bound.
 
-    Faces of which every corner is straight have collapsed: their elements are left as they are.
+    Faces all of whose corners are straight have collapsed: their elements are not changed.
     """
     at_corner, ends, faces = _on_edges()
     bound = STRAIGHT * D.mean(axis=1, keepdims=True)

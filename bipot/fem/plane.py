@@ -1,7 +1,7 @@
 r"""The ``midpoint`` strain measure in a plane, by closed forms: formulas in :mod:`bipot.fem.strain`.
 
-Turning a Mandel tensor about the third axis is Mohr's circle, which takes twice the angle. A half rotation by theta is
-therefore kept as (cos 2 theta, sin 2 theta) (2, ...): with tan theta = w/2 no transcendental function is needed.
+Rotating a Mandel tensor about the third axis follows Mohr's circle, by twice the angle. A half rotation by theta is
+therefore stored as (cos 2 theta, sin 2 theta) (2, ...): with tan theta = w/2 no transcendental function is needed.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def cofactors(J: Floats) -> tuple[Floats, Floats]:
 
 
 def middle(g: Floats, reduction: Reduction) -> tuple[Floats, tuple[Floats, ...]]:
-    """g of H (I - H/2)^-1 (..., m), and what has to be positive: det (I - H/2) in the plane, and the hoop's 1 - h/2.
+    """g of H (I - H/2)^-1 (..., m), and the quantities that must be positive: det (I - H/2), and 1 - h/2 for the hoop.
 
     Cayley-Hamilton: G (I - G/2)^-1 = (G - det G / 2 I) / det (I - G/2).
     """

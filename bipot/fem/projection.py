@@ -1,15 +1,15 @@
-r"""The volume change of an element, projected on what its pressure can be held against: a cure for volumetric locking.
+r"""The volume change of an element, projected on a small space of functions: a cure for volumetric locking.
 
-With theta = tr e of the strain as it is at the points of an element, weights w where equilibrium is asked, and phi_k
-what spans the volume change,
+With theta = tr e the unprojected volume change at the points of an element, weights w in the configuration of
+equilibrium, and functions phi_k that span the projected volume change,
 
     e' = e + (Pi theta - theta) 1/3,    Pi = phi (phi' w phi)^-1 phi' w,
 
 so that sum_q w phi_k (Pi theta - theta) = 0. phi is 1 (``p0``, the mean dilatation) or 1 and the coordinates at rest
-(``p1``). Points keep theirs for good, so that the pressure, which follows from tr e' alone where plastic flow keeps the
-volume, stays in span phi from a start in it. Then Pi p = p, and the force that e' asks for, sum_q w B'(s + Pi p 1), is
-that of the stress at the points: nothing of it needs to be projected. As elements are refined their maps become affine,
-and what is linear at rest is linear where they have come to.
+(``p1``). The values of phi at the points never change. The pressure, which follows from tr e' alone where plastic flow
+preserves the volume, therefore stays in span phi if it starts there. Then Pi p = p, and the force dual to e', sum_q w
+B'(s + Pi p 1), is that of the stress at the points, which needs no projection. As elements are refined their maps
+become affine, and functions linear at rest are linear in the current configuration.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bipot.typing import Floats, Ints, read_only
 
 
 class VolumeChange(Enum):
-    """How an element's change of volume is represented: as it is, or projected on constants or linear functions."""
+    """How the volume change of an element is represented: as it is, or projected on constants or linear functions."""
 
     AS_IS = "as_is"
     P0 = "p0"
@@ -43,9 +43,9 @@ VOLUMES = {
     Element.H8: (VolumeChange.P0, VolumeChange.AS_IS),
     Element.H20: (VolumeChange.P1, VolumeChange.AS_IS, VolumeChange.P0),
 }
-"""What an element may be asked for, its own first: the most constraints that its displacements can meet.
+"""The choices of an element, its own first: the most constraints that its displacements can satisfy.
 
-P1 of T6 would be as many as it has unknowns for, and T3 meets none.
+P1 of T6 would have as many constraints as unknowns, and T3 can satisfy none.
 """
 
 
@@ -79,7 +79,7 @@ class Projection:
 
     @staticmethod
     def of(volume: VolumeChange, nodes: Floats, elements: Ints, reference: Reference) -> Projection | None:
-        """That of a mesh at rest, None where the volume change stays as it is."""
+        """The projection for a mesh at rest, None if the volume change is not projected."""
         if volume is VolumeChange.AS_IS:
             return None
         x = nodes[elements]

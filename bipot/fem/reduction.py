@@ -1,4 +1,4 @@
-r"""What the coordinates of a mesh stand for: a constant embedding of the entries g that are not zero in the gradient.
+r"""Reductions of the displacement gradient: a constant embedding of its nonzero entries g.
 
 The displacement gradient H (3, 3) has the entries g in R^m of a :class:`Reduction`, H[i, j] = g_a, and zeros elsewhere:
 m = 5 where the plane is a meridian (the fifth is the hoop strain u_1 / r), 4 in plane strain, 9 in space. A Mandel
@@ -50,7 +50,7 @@ class Reduction:
 
     @property
     def extents(self) -> int:
-        """Power of length that volumes are of: of a unit of thickness in plane strain, all around on a ring."""
+        """Power of length in volumes: per unit of thickness in plane strain, of the whole ring on a meridian."""
         return self.rows
 
     @property
@@ -60,7 +60,7 @@ class Reduction:
 
     @cached_property
     def places(self) -> tuple[tuple[int, int], ...]:
-        """Of which displacement, by which row of the gradients, each entry of g is made."""
+        """The displacement and the row of the gradients that make each entry of g."""
         return tuple((0, 2) if self.ring and entry == HOOP else entry for entry in self.entries)
 
     @cached_property
@@ -70,7 +70,7 @@ class Reduction:
 
     @cached_property
     def symmetric(self) -> Floats:
-        """What takes g to the Mandel vector of its symmetric part (s, m)."""
+        """The map (s, m) from g to the Mandel vector of its symmetric part."""
         return read_only(mandel_to_full(self.mandel) @ self.embedding.T, np.float64)
 
     @cached_property
@@ -87,7 +87,7 @@ class Reduction:
 
     @cached_property
     def row_forces(self) -> Floats:
-        """What multiplies each row of the gradients in the forces (s, d p) along each axis, from a Mandel stress."""
+        """Factors (s, d p) of each row of the gradients in the forces along each axis, from a Mandel stress."""
         out = np.zeros((self.mandel, self.dimension, self.rows))
         for a, (i, row) in enumerate(self.places):
             out[:, i, row] += self.symmetric[:, a]
@@ -111,7 +111,7 @@ class Reduction:
 
 
 class Geometry(Enum):
-    """What the coordinates of the mesh stand for."""
+    """The meaning of the mesh's coordinates."""
 
     AXISYMMETRIC = "axisymmetric"
     PLANE_STRAIN = "plane_strain"

@@ -1,15 +1,15 @@
-r"""Strain measures: where an increment's strain and equilibrium are evaluated, and what then moves with it.
+r"""Strain measures: where the strain and equilibrium of an increment are evaluated, and their derivatives.
 
 ``midpoint``: the strain increment is the symmetric gradient at x_n + dU/2, rotated by *half* the Hughes-Winget
 rotation; the stress is rotated by the whole; equilibrium, hence B and the volumes, at x_n + dU. With H the displacement
 gradient at the end, that at the middle is H (I - H/2)^-1. The rotation of spin w is the angle 2 atan(|w|/2).
 ``paper``: strain, B and volumes on x_n, no rotation (the geometry follows by (30) afterwards).
-``small``: the same on the configuration at rest: small strains and rotations, in which a limit load is a plateau where
-the element has one. Gaps are those of where the body has come to, which is asked not to be folded.
+``small``: the same on the configuration at rest: small strains and rotations, in which a limit load is a plateau if the
+element has one. Gaps are those at the current positions, where elements must not be folded.
 
 The element tangent d f / d dU: in the last two nothing moves and K_e is that of (25). In ``midpoint`` the strain, the
-rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress as H' has
-it (D maps an element's displacements to g):
+rotation of the stress, B and the volumes all move. With g the entries of H, f = sum_q w D' t and t the stress dual to g
+(D maps an element's displacements to g):
 
     K_e = sum_q w D' [ J C_alg (d e / d g) + Q ] D,     t = J s,    Q = t x trace + d(D' t)/dg at fixed t.
 
@@ -33,15 +33,15 @@ from bipot.tensors import contract, trace
 from bipot.typing import Floats, Ints
 
 TOGETHER = 2**16
-"""Entries of D that are made at a time, half a megabyte."""
+"""Entries of D that are computed at a time, half a megabyte."""
 
 
 @dataclass(frozen=True)
 class Scratch:
-    """Memory of element tangents, to be used again: Z (p, q, m, m), D and Z D (p, q, m, dk), K_e (e, dk, dk).
+    """Reusable memory of element tangents: Z (p, q, m, m), D and Z D (p, q, m, dk), K_e (e, dk, dk).
 
-    These are the largest arrays of a Newton pass. Asked for anew each time, they cost more than what is done with them.
-    All but the last are of p elements at a time, which the processor's own memory holds.
+    These are the largest arrays of a Newton pass; allocating them anew costs more than the operations on them. All but
+    the last hold p elements at a time, which fit in the processor's cache.
     """
 
     Z: Floats
@@ -59,7 +59,7 @@ class Scratch:
         return Scratch(square[0], np.zeros(size), np.empty(size), square[1])
 
     def part(self, elements: slice) -> Scratch:
-        """The memory of some elements, no more than it is for at a time."""
+        """The memory for some elements, no more than p."""
         count = elements.stop - elements.start
         return Scratch(self.Z[:count], self.D[:count], self.ZD[:count], self.K[elements])
 
@@ -84,7 +84,7 @@ class Measure(Protocol):
     """A strain measure."""
 
     def origin(self, rest: Floats, nodes: Floats) -> Floats:
-        """The configuration (a, d) an increment is taken from, of a body at ``rest`` that has come to ``nodes``."""
+        """The configuration (a, d) from which an increment is measured, of a body at ``rest`` that is at ``nodes``."""
         ...
 
     def increment(
@@ -99,7 +99,7 @@ class Measure(Protocol):
         """Kinematics of one increment ``du`` (a, d) from the configuration ``nodes`` (a, d), tr e by ``projection``.
 
         Raises:
-            InvertedElement: where the measure looks.
+            InvertedElement: in a configuration that the measure evaluates.
         """
         ...
 
@@ -108,7 +108,7 @@ class Measure(Protocol):
         ...
 
     def placements(self, nodes: Floats, du: Floats) -> dict[str, Floats]:
-        """The configurations (a, d) where strain is taken or equilibrium asked, and the end, by what they are."""
+        """The configurations (a, d) of strain and equilibrium, and the end, by their names."""
         ...
 
     def balanced(self, nodes: Floats, du: Floats) -> Floats:
@@ -198,7 +198,7 @@ class Midpoint:
 
 
 def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
-    """K_e of ``midpoint`` in ``scratch.K``, of as many elements as all of it has."""
+    """K_e of ``midpoint`` in ``scratch.K``, for no more elements than the scratch holds."""
     assert kin.half is not None, "kinematics of another measure"
     reduction = kin.reduction
     kin.gradient_operator(scratch.D)
@@ -219,7 +219,7 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
 
 
 def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
-    """What projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
+    """The term that projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
 
     K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by w V
     move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.

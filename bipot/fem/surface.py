@@ -1,13 +1,13 @@
 r"""Integrals over facets: the mass of tractions, and the follower force of a pressure with its derivative.
 
-A facet is what its shape functions make of its nodes, x = sum_a N_a x_a: in a plane a parabola through three (end,
-middle, end), or straight between two; in space a plane element. Its area vector a unit of reference area is
+A facet is x = sum_a N_a x_a: in a plane a parabola through three nodes (end, middle, end), or straight between two; in
+space a two-dimensional element. Its area vector per unit of reference area is
 
     n dA = (x_2,1, -x_1,1) in a plane,    x,1 x x,2 in space,
 
 outward where the facet runs anticlockwise. Rules integrate polynomials of degree five exactly: the force, N_a n r on a
-ring, and its derivative on every facet; the mass, N_a N_b |n| r, on flat ones with middle nodes in the middle, for on
-curved ones |n| is no polynomial.
+ring, and its derivative on every facet; the mass, N_a N_b |n| r, only on flat facets with centred middle nodes, because
+on curved ones |n| is no polynomial.
 """
 
 from __future__ import annotations

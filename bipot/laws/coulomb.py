@@ -9,11 +9,11 @@ du_t = 0 is a constraint measured by :func:`dual_cone_violation`, and the terms 
 count as 0 in the shift, the natural map and the gap. Only :func:`bipotential` gives its +inf.
 
 A ``cap`` on the friction force, a number or (c,), makes it |r_t| <= s(r_n) = min(mu r_n, cap) (:func:`limit`): Orowan's
-law. With it mu = inf glues nothing, s = cap is that of constant shear where r_n > 0; where a point touches without a
-force s = 0, and s jumps at a landing. The set of (15), K = {r_n >= 0, |r_t| <= s(r_n)}, stays convex, a cone cut by a
-cylinder, but De Saxce's shift, of the cone alone, does not bring its law to one projection: natural map and gap then
-have the normal and the tangential part apart, each with its own projection at the frozen s(r_n). Without a cap,
-cap = inf, nothing is changed.
+law. With it mu = inf glues nothing, and s = cap where r_n > 0 is constant shear; where a point touches without a force
+s = 0, so s jumps at a landing. The set of (15), K = {r_n >= 0, |r_t| <= s(r_n)}, stays convex, a cone cut by a
+cylinder, but De Saxce's shift, made for the cone, does not reduce its law to one projection: natural map and gap then
+treat the normal and the tangential part separately, each with its own projection at the frozen s(r_n). Without a cap
+(inf) nothing changes.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ class Status(IntEnum):
 
 
 def _finite(mu: Friction) -> FloatArray:
-    """The coefficient with 0 in the place of inf."""
+    """The coefficient with 0 in place of inf."""
     return np.where(np.isinf(mu), 0.0, mu)
 
 
 CARRIES = 1e-8
-"""A contact force below this fraction of the increment's largest is none: what a solver leaves at open candidates."""
+"""A contact force below this fraction of the increment's largest counts as none: solvers leave such at open points."""
 
 
 def force_threshold(r: FloatArray) -> float:
-    """The force up to which a contact force of r (c, d) is none, see :data:`CARRIES`."""
+    """The force up to which a contact force of r (c, d) counts as none, see :data:`CARRIES`."""
     return CARRIES * float(norm(r).max(initial=0.0))
 
 
@@ -104,7 +104,7 @@ def bipotential(du: FloatArray, r: FloatArray, mu: Friction, tol: float = 0.0) -
 def friction_gap(
     r: FloatArray, du_t: FloatArray, mu: Friction, cap: Friction = np.inf, none: float = 0.0
 ) -> FloatArray:
-    """s(r_n) |du_t| + r_t · du_t, (…), energy units: what the tangential force misses of the law, for |r_t| <= s >= 0.
+    """s(r_n) |du_t| + r_t · du_t, (…), energy units: the tangential part of the gap, for |r_t| <= s >= 0.
 
     Without a cap mu = inf counts as 0.
     """

@@ -5,12 +5,12 @@ Euler: of first order wherever the direction turns, as friction makes it. BDF2 w
 
     de_p = a de_p0 + gamma n,    a = rho^2/(1 + 2 rho),    de_p0 the flow of the increment before,
 
-lets the last flow go on by the fraction a, at fixed strain, before the increment starts:
+continues the last flow by the fraction a, at fixed strain, before the increment starts:
 
-    sigma* = sigma_n - 2 mu a de_p0,    e_p* = e_p + a de_p0,    p* = p + a dp_0.
+    sigma* = sigma_n - 2 G a de_p0,    e_p* = e_p + a de_p0,    p* = p + a dp_0.
 
 The increment from that state is an ordinary one: the same convex programs, return map, tangent and certificate.
-The law knows no time: rho is the ratio of the flows themselves, which :mod:`bipot.control.carrying` finds.
+The law is rate-independent: rho is the ratio of the flows themselves, measured by :mod:`bipot.control.carrying`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FARTHEST = 1.0
 
 
 class Integration(Enum):
-    """Order one with the stress of one increment, or order two with the flow of the last one carried on."""
+    """Of order one with the stress of one increment, or of order two with the flow of the last one carried on."""
 
     BACKWARD_EULER = "backward Euler"
     BDF2 = "BDF2"

@@ -1,4 +1,4 @@
-"""What a body asks of its material, and the material that never flows.
+"""The interface of a material, and the elastic material.
 
 Tensors are Mandel vectors (…, s), points the leading axes (…).
 """
@@ -18,7 +18,7 @@ from bipot.tensors import FloatArray
 
 @runtime_checkable
 class Material(Protocol):
-    """A material with isotropic elasticity and a yield stress that rises with the equivalent plastic strain."""
+    """A material with isotropic elasticity and a yield stress that never falls with the equivalent plastic strain."""
 
     @property
     def elasticity(self) -> Elasticity:

@@ -1,4 +1,4 @@
-"""The projections that Coulomb's law is made of, (15), each with its generalised derivative, for d = 2 and 3.
+"""The projections in Coulomb's law (15), each with its generalised derivative, for d = 2 and 3.
 
 On the disc |t| <= s of the friction force and on the cone K_mu = {|r_t| <= mu r_n}. Arrays are (…, d - 1) and (…, d),
 rows (n, t_1 … t_{d-1}); units are those of a force, derivatives have none.

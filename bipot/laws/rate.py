@@ -1,4 +1,4 @@
-"""Von Mises plasticity by the rate equation (4) alone, as the seed paper has it: the stress is not returned."""
+"""Von Mises plasticity by the rate equation (4) alone, as in the seed paper: the stress is not returned."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RateVonMises(VonMises):
     drifts: ClassVar[bool] = True
 
     def update(self, rotated: FloatArray, strain: FloatArray, peeq: FloatArray) -> Returned:
-        """Stress by (4), and the plastic strain that (5) and (6) then leave."""
+        """Stress by (4), and the plastic strain that follows from (5) and (6)."""
         C, plastic = self._rate(rotated, peeq)
         size = strain.shape[-1]
         change = np.einsum("...st,...t->...s", C, strain)

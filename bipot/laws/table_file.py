@@ -1,4 +1,4 @@
-"""Two columns of numbers from a text file, each with the line it stands on."""
+"""Two columns of numbers from a text file, with their line numbers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class TwoColumns(NamedTuple):
 
 
 def two_columns(path: str | Path, names: tuple[str, str], delimiter: str | None = ",") -> TwoColumns:
-    """Read the table; ``names`` are what its columns are called where a value is refused.
+    """Read the table; ``names`` are those of its columns in messages.
 
     The first line may be a header, without a number in it. What follows a #, and empty lines, are comments. Columns are
     parted by ``delimiter``, by white space where that is None; decimals have a point.
