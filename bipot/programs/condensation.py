@@ -4,8 +4,8 @@ With dU = (i, c): K_ii u_i + K_ic u_c = f_i gives u_i, and the program on u_c ha
 
     S = K_cc - K_ci K_ii^-1 K_ic,    f_c - K_ci K_ii^-1 f_i.
 
-With the unknowns c eliminated last, K + diag(0, a) = L U holds S + a = L_cc U_cc: no right-hand side a contact unknown.
-The shift a > 0 is there because S may be singular (perfect flow) where K_ii is not.
+With the unknowns c eliminated last, K + diag(0, a) = L U contains S + a = L_cc U_cc, so no right-hand side per contact
+unknown is needed. The shift a > 0 is needed because S may be singular (perfect flow) where K_ii is not.
 """
 
 from __future__ import annotations
@@ -27,16 +27,17 @@ from bipot.typing import Floats, Ints
 SINGULAR = "the stiffness is singular: a part of the body moves without resistance"
 
 SMALLER = 0.5
-"""Entries of a Schur complement over those of the stiffness up to which condensation pays: at 0.1 (10 x 10 elements) a
-pass by interior points takes 0.4 of the time it takes without, at 0.3 to 0.5 the same, at 1 1.2 times, at 2 4 times."""
+"""Entries of a Schur complement over those of the stiffness up to which condensation pays. A pass by interior points
+takes 0.4 of the time without condensation at a ratio of 0.1 (10 x 10 elements), the same at 0.3 to 0.5, 1.2 times as
+much at 1 and 4 times at 2."""
 
 
 @dataclass(frozen=True)
 class Condensed:
     """A dense program on the contact unknowns ``kept`` and the way back.
 
-    ``factor`` is that of K + diag(0, a) in the order of elimination ``order``, whose first ``inner`` unknowns are not
-    of contact; ``shifted`` is S + a, and ``loaded`` the solution (n,), in that order, under f_i alone.
+    ``factor`` is that of K + diag(0, a) in the order of elimination ``order``, whose first ``inner`` unknowns have no
+    contact; ``shifted`` is S + a, and ``loaded`` the solution (n,), in that order, under f_i alone.
     """
 
     program: TangentProgram
@@ -61,8 +62,8 @@ class Condensed:
 def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None = None) -> sla.SuperLU:
     """LU of a symmetric positive definite sparse matrix (symmetric mode; minimum degree, or NATURAL if ordered).
 
-    ``relax`` is the size up to which SuperLU merges the columns at the leaves; they are then taken one by one, by which
-    small meshes gain. Its defaults where it is None.
+    ``relax`` is the size up to which SuperLU merges the columns at the leaves, with panels of one column, which is
+    faster on small meshes. None takes SuperLU's defaults.
 
     Raises:
         ProgramError: the matrix is singular.
@@ -76,7 +77,7 @@ def factorise(K: sp.csc_matrix, order: str = "MMD_AT_PLUS_A", relax: int | None 
 
 @dataclass(frozen=True)
 class Split:
-    """An order of elimination for a stiffness pattern that ends with the unknowns ``kept``: found once for a pattern.
+    """An order of elimination for a stiffness pattern that ends with the unknowns ``kept``, found once for a pattern.
 
     ``order`` (n,) lists the unknowns; ``place`` sends the data of K to the CSC pattern in that order, in which
     ``diagonal`` are the entries of K_cc's diagonal.
@@ -114,10 +115,10 @@ class Split:
         )
 
     def factor(self, data: Floats) -> tuple[sla.SuperLU, float]:
-        """LU of K + diag(0, a) from the data of K, and a: the mean diagonal of K_cc, whose round-off is in S anyway.
+        """LU of K + diag(0, a) from the data of K, and a: the mean diagonal of K_cc, whose round-off S has anyway.
 
         Raises:
-            ProgramError: K_ii is singular, or so nearly that a zero on its diagonal has to be left.
+            ProgramError: K_ii is singular, or so nearly that a zero pivot would have to be avoided.
         """
         data = data[self.place]
         shift = float(np.abs(data[self.diagonal]).mean()) if len(self.diagonal) else 0.0
@@ -130,7 +131,7 @@ class Split:
 
 
 def _last_block(lu: sla.SuperLU, count: int) -> Floats:
-    """L_cc U_cc of the last ``count`` unknowns, wherever SuperLU's postorder has put them."""
+    """L_cc U_cc of the last ``count`` unknowns, wherever SuperLU's postorder has placed them."""
     last = lu.perm_c[len(lu.perm_c) - count :]
     # Behind them is a place for everything else.
     number = np.full(len(lu.perm_c), count)
@@ -157,7 +158,7 @@ def touched(rows: ContactRows, size: int) -> Ints:
 
 
 def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
-    """Condense a sparse program on the unknowns its contact rows touch; ``split`` saves finding the order again."""
+    """Condense a sparse program on the unknowns its contact rows touch; ``split`` is a known order for this."""
     K = program.K if isinstance(program.K, sp.csc_matrix) else sp.csc_matrix(program.K)
     if split is None:
         split = Split.of(K, touched(program.contact.rows, len(program.f)))
@@ -175,5 +176,5 @@ def condense(program: TangentProgram, split: Split | None = None) -> Condensed:
 
 
 def pays(program: TangentProgram) -> bool:
-    """Whether interior points gain by condensation, see :data:`SMALLER`."""
+    """Whether condensation makes interior points faster, see :data:`SMALLER`."""
     return len(touched(program.contact.rows, len(program.f))) ** 2 <= SMALLER * sp.csc_matrix(program.K).nnz

@@ -4,8 +4,8 @@ r"""The increment as a quadratic energy with exact contact at a frozen threshold
     subject to  G_n dU + g >= 0
 
 The proximal-Newton model of (21)-(25): K from C^ep at the current iterate, f the load that makes the model's
-stationarity the increment's equilibrium. :meth:`TangentProgram.statement` is the cvxpy form to read;
-:meth:`TangentProgram.conic` the same data for Clarabel directly; a test holds them equal.
+stationarity the increment's equilibrium. :meth:`TangentProgram.statement` is the readable cvxpy form;
+:meth:`TangentProgram.conic` has the same data for a solver. A test holds the two equal.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class TangentProgram:
         return ConicProgram(P, q, rows, layout.blocks, self.statement)
 
     def statement(self) -> Stated:
-        """The same program as one writes it."""
+        """The same program stated in cvxpy."""
         import cvxpy as cp
 
         dU = cp.Variable(len(self.f), name=Block.DISPLACEMENT)

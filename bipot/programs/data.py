@@ -40,13 +40,13 @@ class Block(StrEnum):
 
 @dataclass
 class Stopwatch:
-    """Adds up the seconds spent inside its ``with`` blocks, which do not nest."""
+    """Sums the seconds spent inside its ``with`` blocks, which do not nest."""
 
     seconds: float = 0.0
     _began: float = field(default=0.0, init=False, repr=False)
 
     def __enter__(self) -> None:
-        """Go."""
+        """Start."""
         self._began = time.perf_counter()
 
     def __exit__(self, *raised: object) -> None:
@@ -54,13 +54,13 @@ class Stopwatch:
         self.seconds += time.perf_counter() - self._began
 
     def outside(self) -> float:
-        """A clock (s) that stands still inside the blocks."""
+        """A clock (s) that stops inside the blocks."""
         return time.perf_counter() - self.seconds
 
 
 @dataclass(frozen=True)
 class Units:
-    """What makes a program dimensionless: increment length, body size, stress and body volume."""
+    """The units of a dimensionless program: increment length, body size, stress and body volume."""
 
     length: float
     size: float
@@ -120,19 +120,19 @@ class ContactRows:
 
     @cached_property
     def capped(self) -> bool:
-        """Whether friction is capped anywhere: the law is then not Coulomb's alone."""
+        """Whether friction is capped anywhere, so that the law is not Coulomb's."""
         return bool(np.isfinite(self.cap).any())
 
     @cached_property
     def rubbing(self) -> Floats:
-        """Coefficients (c,) of Coulomb's law where it rules the tangential motion, zero elsewhere and where tied."""
+        """Coefficients (c,) where Coulomb's law governs the tangential motion, zero elsewhere and where tied."""
         return np.where(self.rubs & ~self.tied, self.mu, 0.0)
 
     @cached_property
     def dragged(self) -> Bools:
-        """Which candidates (c,) slip along a tangent that no unknown moves them along: they slide, if they are closed.
+        """Which candidates (c,) slip along a tangent along which no unknown moves them: they slide if they are closed.
 
-        In space a support may hold one tangent, while the tool goes along it, and leave the other.
+        In space a support may hold one tangent, along which the tool moves, and leave the other free.
         """
         lines = np.repeat(np.arange(self.slip.size), np.diff(self.G_t.indptr))
         moved = np.bincount(lines, np.abs(self.G_t.data), self.slip.size).reshape(self.slip.shape) > 0
@@ -178,7 +178,7 @@ class ContactRows:
         return self._still + moved.reshape(self._still.shape)
 
     def forces(self, r: Floats) -> Floats:
-        """G_n^T r_n + G_t^T r_t (n,): what contact forces r (c, d) do on the unknowns."""
+        """G_n^T r_n + G_t^T r_t (n,): contact forces r (c, d) on the unknowns."""
         row, column, entry = self._entries
         return np.asarray(np.bincount(column, entry * r.ravel()[row], minlength=self.size), dtype=np.float64)
 
@@ -193,7 +193,7 @@ class ContactRows:
     def _entries(self) -> tuple[Ints, Ints, Floats]:
         """Row in the motion (c, d) as one vector, unknown and value (nnz,) of every entry of G_n and G_t.
 
-        Sums over these take less time than products with two such small matrices and their transposes.
+        Sums over these are faster than products with two such small matrices and their transposes.
         """
         width = 1 + self.tangents
         normal = np.repeat(width * np.arange(self.count), np.diff(self.G_n.indptr))
@@ -204,7 +204,7 @@ class ContactRows:
         return row, column, entry
 
     def limit(self, r: Floats) -> Floats:
-        """Largest friction force min(mu r_n, cap) (c,) by forces r (c, d) of all these candidates; inf where tied."""
+        """Largest friction force min(mu r_n, cap) (c,) for forces r (c, d) of all these candidates; inf where tied."""
         return np.where(self.tied, np.inf, limit(r[:, 0], self._loose, self.cap, force_threshold(r)))
 
     def limit_slope(self, r: Floats) -> Floats:
@@ -213,7 +213,7 @@ class ContactRows:
 
     @cached_property
     def _loose(self) -> Floats:
-        """The coefficients (c,), zero where a weld has not taken hold."""
+        """The coefficients (c,), zero where a weld has not formed."""
         return np.where(np.isinf(self.mu) & np.isinf(self.cap), 0.0, self.mu)
 
     def threshold(self, r: Floats) -> Floats:
@@ -227,7 +227,7 @@ class ContactRows:
 
 
 def rows_of(G: sp.csr_matrix, chosen: Bools) -> sp.csr_matrix:
-    """G[chosen] (m,), without what a general index costs, nor a copy where that is all of them."""
+    """G[chosen] (m,), without the cost of a general index, and without a copy if all are chosen."""
     if chosen.all():
         return G
     lengths = np.diff(G.indptr)

@@ -27,7 +27,7 @@ from bipot.typing import Floats
 ROOT = np.sqrt(2.0 / 3.0)
 
 BEYOND = 1e4
-"""A yield stress above this, in the units of a program, is out of its stress's reach: its value does not matter."""
+"""A yield stress above this, in the units of a program, cannot be reached: its value does not matter."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +36,8 @@ class PlasticModel:
 
     ``volumetric`` (g, n) and ``deviatoric`` (g m, n) map dU to tr e and dev e; ``trace_0`` (g,) and ``deviator_0``
     (g, m) are their values at dU = 0; ``pressure`` (g,) and ``stress`` (g, m) the parts of sigma_0; ``weight`` (g,)
-    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the line of the yield stress; ``bulk``, ``shear`` moduli. An
-    infinite threshold is that of a material that does not flow: it gets no cones.
+    volumes; ``threshold`` a (g,) and ``slope`` H (g,) the linearised yield stress; ``bulk``, ``shear`` moduli. An
+    infinite threshold stands for a material that does not flow, which has no cones.
     """
 
     volumetric: sp.csr_matrix
@@ -131,7 +131,7 @@ class DissipationProgram:
         return m.deviator_0 + (deviator - solution.block(Block.ELASTIC_DEVIATOR)).reshape(m.stress.shape)
 
     def statement(self) -> Stated:
-        """The same program as one writes it."""
+        """The same program stated in cvxpy."""
         import cvxpy as cp
 
         m = self.model

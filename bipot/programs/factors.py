@@ -1,4 +1,4 @@
-"""What factorises the sparse systems of Newton's method: SuperLU of scipy, or MKL's Pardiso where it is installed."""
+"""Factorisation of the sparse systems of Newton's method: scipy's SuperLU, or MKL's Pardiso where it is installed."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from bipot.errors import ProgramError, require
 from bipot.typing import Floats
 
 SYMMETRIC = {"SymmetricMode": True}
-"""SuperLU's mode for a symmetric pattern: it keeps to the diagonal pivots the order was made for."""
+"""SuperLU's mode for a symmetric pattern, which prefers the diagonal pivots for which the order was made."""
 
 PIVOT = 1e-2
-"""The diagonal is the pivot unless it is this much smaller than its column: it keeps the ordering's fill."""
+"""The diagonal is the pivot unless it is this much smaller than its column, which preserves the ordering's fill."""
 
 RELAX = 4
-"""Up to how many columns at the leaves SuperLU merges: faster than its default on the small supernodes of a mesh."""
+"""Columns at the leaves that SuperLU merges: faster than its default on the small supernodes of a mesh."""
 
 SINGULAR = "the Newton matrix is singular: the body can move without resistance"
 
 
 ENTRIES, PERTURBED = 18, 14
-"""Where Pardiso says how many entries its factors have, and how many pivots it has replaced."""
+"""Indices of Pardiso's number of entries in the factors, and of its number of replaced pivots."""
 
 
 class Factor(Protocol):
@@ -35,7 +35,7 @@ class Factor(Protocol):
 
     @property
     def fill(self) -> int:
-        """How many entries they have."""
+        """Number of their entries."""
         ...
 
     def solve(self, b: Floats) -> Floats:
@@ -45,10 +45,10 @@ class Factor(Protocol):
 
 @runtime_checkable
 class LinearSolver(Protocol):
-    """Factorises what stands in an order of elimination."""
+    """Factorises matrices that are in an order of elimination."""
 
     def factorise(self, transpose: sp.csc_matrix, panel: int) -> Factor:
-        """Factors of A, of which the transpose is given by columns; ``panel`` columns may be taken at once.
+        """Factors of A, whose transpose is given by columns; ``panel`` columns may be processed at once.
 
         Raises:
             ProgramError: A is singular.
@@ -74,7 +74,7 @@ class SuperLUFactor:
 
 @dataclass(frozen=True)
 class SuperLU:
-    """``scipy.sparse.linalg.splu`` in the order that is given."""
+    """``scipy.sparse.linalg.splu`` in the given order."""
 
     def factorise(self, transpose: sp.csc_matrix, panel: int) -> SuperLUFactor:
         """See :class:`LinearSolver`."""
@@ -109,7 +109,7 @@ class PardisoFactor:
 class Pardiso:
     """MKL's Pardiso by ``pypardiso``, in an order of its own: for large bodies in space, on x86 processors.
 
-    MKL is not free software, but free of charge; it is an extra, ``pip install 'bipot[pardiso]'``, that nothing needs.
+    MKL is free of charge but not free software; it is an optional extra, ``pip install 'bipot[pardiso]'``.
 
     Raises:
         SceneError: the package ``pypardiso`` is not installed.
@@ -127,7 +127,7 @@ class Pardiso:
             solver.factorize(matrix)
         except (ValueError, pypardiso.pardiso_wrapper.PyPardisoError) as singular:
             raise ProgramError(SINGULAR) from singular
-        # It goes on with another pivot where one is zero, to round-off.
+        # Pardiso continues with another pivot where one is zero to round-off.
         if solver.get_iparm(PERTURBED):
             solver.free_memory(everything=True)
             raise ProgramError(SINGULAR)

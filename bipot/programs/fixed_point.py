@@ -1,14 +1,14 @@
-r"""The coupling of friction with contact: what a program freezes, and how that moves from pass to pass.
+r"""The coupling of friction with contact: what a program freezes, and how that is updated from pass to pass.
 
 Coulomb's law is not the optimum of one convex program, but the fixed point of two sequences of them:
 
     threshold   s <- mu r_n(s)               (Tresca's law in each program),
     shift       sigma <- mu |du_t|(sigma)    (De Saxce's shift of the gap: the associated law in each program).
 
-Either contracts by 0.1 to 0.3 a pass in upsetting, and either can cycle although the solution is unique. So a
-:class:`Coupling` starts plain; a residual |G(x) - x| that does not fall is answered by damping where it swings, by
-Anderson mixing of the last steps (begun anew whenever the residual grows) where it does not or where damping is not
-enough, and by the other sequence once nothing has helped for some passes.
+Either contracts by 0.1 to 0.3 a pass in upsetting, and either can cycle although the solution is unique. A
+:class:`Coupling` therefore starts with plain steps. If the residual |G(x) - x| does not fall, it is damped where it
+oscillates. Anderson mixing of the last steps (restarted whenever the residual grows) follows where it does not
+oscillate or damping is not enough, and the other sequence follows after some passes without progress.
 """
 
 from __future__ import annotations
@@ -25,30 +25,30 @@ from bipot.programs.data import ContactRows
 from bipot.typing import Floats, make_floats
 
 SETTLED = 1e-10
-"""Relative residual below which the rest is the programs' own accuracy: nothing is concluded from it."""
+"""Relative residual below which the rest is the accuracy of the programs, from which nothing is concluded."""
 
 LAGS, STRAIGHT = 0.4, 0.9
-"""A damped residual that falls by no more than LAGS lags: by steps in one direction (cosine above STRAIGHT) it is
-the damping that holds it back, which is dropped; otherwise Anderson takes over."""
+"""A damped residual that falls by no more than LAGS lags. With steps in one direction (cosine above STRAIGHT) the
+damping holds it back and is dropped; otherwise Anderson mixing takes over."""
 
 LAST = 3
-"""Ratios of residuals that the reported contraction is the geometric mean of."""
+"""Number of ratios of residuals whose geometric mean is the reported contraction."""
 
 
 class Frozen(Enum):
-    """What a program takes as given."""
+    """The quantity that a program freezes."""
 
     THRESHOLD = "threshold"
     SHIFT = "shift"
 
     @property
     def other(self) -> Frozen:
-        """The second route."""
+        """The other sequence."""
         return Frozen.SHIFT if self is Frozen.THRESHOLD else Frozen.THRESHOLD
 
 
 class Route(Enum):
-    """How a pass came by friction: exact (nothing frozen), or by threshold or shift, moved in one of three ways."""
+    """How friction was coupled in a pass: exact (nothing frozen), or by threshold or shift, each in three ways."""
 
     EXACT = "exact"
     PLAIN = "plain"
@@ -60,7 +60,7 @@ class Route(Enum):
 
 
 class Mixing(Enum):
-    """What lies between x and G(x) in a step; the values number the routes of each sequence."""
+    """How a step mixes x and G(x); the values number the routes of each sequence."""
 
     PLAIN = 0
     DAMPED = 1
@@ -77,9 +77,9 @@ ROUTES = {
 class Safeguard:
     """When the coupling leaves the plain step.
 
-    A residual above ``falls`` times the last one does not fall; ``patience`` passes without falling below ``falls``
-    times the least so far change the sequence (twice as many the next time). Anderson mixes ``depth`` steps, damping
-    halves the step down to ``least``. ``falls = inf`` is the plain fixed point, with no safeguard.
+    A residual above ``falls`` times the last one counts as not falling; ``patience`` passes without a residual below
+    ``falls`` times the least so far change the sequence (twice as many the next time). Anderson mixes ``depth`` steps,
+    damping halves the step down to ``least``. ``falls = inf`` is the plain fixed point, without a safeguard.
 
     Raises:
         SceneError: a value out of its range.
@@ -102,7 +102,7 @@ class Safeguard:
 
 @dataclass(frozen=True)
 class Coupled:
-    """How friction was coupled: the route of the last pass, the contraction seen, the steps taken.
+    """How friction was coupled: the route of the last pass, the observed contraction, the number of steps.
 
     ``contraction`` is the geometric mean of the last ratios of successive residuals, NaN before there are two.
     """
@@ -113,17 +113,17 @@ class Coupled:
 
 
 Image = Callable[[Frozen], Floats]
-"""Where a pass sends the friction rows (f,) in either sequence: G(x)."""
+"""The image G(x) (f,) of a pass in either sequence, on the friction rows."""
 
 
 def image(rows: ContactRows, r: Floats, x: Floats) -> Image:
-    """That of forces r (c, d) and displacement x (n,): mu r_n, inf where tied, or mu |du_t|."""
+    """The image for forces r (c, d) and displacement x (n,): mu r_n, inf where tied, or mu |du_t|."""
     return lambda frozen: rows.threshold(r) if frozen is Frozen.THRESHOLD else rows.shift(x)
 
 
 @dataclass(frozen=True, eq=False)
 class Coupling:
-    """The value (f,) that the next program takes as given, and what the safeguard remembers.
+    """The value (f,) that the next program freezes, and the memory of the safeguard.
 
     ``residual`` is |G(x) - x| of the last pass over the larger of |G(x)| and |x|, ``best`` the least of this sequence,
     ``waited`` the passes since. Without ``second`` the sequence stays the first.
@@ -145,17 +145,17 @@ class Coupling:
 
     @staticmethod
     def start(image: Image, rule: Safeguard = Safeguard(), second: bool = True) -> Coupling:
-        """From what is known before the first pass; ``second`` says whether the programs take both sequences."""
+        """The coupling before the first pass; ``second`` says whether the programs can use both sequences."""
         frozen = rule.first if second else Frozen.THRESHOLD
         return Coupling(rule, frozen, image(frozen), second)
 
     @property
     def shift(self) -> Floats | None:
-        """The frozen shift (f,), None while it is the threshold that is frozen."""
+        """The frozen shift (f,), None while the threshold is frozen."""
         return self.value if self.frozen is Frozen.SHIFT else None
 
     def update(self, image: Image, exact: bool = False) -> Coupling:
-        """After a pass; ``exact`` if in the end it froze nothing: the fixed point then begins anew from its image."""
+        """The coupling after a pass; if it ended ``exact``, with nothing frozen, the fixed point restarts at its image."""
         if exact:
             return self._anew(image, self.frozen, Coupled(Route.EXACT, self.report.contraction, self.report.steps))
         target = image(self.frozen)

@@ -1,10 +1,9 @@
-"""Where contacts sit in a stiffness: on unknowns of their own, or on others too, where their forces border it.
+"""The place of contacts in a stiffness: on unknowns that they own, or on shared ones, where their forces border it.
 
-A contact owns its unknowns where no other contact touches them, they are no more than its rows, which are independent,
-and all have the same neighbours (those of one node do): equilibrium there defines its forces. Contacts that share a
-node, hang on a tool that a force drives, couple several nodes, have two rows on one unknown (an inclined tool at the
-axis), or slip along a tangent that a support holds, where no equilibrium tells of a force, keep their forces as
-unknowns.
+A contact owns its unknowns if no other contact touches them, they are no more than its rows, which are independent, and
+all have the same neighbours (as those of one node do): equilibrium there defines its forces. Other contacts keep their
+forces as unknowns: those that share a node, are on a tool driven by a force, couple several nodes, have two rows on one
+unknown (an inclined tool at the axis), or slip along a held tangent, where no equilibrium determines a force.
 """
 
 from __future__ import annotations
@@ -23,20 +22,20 @@ DEPENDENT = 1e-8
 """Volume of a contact's frame, of unit rows, below which its rows are dependent."""
 
 YIELDING = 1e-9
-"""Compliance of closed contacts that share unknowns, in the Newton matrix: where their rows repeat each other it picks
-the forces next to the last ones, and where they do not it slows nothing."""
+"""Compliance of closed contacts that share unknowns, in the Newton matrix: where their rows are dependent it selects
+the forces nearest to the last ones, and elsewhere it does not slow convergence."""
 
 SOFTENED = 1e-2
-"""Of the elastic stiffness, what the law balances forces against motions by: it stands for the plastic moduli. With all
-of it, a point that lands or begins to slip does so to and fro."""
+"""Fraction of the elastic stiffness by which the law weighs forces against motions; it represents the plastic moduli.
+With the full stiffness, a point that lands or begins to slip alternates between states."""
 
 
 @dataclass(frozen=True)
 class Frames:
-    """Where c contacts sit in a ``pattern``: own unknowns (c, d), frames T (c, d, d), their duals T^-T, and their rows.
+    """The place of c contacts in a ``pattern``: own unknowns (c, d), frames T (c, d, d), duals T^-T, and rows.
 
-    A contact with fewer than d unknowns of its own is filled up with ghosts, numbered n; one of the ``border`` has only
-    these. ``entries`` (d, m) are the places of the own rows' entries in the data, contact by contact, ``column`` (m,)
+    A contact with fewer than d unknowns of its own is padded with ghosts, numbered n; one of the ``border`` has only
+    ghosts. ``entries`` (d, m) are the places of the own rows' entries in the data, contact by contact, ``column`` (m,)
     their unknown, ``owner`` (m,) the contact; ``corner`` (c, d, d) the places of the entries (own, own).
     """
 
@@ -60,7 +59,7 @@ class Frames:
         return Frames(pattern, own, T, _dual(T), *_places(own, pattern), border)
 
     def turned(self, rows: ContactRows) -> Frames:
-        """Those of rows with the same entries in other directions."""
+        """The frames of rows with the same entries in other directions."""
         touched, before = Touched.of(rows), self.own[:, 0] < self.pattern.size
         _, T, owns = touched.frames(before, self.pattern.size)
         if not np.array_equal(owns, before) or (owns & rows.dragged).any():
@@ -137,7 +136,7 @@ class Touched:
 
 @dataclass(frozen=True)
 class Border:
-    """Contacts (b,) whose forces stand beside the displacements: [K, -G'; law by motion G, law by force], (n + b d).
+    """Contacts (b,) whose forces are unknowns too: [K, -G'; law by motion G, law by force], (n + b d).
 
     ``touched`` are their unknowns, ``number`` (p,) says which of the b contacts a pair belongs to; ``pattern`` is made
     from the entries of K, of -G', and of the law by motion and by force.
@@ -159,7 +158,7 @@ class Border:
         of_law = np.repeat(force, width, axis=1).ravel(), np.tile(force, width).ravel()
         row = np.concatenate([inner_row, pair, beside, of_law[0]])
         column = np.concatenate([inner.order[inner.indices], beside, pair, of_law[1]])
-        # A force follows the last unknown that it acts on: it then has a pivot, and hardly any entry of its own.
+        # A force follows the last unknown on which it acts: it then has a pivot and hardly any fill.
         when = np.concatenate([np.argsort(inner.order), np.full(force.size, -1)]).astype(np.float64)
         lone = np.concatenate([np.diff(inner.indptr) == 1, np.zeros(force.size, dtype=bool)])
         lone[:n] = lone[:n][np.argsort(inner.order)]
@@ -181,7 +180,7 @@ class Border:
     def solve(self, factor: Factor, b: Floats, law: Law, miss: Floats, r: Floats) -> tuple[Floats, Floats]:
         """dx (n,) and the new forces (b, d) from the right-hand side (n,) of K, and of all the law's ``miss`` and r.
 
-        The unknowns are changes of the forces: where little moves they are small, and so is their round-off in dx.
+        The unknowns are changes of the forces: where little moves these are small, and so is their round-off in dx.
         """
         mine, touched = self.contact, self.touched
         acting = np.vecdot(touched.column, r[touched.contact])

@@ -6,8 +6,8 @@ A motion v gains F . v from the loads and dissipates D(v) = sum_q w sqrt(2/3) si
 
 the least D(v) is the fraction of the load that the body carries. Where it is below one, no stress within the yield
 surface and no contact forces within Coulomb's cone balance F in this shape: virtual work with v gives F . v = sum_q w
-sigma : B v - sum_c r . G v <= D(v), for r . G v >= 0 in the cone's dual (Farkas; the dilatant slip is that of the
-proof, not of the body, and only raises the fraction). Whoever found v, the inequalities judge it.
+sigma : B v - sum_c r . G v <= D(v), because r . G v >= 0 in the cone's dual (Farkas). The dilatant slip belongs to the
+proof and not to the body, and only raises the fraction. The inequalities judge any v, however it was found.
 """
 
 from __future__ import annotations
@@ -29,22 +29,22 @@ from bipot.programs.terms import ContactTerms, norm_rows, widened
 from bipot.typing import Floats
 
 DENSE = 3000
-"""Unknowns up to which it is asked which motions keep the volume."""
+"""Unknowns up to which a basis of the motions that preserve the volume is computed."""
 
 DEPENDENT = 1e-8
-"""What is left of a row, over the longest, when the others are taken off: none."""
+"""Remainder of a row, over the longest, below which it depends on the others."""
 
 FARKAS = 1e-6
-"""What a mechanism may overtake of a tool, over what it gains or takes."""
+"""Work by which a mechanism may penetrate tools, over the load's gain or its dissipation."""
 
 KEPT = 1e-9
-"""What it may change of the volume, over the same: answers have 1e-12. Where rows repeat each other nearly, as in
-curved elements that lock, a solver may leave 3e-7, and the limit load 1.5 % too low."""
+"""Work by which it may change the volume, over the same; answers reach 1e-12. Where rows are nearly dependent, as in
+curved elements that lock, a solver may leave 3e-7 and a limit load 1.5 % too low."""
 
 SOFT = 1e-12
 CORRECTIONS = 3
-"""What keeps the system of a correction regular where rows repeat each other, and how often it is solved: once leaves
-1e-13 of a motion, as a rule."""
+"""Regularisation of a correction's system where rows are dependent, and the number of its solutions: one usually leaves
+1e-13 of a motion."""
 
 UNMOVED = (
     "no motion that the load drives keeps the volume of the elements and closes no contact: "
@@ -54,10 +54,10 @@ UNMOVED = (
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A motion v (n,) of a body by which a load gains one, judged: everything over that gain.
+    """A motion v (n,) by which a load gains one, with its judgement: everything over that gain.
 
-    ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` what plastic flow takes, and
-    ``overtaken`` the work of all loads together on the most that a contact is closed, or opens less than it slips.
+    ``volume`` is the largest change of volume (as work of sigma_Y), ``carried`` the plastic dissipation, and
+    ``overtaken`` the work of all loads together on the largest closure of a contact, or lack of dilatant opening.
     """
 
     v: Floats
@@ -67,7 +67,7 @@ class Mechanism:
 
     @staticmethod
     def of(model: PlasticModel, force: Floats, rows: ContactRows, v: Floats) -> Mechanism:
-        """Of the motion v (n,) under ``force`` (n,); one that gains nothing is no mechanism."""
+        """The mechanism of the motion v (n,) under ``force`` (n,); a motion without gain is none."""
         gain = float(force @ v)
         if not gain > 0:
             return Mechanism(v, np.inf, np.inf, np.inf)
@@ -85,13 +85,13 @@ class Mechanism:
 
     @property
     def admissible(self) -> bool:
-        """Whether nothing but plastic flow resists it."""
+        """Whether only plastic flow resists it."""
         of = max(self.carried, 1.0)
         return self.volume <= KEPT * of and self.overtaken <= FARKAS * of
 
     @property
     def holds(self) -> bool:
-        """Whether it proves that the load is above the limit: it flows freely, and takes less than the load gives."""
+        """Whether it proves that the load is above the limit: admissible, and dissipating less than the load gains."""
         return self.admissible and self.carried < 1
 
 
@@ -108,9 +108,9 @@ class LimitProgram:
     volumes: sp.csr_matrix | None = None
 
     def mechanism(self, solver: ConicSolver, accuracy: Accuracy) -> Mechanism:
-        """The motion found, judged.
+        """The motion found, with its judgement.
 
-        Rows of volume may defeat interior points: only then is it asked which motions keep it.
+        If the rows of volume defeat the interior points, a basis of the motions that preserve it is used instead.
 
         Raises:
             InfeasibleProgram: no motion that the load drives keeps the volume.
@@ -118,7 +118,7 @@ class LimitProgram:
         """
         try:
             found = self.judged(self.motion(solver, accuracy))
-            # Where interior points end a little outside the bound, the nearest motion is within it.
+            # Where interior points end slightly outside the bound, the nearest motion is within it.
             found = found if found.admissible else self.judged(self.nearest(found.v))
         except InfeasibleProgram:
             raise
@@ -131,7 +131,7 @@ class LimitProgram:
         return self.judged(basis @ self.within(basis).motion(solver, accuracy))
 
     def within(self, basis: Floats) -> LimitProgram:
-        """The program of coefficients (k,) of motions that keep the volume, a basis (n, k) of them."""
+        """The program of coefficients (k,) of a basis (n, k) of motions that preserve the volume."""
         m, rows = self.model, self.rows
         volumetric, deviatoric = (sp.csr_matrix(A @ basis) for A in (m.volumetric[:0], m.deviatoric))
         G_n, G_t = (sp.csr_matrix(G @ basis) for G in (rows.G_n, rows.G_t))
@@ -148,7 +148,7 @@ class LimitProgram:
         largest = np.abs(self.force).max(initial=0.0)
         if not largest > 0:
             raise InfeasibleProgram(UNMOVED)
-        # However small or large the load, the program is one of numbers about one.
+        # The numbers of the program are of order one for any load.
         program = replace(self, force=self.force / largest)
         try:
             answer, _ = solver.solve(program.conic(), accuracy)
@@ -157,9 +157,9 @@ class LimitProgram:
         return answer.block(Block.DISPLACEMENT)
 
     def nearest(self, v: Floats) -> Floats:
-        """The motion (n,) nearest to v (n,) that keeps the volume: v - V'(V V')^-1 V v for rows V of unit length.
+        """The motion (n,) nearest to v (n,) that preserves the volume: v - V'(V V')^-1 V v for rows V of unit length.
 
-        Rows that repeat each other change next to nothing; the motion is judged whatever it is.
+        Dependent rows hardly change it; the resulting motion is judged in any case.
         """
         rows = self._volumes
         length = row_lengths(rows, axis=1)
@@ -172,7 +172,7 @@ class LimitProgram:
         return v
 
     def judged(self, v: Floats) -> Mechanism:
-        """What the motion v (n,) is."""
+        """The judgement of the motion v (n,)."""
         return Mechanism.of(self.model, self.force, self.rows, v)
 
     @property
@@ -203,9 +203,9 @@ class LimitProgram:
 
 
 def isochoric(volumes: sp.csr_matrix) -> Floats | None:
-    """Orthonormal motions (n, k) of which the rows ``volumes`` (m, n) are zero; None where there are too many to ask.
+    """Orthonormal motions (n, k) for which the rows ``volumes`` (m, n) are zero; None if there are too many unknowns.
 
-    Where elements lock the rows repeat each other: as equalities they would stall interior points.
+    Where elements lock the rows are dependent, and as equalities they would stall interior points.
     """
     if volumes.get_shape()[1] > DENSE:
         return None
@@ -215,5 +215,5 @@ def isochoric(volumes: sp.csr_matrix) -> Floats | None:
 
 
 def still(rows: ContactRows) -> ContactRows:
-    """The rows of a rate: closed contacts with tools that rest."""
+    """The rows of a rate: closed contacts with resting tools."""
     return replace(rows, gap=np.zeros_like(rows.gap), slip=np.zeros_like(rows.slip))

@@ -6,9 +6,9 @@ row of K_T dx = -rho is then replaced by the linearised contact law
 
     open: r = 0,    closed: gap = 0,    stick: slip = 0,    slip: r_t = mu r_n y / |y|,   y = r_t - scale slip
 
-(multiplied by T', so that an open contact leaves the row as it is). Slip couples r_t to r_n: the matrix is
-unsymmetric, but has the pattern of K whatever the contacts do, so its ordering and every scatter are found once: no
-multipliers, no saddle point, no condensation. Contacts that share unknowns border the matrix by their forces
+(multiplied by T', so that an open contact leaves the row as it is). Slip couples r_t to r_n: the matrix is unsymmetric,
+but has the pattern of K whatever the contacts do, so its ordering and every scatter are computed once. There are no
+multipliers, no saddle point and no condensation. Contacts that share unknowns border the matrix by their forces
 (:mod:`bipot.programs.frames`).
 """
 
@@ -27,7 +27,7 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Linearised(Generic[L]):
-    """A factorised Newton matrix with the law's pieces it stands on; ``product`` (d, m) holds the own rows of K."""
+    """A factorised Newton matrix with the pieces of the law it is based on; ``product`` (d, m) holds the own rows of K."""
 
     frames: Frames
     pieces: L

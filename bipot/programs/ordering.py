@@ -1,4 +1,4 @@
-"""A fill-reducing order of elimination for a symmetric pattern: what every sparse factorisation here starts from."""
+"""A fill-reducing order of elimination for a symmetric pattern, used by every sparse factorisation of the library."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bipot.programs.factors import DEFAULT, SYMMETRIC, Factor, LinearSolver
 from bipot.typing import Floats, Ints
 
 LARGE = {2: 20_000, 3: 0}
-"""Unknowns from which on nested dissection is the better order, in two and three dimensions.
+"""Unknowns from which on nested dissection is used, in two and three dimensions.
 
 In a plane its fill over that of minimum degree is 1.05 on 10 x 10 Q8 elements, 0.98 on 40 x 40 (9760 unknowns), where
 factorisations take the same time, and 0.86 on 80 x 80 (38 720). In space it is 0.91, 0.79 and 0.72 on bricks of 8, 12
 and 16 H8 a side (1944, 6084 and 13 872 unknowns), and a factorisation takes 0.8, 0.4 and 0.3 of the time."""
 
 PANEL = {2: 1, 3: 8}
-"""Columns that SuperLU takes at once: in space, where supernodes are wide, one by one takes a third longer."""
+"""Columns that SuperLU processes at once: in space, where supernodes are wide, single columns take a third longer."""
 
 
 def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) -> Ints:
@@ -36,15 +36,15 @@ def minimum_degree(indices: NDArray[np.integer], indptr: NDArray[np.integer]) ->
 
 
 LEAF = 100
-"""Unknowns of a part that is not cut any further: it is ordered by minimum degree."""
+"""Unknowns of a part that is not divided further but ordered by minimum degree."""
 
 
 def dissection(indices: NDArray[np.integer], indptr: NDArray[np.integer], places: Floats) -> Ints:
     """Place of each unknown (n,) in an order by nested dissection of a symmetric CSC pattern.
 
-    A part is cut in two across its longer extent at the median of its unknowns' ``places`` (n, d); what of the upper
-    half has a neighbour in the lower one separates them and is eliminated after both. What has no place (NaN), a tool's
-    translation, comes last.
+    A part is divided across its longest extent at the median of its unknowns' ``places`` (n, d). The unknowns of the
+    upper half with a neighbour in the lower one separate the two and are eliminated after both. Unknowns without a
+    place (NaN), such as a tool's translation, come last.
     """
     n = len(indptr) - 1
     graph = sp.csr_matrix((np.ones(len(indices), dtype=np.int8), indices, indptr), shape=(n, n))
@@ -79,8 +79,8 @@ class Pattern:
     """A structurally symmetric pattern in a fill-reducing order, by rows.
 
     ``order`` (n,) lists the unknowns in the order of elimination; ``place`` (nnz,) sends an entry of the CSC pattern
-    it was made from to the row-wise data in that order. ``placeless`` is how many of the unknowns, the last, have no
-    place: coordinates of tools. ``panel`` is how many columns SuperLU takes at once.
+    it was made from to the row-wise data in that order. ``placeless`` is the number of unknowns at the end
+    without a place: coordinates of tools. ``panel`` is the number of columns that SuperLU processes at once.
     """
 
     order: Ints

@@ -28,7 +28,7 @@ from bipot.typing import Floats, Ints
 
 
 class Minimum(NamedTuple):
-    """Minimiser x (n,), what the optimiser claimed, its iterations and seconds."""
+    """Minimiser x (n,), the optimiser's claim, its iterations and seconds."""
 
     x: Floats
     outcome: Outcome
@@ -38,7 +38,7 @@ class Minimum(NamedTuple):
 
 @dataclass(frozen=True)
 class PenaltyTerms:
-    """Penalised contact of c candidates: rows, gap g0 (c,) that du_n is measured from, forces t_0 (c, d).
+    """Penalised contact of c candidates: rows, gap g0 (c,) from which du_n is measured, forces t_0 (c, d).
 
     ``threshold`` (f,) is the frozen mu t_n of the friction rows, ``k_n`` and ``k_t`` forces per length.
     """
@@ -51,7 +51,7 @@ class PenaltyTerms:
     k_t: float
 
     def motion(self, x: Floats) -> Floats:
-        """du (c, d): the rows give the gap at the end, of which g0 was there at the start."""
+        """du (c, d): the gap at the end, as given by the rows, minus g0 at the start, and the slip."""
         du = self.rows.motion(x)
         du[:, 0] -= self.start_gap
         return du
@@ -70,7 +70,7 @@ class PenaltyTerms:
         return self.law(x, self.threshold)
 
     def mismatch(self, x: Floats, r: Floats) -> float:
-        """How far forces r (c, d) are from the law of x with the coupled threshold s = mu t_n, over the largest one."""
+        """Distance of forces r (c, d) from the law at x with the coupled threshold s = mu t_n, over the largest."""
         largest = float(np.abs(r).max(initial=0.0))
         coupled = self.law(x, self.rows.threshold(r))
         return float(np.abs(r - coupled).max()) / largest if largest > 0 else 0.0
@@ -124,7 +124,7 @@ class PenaltyProgram:
         return self.K @ x - self.f - self.contact.rows.forces(self.contact.forces(x))
 
     def largest(self, x: Floats) -> float:
-        """The largest force at hand, which residuals are measured by."""
+        """The largest force, the scale of residuals."""
         r = self.contact.forces(x)
         return max(float(np.abs(r).max(initial=0.0)), float(np.abs(self.f).max()), np.finfo(float).tiny)
 
@@ -181,8 +181,8 @@ class PenaltyProgram:
     def statement(self) -> Stated:
         """The same program as (29) states it; the dual of its constraint is t_n.
 
-        Squares stand as sums of squares of what is scaled by L, L' L = K, and by sqrt(k): interior points take those
-        three digits further than the same as quadratic forms. In the plane |v_t| is an absolute value, two linear
+        Squares are stated as sums of squares of variables scaled by L, L' L = K, and by sqrt(k): with these interior
+        points gain three digits over quadratic forms. In the plane |v_t| is an absolute value, two linear
         rows: as cones of two rows, points that stick (apex against interior) made interior points break down at a
         tolerance of 1e-12, where the linear rows still answer at 1e-14. The terms in -t_0 . du are those of (17), see
         :mod:`bipot.laws.penalised`.
