@@ -155,7 +155,7 @@ class Coupling:
         return self.value if self.frozen is Frozen.SHIFT else None
 
     def update(self, image: Image, exact: bool = False) -> Coupling:
-        """The coupling after a pass; if it ended ``exact``, with nothing frozen, the fixed point restarts at its image."""
+        """The coupling after a pass; if it ended ``exact``, with nothing frozen, it restarts at its image."""
         if exact:
             return self._anew(image, self.frozen, Coupled(Route.EXACT, self.report.contraction, self.report.steps))
         target = image(self.frozen)

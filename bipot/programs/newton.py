@@ -27,7 +27,7 @@ from bipot.typing import Floats, Ints
 
 @dataclass(frozen=True)
 class Linearised(Generic[L]):
-    """A factorised Newton matrix with the pieces of the law it is based on; ``product`` (d, m) holds the own rows of K."""
+    """A factorised Newton matrix with the pieces of the law in it; ``product`` (d, m) holds the own rows of K."""
 
     frames: Frames
     pieces: L

@@ -1,6 +1,7 @@
-"""What a run leaves behind: ``run.vtkhdf``, its fields for ParaView and for going on, and ``history.csv``, a row an increment.
+"""The files of a run: ``run.vtkhdf``, its fields for ParaView and for resuming, and ``history.csv``, a row per
+increment.
 
-:func:`open` reads both from the first; :class:`Recorder` writes them so that what is recorded stays readable, whatever
+:func:`open` reads both from the first. :class:`Recorder` writes them such that what is recorded stays readable whatever
 happens to the process or the disk.
 """
 

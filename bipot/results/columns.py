@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.control.accepted import Accepted
 from bipot.certificate import Bounds
+from bipot.contact.overlap import overlap, unfelt
+from bipot.control.accepted import Accepted
+from bipot.control.pacing import error_estimate
 from bipot.errors import require, require_number, require_type
 from bipot.fem.orientation import scaled_jacobians
-from bipot.contact.overlap import overlap, unfelt
-from bipot.control.pacing import error_estimate
 from bipot.system import System
 
 Value = float | int | str
@@ -20,7 +20,7 @@ Value = float | int | str
 
 @dataclass(frozen=True)
 class Column:
-    """One column of a history: its header, what it is in which unit, and how to get it.
+    """One column of a history: its header, its meaning and unit, and the function that computes it.
 
     Raises:
         SceneError: a name that is no string, a value that is no function.
@@ -32,7 +32,9 @@ class Column:
 
     def __post_init__(self) -> None:
         require_type(self.name, str, "column.name")
-        require(callable(self.value), f"column {self.name!r}: value", self.value, "a function of a system and an Accepted")
+        require(
+            callable(self.value), f"column {self.name!r}: value", self.value, "a function of a system and an Accepted"
+        )
 
 
 INCREMENT = Column("increment", "number of the accepted increment, from 1", lambda _, a: a.number)
@@ -43,9 +45,19 @@ COURSE = (
     Column("form", "the form that solved it", lambda _, a: a.form.value),
     Column("reason", "why a fallback was used or the increment was cut", lambda _, a: a.reason),
     Column("route", "how friction was coupled in the accepted pass", lambda _, a: a.solved.coupled.route.value),
-    Column("contraction", "reduction of the coupling's residual per pass; nan if too few passes", lambda _, a: a.solved.coupled.contraction),
-    Column("coupling_steps", "passes in which friction was coupled by the fixed point", lambda _, a: a.solved.coupled.steps),
-    Column("undetermined", "forces or positions that the law does not determine", lambda _, a: "; ".join(a.solved.undetermined)),
+    Column(
+        "contraction",
+        "reduction of the coupling's residual per pass; nan if too few passes",
+        lambda _, a: a.solved.coupled.contraction,
+    ),
+    Column(
+        "coupling_steps", "passes in which friction was coupled by the fixed point", lambda _, a: a.solved.coupled.steps
+    ),
+    Column(
+        "undetermined",
+        "forces or positions that the law does not determine",
+        lambda _, a: "; ".join(a.solved.undetermined),
+    ),
     Column(
         "below_resolution",
         "measures that decide nothing: round-off alone may exceed their default bound",
@@ -58,7 +70,7 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     """sum_q w |sigma_Y |de_p|_eq - sigma : de_p| over sum_q w sigma_Y |de_p|_eq, of the plastic strain as stored.
 
     Zero with backward Euler. With BDF2 the flow carried on from the last increment is not normal to the yield surface
-    at the end of this one: an error of discretisation, which no certificate of the posed increment holds.
+    at the end of this one: a discretisation error that the certificate of the posed increment does not contain.
     """
     start, end, kin = accepted.start, accepted.state, accepted.solved.response.kinematics
     flow = end.plastic_strain - kin.turned(start.plastic_strain)
@@ -67,7 +79,9 @@ def flow_gap(system: System, accepted: Accepted) -> float:
     return float(gap / length.sum()) if length.any() else 0.0
 
 
-FLOW_GAP = Column("flow_gap", "dissipation missed because the stored flow is not normal to the yield surface, fraction", flow_gap)
+FLOW_GAP = Column(
+    "flow_gap", "dissipation missed because the stored flow is not normal to the yield surface, fraction", flow_gap
+)
 
 ERROR_ESTIMATE = Column(
     "error_estimate",
@@ -101,7 +115,7 @@ MIN_JACOBIAN = Column(
 
 
 def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
-    """Work, elastic, plastic, friction of the whole body so far, times ``factor`` to ``unit``, and the energy error.
+    """Accumulated work, elastic, plastic, friction of the whole body times ``factor`` to ``unit``, and energy error.
 
     Raises:
         SceneError: a unit that is no string, a factor that is no number.

@@ -1,4 +1,4 @@
-"""What a run says of itself: the scene in plain numbers and words, and the versions it was computed with."""
+"""The description of a run in its file: the scene in plain numbers and words, and the versions used."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from bipot.scene.drives import lever
 from bipot.laws.hardening import Perfect
 from bipot.laws.von_mises import VonMises
-from bipot.tools.poses import Turn
+from bipot.scene.drives import lever
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane, Surface
 
 Parameters = Mapping[str, Any]
-"""What identifies a run: JSON values by name."""
+"""The parameters that identify a run: JSON values by name."""
 
 PACKAGES = ("bipot", "numpy", "scipy", "cvxpy", "clarabel")
 
 
 def versions() -> dict[str, str]:
-    """Versions of this package, of what it computes with, and of Python."""
+    """Versions of this package, of its numerical dependencies, and of Python."""
     return {**{name: version(name) for name in PACKAGES}, "python": platform.python_version()}
 
 
@@ -66,7 +66,7 @@ def _described(scene: Scene) -> dict[str, Any]:
 
 
 def _turn(scene: Scene, turn: Turn, surface: Surface) -> dict[str, Any]:
-    """A turn in words; where a moment drives it with the lever that its angle is multiplied by in ``translation``."""
+    """A turn in words; for one driven by a moment with the lever that multiplies its angle in ``translation``."""
     said = {"turn": repr(turn)}
     return said if turn.driven_by is None else {**said, "lever": lever(surface, turn, scene.mesh.size)}
 
@@ -79,7 +79,7 @@ def _surface(surface: Surface) -> dict[str, Any]:
 
 
 def _support(support: Support) -> dict[str, Any]:
-    """Where a support is, whether it is a plane of symmetry, and how it moves if it does."""
+    """The boundary of a support, whether it is a plane of symmetry, and its motion if it is driven."""
     said = {"boundary": support.boundary, "direction": support.direction, "symmetry": isinstance(support, Symmetry)}
     if not isinstance(support, Prescribed):
         return said

@@ -1,8 +1,8 @@
-r"""Tools as lines to draw: what they look like at rest, and where they are in a step.
+r"""Tools as lines for drawing: at rest, and at their places in a step.
 
-A line is kept at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), C being the
-point that the tool turns about (:mod:`bipot.tools.poses`). Straight tools without an end are drawn around the body. In space a
-plane is drawn by an outline, a surface of revolution by meridians and circles.
+A line is stored at rest; in the pose (a, theta) of its tool its points X are at C + a + Q(theta) (X - C), with C the
+centre about which the tool turns (:mod:`bipot.tools.poses`). Infinite straight tools are drawn near the body. In space
+a plane is drawn by an outline, a surface of revolution by meridians and circles.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.tools.poses import rotation
 from bipot.scene.scene import Scene
+from bipot.tools.poses import rotation
 from bipot.typing import Floats, Ints
 
 REACH = 1.25
-"""Of the body's size: how far from the middle of the body at rest a plane is drawn."""
+"""Distance from the middle of the body at rest, over its size, to which a plane is drawn."""
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line with the ``points`` (p, d) of the tool of that number, in a plane on the right of who follows it."""
+    """A line through ``points`` (p, d) of the tool of that number, which in a plane is on its right."""
 
     tool: int
     points: Floats
@@ -29,7 +29,7 @@ class Line:
 
 @dataclass(frozen=True)
 class Lines:
-    """Lines at rest: ``points`` (p, d), where each begins and the last ends (l + 1,), whose it is (l,).
+    """Lines at rest: ``points`` (p, d), the beginnings of the lines and the end of the last (l + 1,), their tools (l,).
 
     Tools turn about their ``centres`` (k, d).
     """

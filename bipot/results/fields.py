@@ -1,4 +1,4 @@
-"""The fields of one step of a run: of nodes and of elements for VTK, of integration points for whoever goes on."""
+"""The fields of one step of a run: at nodes and elements for VTK, at integration points for resuming."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ from bipot.typing import Floats
 NO_CANDIDATE = -1
 
 SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
-"""Of a Mandel vector in the plane over the components of the tensor."""
+"""Factors of a Mandel vector in the plane over the components of the tensor."""
+
 
 @dataclass(frozen=True)
 class Step:
-    """What is stored of one step: where the march is, forces and gaps of all candidates, what they carry and do.
+    """The stored data of one step: course of the march, forces and gaps of all candidates, their tractions and status.
 
     ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, 3)
     are those of the tools (:mod:`bipot.tools.poses`).
@@ -40,7 +41,7 @@ class Step:
 
     @staticmethod
     def at_start(system: System, course: Course) -> Step:
-        """Step 0: nothing has slipped yet, so the tractions of a start that carries forces are unknown (NaN, UNDECIDED)."""
+        """Step 0: without a known slip, tractions of a start that carries forces are unknown (NaN, UNDECIDED)."""
         scene, state = system.body.scene, course.state
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
@@ -71,8 +72,8 @@ class Step:
 def point_fields(system: System, step: Step, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
-    Where two tools share a node, the one that pushes harder speaks, except for the force, which is the sum. What the
-    ``averaging`` brings of the ``values`` (:func:`together`) is kept in single precision.
+    Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
+    sum. The ``values`` (:func:`together`) after ``averaging`` are stored in single precision.
     """
     mesh, candidates, state = system.body.scene.mesh, system.candidates, step.state
     order = np.argsort(state.forces[:, 0], kind="stable")
@@ -96,7 +97,7 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
 
 
 def cell_fields(step: Step, values: Floats) -> dict[str, NDArray[Any]]:
-    """Volume averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
+    """Averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
     return _apart(np.einsum("eq,eqs->es", weight, values), np.float64)
 
@@ -114,7 +115,7 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
     return {
         "stress": symmetric(values[:, :size]).astype(kind),
         "plastic_strain": symmetric(values[:, size : 2 * size]).astype(kind),
-        # Extrapolated, what is never negative may be.
+        # Extrapolation may make non-negative fields negative.
         "mises": np.maximum(mises, 0),
         "pressure": pressure,
         "peeq": np.maximum(peeq, 0),
@@ -122,7 +123,7 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
 
 
 def step_fields(step: Step) -> dict[str, ArrayLike]:
-    """What ``/bipot/steps`` holds of one step: everything that a march goes on from, but times and nodes."""
+    """The data of one step in ``/bipot/steps``: all that a resumed march needs, except times and nodes."""
     course, state = step.course, step.state
     flow = state.flow
     return {

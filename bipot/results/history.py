@@ -1,7 +1,7 @@
-"""Reading a run: its columns, what was asked, and its states, from ``run.vtkhdf`` alone.
+"""Reading a run: its columns, parameters and states, from ``run.vtkhdf`` alone.
 
-``history.csv`` beside it is a copy for people. The file may be a stranger's, or still be written: it is checked before
-it is believed (:mod:`bipot.hdf5.checked`), and read again where a writer was faster.
+``history.csv`` beside it is a readable copy. The file may come from elsewhere, or still be written: it is checked
+before use (:mod:`bipot.hdf5.checked`), and read again where a writer has changed it meanwhile.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ from bipot.typing import Floats
 FIELDS, TOOLS, OLD = "run.vtkhdf", "tools.vtkhdf", "run.h5"
 
 REDUCTION, TAU = "reduction", "tau"
-"""By what :meth:`History.at` finds a step where nothing else is asked."""
+"""The columns by which :meth:`History.at` finds a step by default."""
 
 
 @dataclass(frozen=True)
 class History:
-    """A run read back: its columns as arrays (n,), what was asked, in which units, and its states.
+    """A run read back: its columns as arrays (n,), its parameters and units, and its states.
 
     ``times`` (n + 1,) are the pseudo-times of the steps, the first where the march began. ``text`` is that of
     ``history.csv``. ``note`` says in words where a write was interrupted; empty if none was. ``format`` is that of the
-    file's layout. States and fields are read from the file as they are asked for, and refused once it holds another run.
+    file's layout. States and fields are read from the file when used, and refused once it holds another run.
     """
 
     file: Path
@@ -58,7 +58,7 @@ class History:
 
     @property
     def folder(self) -> Path:
-        """Where the run is."""
+        """The folder of the run."""
         return self.file.parent
 
     def __getitem__(self, name: str) -> NDArray[Any]:
@@ -76,7 +76,7 @@ class History:
 
     @property
     def geometry(self) -> Geometry:
-        """What the mesh's coordinates stand for."""
+        """The meaning of the mesh's coordinates."""
         said = self.scene.get("geometry")
         known = [geometry.value for geometry in Geometry]
         if said not in known:
@@ -90,20 +90,20 @@ class History:
 
     @property
     def start(self) -> Course:
-        """Where the march began: step 0."""
+        """The beginning of the march: step 0."""
         return self._step(0).course
 
     @property
     def end(self) -> Course:
-        """Where the march was when the last step was recorded: ``march(start=...)`` goes on from it."""
+        """The course of the march at the last recorded step, which ``march(start=...)`` continues."""
         return self._step(len(self)).course
 
     def at(self, value: float | None = None, by: str | None = None) -> Snapshot:
         """The recorded step nearest to a ``value`` of the column ``by``, or of the pseudo-time, "tau".
 
-        Nothing is interpolated; of two that are as near it is the earlier. Without ``by`` it is the column "reduction"
-        where the run has that, else "tau". Without a value it is the last step. Where the march began is a step by
-        "tau" alone.
+        Nothing is interpolated; of two equally near steps the earlier is taken. The default of ``by`` is the column
+        "reduction" if the run has it, else "tau". Without a value it is the last step. The beginning of the march is
+        a step for "tau" only.
 
         Raises:
             SceneError: an unknown column, one that does not increase throughout, a value that is no number or outside
@@ -139,7 +139,7 @@ class History:
         return self.snapshot(row).state
 
     def course(self, row: int = -1) -> Course:
-        """Where the march was after the increment of ``row``."""
+        """The course of the march after the increment of ``row``."""
         return self.snapshot(row).course
 
     def nodal(self, name: str, row: int = -1) -> NDArray[Any]:
@@ -155,7 +155,7 @@ class History:
         return self.snapshot(row).points(name)
 
     def frame(self) -> Any:
-        """The columns as a frame of pandas, a row an increment.
+        """The columns as a pandas frame, one row per increment.
 
         Raises:
             ResultsError: pandas is not installed.
@@ -169,7 +169,7 @@ class History:
     def write_tools(self) -> Path | None:
         """Write ``tools.vtkhdf`` beside the run's file: its path, None where there are no tools.
 
-        Recording ends with it; it is to be asked for where that was killed, or is still going on.
+        Recording does this at its end; call it where recording was killed, or is still running.
         """
         steps = self._told(lambda run: run.tools(0, len(self.times)))
         if not steps[0]:
@@ -189,7 +189,7 @@ def open(path: str | Path, command: str = "") -> History:
     """Read the run of a folder, or of a run file.
 
     Raises:
-        ResultsError: there is none, and the message names the ``command`` that makes it; or the file is no run's.
+        ResultsError: there is none (the message names the ``command`` that makes it), or the file is no run.
         SceneError: ``path`` is no path.
     """
     file = run_file(path)
@@ -215,7 +215,7 @@ def run_file(path: str | Path) -> Path:
             raise ResultsError(f"{old}: was written by an older version and is not read; delete it and run again")
         return new if path == old or not path.is_file() else path
     except OSError as error:
-        # A name too long, or a folder that may not be looked into.
+        # A name that is too long, or a folder without permission.
         raise ResultsError(f"{path}: cannot be read ({error.strerror})") from error
 
 
@@ -229,4 +229,6 @@ def _history(file: Path, run: Run) -> History:
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"
-    return History(file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format())
+    return History(
+        file, text, found, about["parameters"], about["units"], about["scene"], times, complete, note, run.format()
+    )

@@ -1,4 +1,4 @@
-"""One writer a folder: a file that names its owner's host and process, and is the owner's as long as that lives."""
+"""One writer per folder: a lock file that names its owner's host and process, and is valid while that process lives."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ LONGEST = 1000
 """Bytes of a lock that are read."""
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-"""What a link leads to would be overwritten, and a pipe waited for."""
+"""The target of a link would be overwritten, and opening a pipe would block."""
 
 
 @dataclass
 class Lock:
     """Holds ``folder`` for this process as a context manager.
 
-    The system's own lock on the file tells whether an owner on this host lives, whatever its number is used for since:
-    what it left is taken over. Of an owner on another host nothing can be known, so its lock stays until it is deleted.
+    The system's own lock on the file tells whether an owner on this host still lives, even if its number was reused;
+    the lock of a dead one is taken over. Nothing is known of an owner on another host, so its lock stays until it is
+    deleted.
 
     Raises:
         ResultsError: another process writes there, or may; the message names its host and number.
@@ -70,7 +71,7 @@ class Lock:
         os.close(self._descriptor)
 
     def _taken(self, descriptor: int) -> bool:
-        """Whether the file is still under its name once it is this process's own; raises where another has it."""
+        """Whether the file still has its name once this process owns it; raises where another process has it."""
         owner = _owner(os.read(descriptor, LONGEST))
         alive = not _held(descriptor)
         if alive or (owner and owner.get("host") != socket.gethostname()):
@@ -85,7 +86,7 @@ class Lock:
 
 
 def _owner(text: bytes) -> dict[str, Any]:
-    """Host and process in a lock; empty where it says none."""
+    """Host and process in a lock; empty if there are none."""
     with suppress(ValueError, RecursionError):
         found = json.loads(text)
         if isinstance(found, dict):
@@ -94,7 +95,7 @@ def _owner(text: bytes) -> dict[str, Any]:
 
 
 def _held(descriptor: int) -> bool:
-    """Take the system's lock of an open file; False where another process has it. Yes where the system has none."""
+    """Take the system's lock of an open file; False where another process has it, True where there are no locks."""
     try:
         if find_spec("fcntl"):
             fcntl: Any = import_module("fcntl")

@@ -1,4 +1,4 @@
-"""The fields of a run by name: where they are known, what they are, in which unit, and what their components are called."""
+"""The fields of a run by name: their places, meanings, units and components."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from bipot.fem.components import NAMES
 from bipot.errors import require, require_type
+from bipot.fem.components import NAMES
 from bipot.fem.reduction import Geometry
 
 
@@ -20,7 +20,7 @@ class Place(StrEnum):
 
 
 GROUPS: Mapping[Place, str] = {Place.NODES: "PointData", Place.ELEMENTS: "CellData"}
-"""What VTK calls them."""
+"""VTK's names of them."""
 
 
 class Quantity(StrEnum):
@@ -35,7 +35,7 @@ class Quantity(StrEnum):
 
 
 class Rank(StrEnum):
-    """How many components a field has at a place."""
+    """The kind of a field by its components."""
 
     SCALAR = "scalar"
     VECTOR = "vector"
@@ -48,7 +48,7 @@ SHAPES: Mapping[Rank, tuple[int, ...]] = {Rank.SCALAR: (), Rank.VECTOR: (3,), Ra
 
 @dataclass(frozen=True)
 class Field:
-    """What a field is; ``finite`` says whether it has a number everywhere, ``kind`` of what type (NumPy's letter)."""
+    """A field; ``finite`` says whether it is finite everywhere, ``kind`` is its type (NumPy's letter)."""
 
     quantity: Quantity
     rank: Rank
@@ -87,14 +87,14 @@ FIELDS: Mapping[Place, Mapping[str, Field]] = {
 }
 
 FORMER = {"contact_pressure": "recovered_pressure", "contact_shear": "recovered_shear"}
-"""What fields were called in files of format 1."""
+"""Names of fields in files of format 1."""
 
 AXES: Mapping[Geometry, tuple[str, ...]] = {
     Geometry.AXISYMMETRIC: ("r", "z"),
     Geometry.PLANE_STRAIN: ("x", "y"),
     Geometry.SOLID: ("x", "y", "z"),
 }
-"""What the components of a vector are called."""
+"""Names of the components of a vector."""
 
 
 def components(field: Field, geometry: Geometry) -> tuple[str, ...]:
@@ -107,10 +107,10 @@ def components(field: Field, geometry: Geometry) -> tuple[str, ...]:
 
 
 def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
-    """The field that is asked for by ``name``, and which component of it, "" for all: "stress_zz" is one of "stress".
+    """The field of that ``name`` and the component, "" for all: "stress_zz" is one of "stress".
 
     Raises:
-        SceneError: there is none of that name; the message says which there are.
+        SceneError: there is none of that name; the message lists the names.
 
     >>> split(Place.NODES, "stress_rz", Geometry.AXISYMMETRIC)
     ('stress', 'rz')
@@ -125,7 +125,7 @@ def split(place: Place, name: str, geometry: Geometry) -> tuple[str, str]:
 
 
 def unit(quantity: Quantity, units: Mapping[str, str]) -> str:
-    """The unit of a quantity in a run's ``units``; in words where they do not say it.
+    """The unit of a quantity from a run's ``units``; in words where they do not give it.
 
     >>> unit(Quantity.RATE, {"length": "mm"}), unit(Quantity.STRESS, {"force": "N", "length": "mm"})
     ('mm per unit of pseudo-time', 'N/mm^2')

@@ -1,12 +1,12 @@
 r"""Fields of integration points at nodes: the best linear function of each element, averaged over those around a node.
 
-In the reference element the function is the one nearest to the values s_q in the rule's own weights; of one point it is
-constant. With its values E s at the nodes of an element of the volume V_e a node has
+In the reference element the function is the least-squares fit of the values s_q in the rule's weights; for one point it
+is constant. With its values E s at the nodes of an element of volume V_e, the value at a node is
 
     sum_e V_e (E s_e) / sum_e V_e.
 
-Functions that are linear in the reference coordinates are given back. What is extrapolated may pass the extremes of
-the points, by more the steeper the field: the points hold what was solved for.
+Functions linear in the reference coordinates are reproduced. Extrapolated values may exceed the extremes at the points,
+more so for steep fields; the solved values are those at the points.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Averaging:
 
     @staticmethod
     def of(mesh: Mesh, rule: Quadrature) -> Averaging:
-        """That of a mesh and its integration rule."""
+        """The averaging for a mesh and its integration rule."""
         count, k = mesh.elements.shape
         columns = np.arange(count * k)
         ones = np.ones(count * k)
@@ -49,7 +49,7 @@ class Averaging:
 def _extrapolation(mesh: Mesh, rule: Quadrature) -> Floats:
     """E (k, q)."""
     reference, nodes = tabulated(mesh.element, rule), node_places(mesh.element)
-    # As many points as a linear function has coefficients tell one.
+    # A linear function needs as many points as it has coefficients.
     if len(reference.weights) < 1 + nodes.shape[1]:
         return np.full((len(nodes), len(reference.weights)), 1 / len(reference.weights))
     at_points, at_nodes = (np.column_stack([np.ones(len(x)), x]) for x in (reference.points, nodes))

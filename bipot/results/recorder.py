@@ -12,15 +12,17 @@ from typing import Self
 
 import numpy as np
 
-from bipot.control.accepted import Accepted
+from bipot.basics.replacing import replace
+from bipot.basics.undisturbed import undisturbed
 from bipot.certificate import Bounds
-from bipot.results.columns import ENERGY_ERROR, Column
+from bipot.control.accepted import Accepted
 from bipot.control.course import Course
+from bipot.control.starting import course_of
 from bipot.errors import IncrementFailed, ResultsError, require, require_number, require_tuple, require_type
 from bipot.hdf5.journal import creating, writing
-from bipot.basics.replacing import replace
 from bipot.response import State
 from bipot.results import table
+from bipot.results.columns import ENERGY_ERROR, Column
 from bipot.results.description import Parameters, describe
 from bipot.results.fields import Step
 from bipot.results.history import FIELDS, TOOLS, History, run_file
@@ -29,18 +31,16 @@ from bipot.results.lock import Lock
 from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
 from bipot.results.vtkhdf import FORMAT, RunFile
 from bipot.scene.scene import Scene
-from bipot.control.starting import course_of
 from bipot.system import system_of
-from bipot.basics.undisturbed import undisturbed
 
 CURVES = "history.csv"
 
 PATIENCE = 0.25
-"""Seconds for which increments wait for others: to write one takes as long as to compute a small one."""
+"""Seconds for which increments wait for others, because writing one takes as long as computing a small one."""
 
 
 class Existing(Enum):
-    """What to do about a run that is in the folder already."""
+    """What to do with an existing run in the folder."""
 
     REFUSE = "refuse"
     RESUME = "resume"
@@ -51,20 +51,21 @@ class Recorder:
     """Writes every accepted increment of one run into ``folder``, as a context manager.
 
     ``parameters`` (JSON values) identify the run, ``units`` are stored as given. Every history has the column
-    ``energy_error``: where ``columns`` lacks it, it comes last. The march is to begin at :attr:`start`: where the
-    recorded run ends if it is resumed, else the ``start`` given, at rest by default. With ``Existing.RESUME`` a folder
+    ``energy_error``: if ``columns`` lacks it, it comes last. The march must begin at :attr:`start`: the end of the
+    recorded run if it is resumed, else the given ``start``, by default at rest. With ``Existing.RESUME`` a folder
     without a run gets a new one.
 
         with Recorder(folder, scene, columns, parameters, units, existing=Existing.RESUME) as recorder:
             for accepted in march(scene, schedule, control, recorder.start):
                 recorder.record(accepted)
 
-    An :class:`IncrementFailed` on its way out gets the :class:`History` so far attached.
+    An :class:`IncrementFailed` that leaves the block gets the :class:`History` so far attached.
 
     Raises:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, columns or scene
             (names the field), or another process writes there, or it cannot be written.
-        SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another scene.
+        SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
+        scene.
     """
 
     def __init__(
@@ -102,7 +103,7 @@ class Recorder:
 
     @property
     def start(self) -> Course:
-        """Where the march goes on: after the last increment that is recorded, and may wait to be put on disk."""
+        """The course after the last recorded increment, which may still wait to be written to disk."""
         return self._course
 
     @property
@@ -128,9 +129,9 @@ class Recorder:
         """Append one accepted increment to both files.
 
         Raises:
-            ResultsError: it is of another scene, does not go on from the last one, or it and those that waited with it
-                cannot be written; what is on disk is readable.
-            SceneError: no increment, or a column's value of it is neither a number nor a string.
+            ResultsError: it is of another scene, does not continue the last one, or it and the waiting ones cannot be
+                written; what is on disk is readable.
+            SceneError: no increment, or a column's value is neither a number nor a string.
         """
         require_type(accepted, Accepted, "accepted")
         if self._opened is None:

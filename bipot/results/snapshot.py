@@ -1,4 +1,4 @@
-"""A step of a run read back: where body and tools are, and every field by name."""
+"""A step of a run read back: positions of body and tools, and every field by name."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from bipot.fem.components import Components
 from bipot.control.course import Course
+from bipot.fem.components import Components
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.results.drawn import Line
-from bipot.results.names import Place, components, split
-from bipot.results.names import FIELDS, Rank
+from bipot.results.names import FIELDS, Place, Rank, components, split
 from bipot.results.stored import Told
 from bipot.typing import Floats
 
@@ -22,7 +21,7 @@ from bipot.typing import Floats
 class Snapshot:
     """Step number ``step`` of a run, 0 where it starts, k after its k-th recorded increment, at pseudo-time ``tau``.
 
-    What is asked for is read from the file then. A name may be a component's: "stress_zz", "displacement_r".
+    Fields are read from the file when used. A name may be that of a component: "stress_zz", "displacement_r".
     """
 
     told: Told
@@ -32,7 +31,7 @@ class Snapshot:
 
     @property
     def course(self) -> Course:
-        """Where the march was: ``march(start=...)`` goes on from it."""
+        """The course of the march, which ``march(start=...)`` continues."""
         return self.told(lambda run: run.course(self.step))
 
     @property
@@ -42,19 +41,19 @@ class Snapshot:
 
     @property
     def nodes(self) -> Floats:
-        """Where the nodes (a, d) are."""
+        """Positions (a, d) of the nodes."""
         return self.told(lambda run: run.nodes(self.step))
 
     @property
     def tools(self) -> list[Line]:
-        """Lines (p, d) of the tools where they are."""
+        """Lines (p, d) of the tools at their positions."""
         (lines,) = self.told(lambda run: run.tools(self.step, self.step + 1))
         return lines
 
     def nodal(self, name: str) -> NDArray[Any]:
         """Field of the nodes: (a,), a vector (a, 3) or a tensor (a, 6); NaN (status: -1) off the candidates.
 
-        Stress, plastic strain and what is made of them are averages (:mod:`bipot.results.nodal`).
+        Stress, plastic strain and derived fields are averages (:mod:`bipot.results.nodal`).
         """
         return self._field(Place.NODES, name)
 
@@ -63,7 +62,7 @@ class Snapshot:
         return self._field(Place.ELEMENTS, name)
 
     def points(self, name: str) -> Any:
-        """Field of the integration points, as it was solved for: (e, q), or of a tensor its :class:`Components`."""
+        """Field at the integration points as solved: (e, q), or the :class:`Components` of a tensor."""
         base, part = split(Place.POINTS, name, self.geometry)
         values = getattr(self.state, base)
         if FIELDS[Place.POINTS][base].rank is not Rank.TENSOR:

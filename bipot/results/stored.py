@@ -1,4 +1,4 @@
-"""What a run file holds, decoded and checked: nothing in it is believed because a writer of ours should have put it there."""
+"""The contents of a run file, decoded and checked: nothing in it is trusted."""
 
 from __future__ import annotations
 
@@ -20,28 +20,29 @@ from bipot.hdf5.checked import Checked, opened
 from bipot.hdf5.journal import journal_of, reading
 from bipot.laws.flow import Flow
 from bipot.meshes.mesh import Mesh
-from bipot.tools.poses import pose_size
 from bipot.response import State
 from bipot.results.drawn import Line, Lines
 from bipot.results.names import FIELDS, FORMER, GROUPS, Place
 from bipot.results.vtkhdf import FORMAT
-from bipot.typing import Floats
 from bipot.tensors import components
+from bipot.tools.poses import pose_size
+from bipot.typing import Floats
 
 TRIES, PAUSE = 50, 0.02
-"""How often a file is read anew that is written meanwhile, and the seconds between."""
+"""How often a file that is being written is read again, and the seconds between."""
 
 READABLE = (1, FORMAT)
-"""Formats of files that are read; only the last one is gone on with."""
+"""Formats of files that are read; only the last one is resumed."""
 
 T = TypeVar("T")
 
 
 def read(file: Path, what: Callable[[Run], T]) -> T:
-    """What a file tells, as of one commit of whoever writes it.
+    """The contents of a file as of one commit of its writer.
 
     Raises:
-        ResultsError: it cannot be read, or holds what no run does; the message names file, field and value.
+        ResultsError: it cannot be read, or its contents are not those of a run; the message names file, field and
+        value.
     """
     for _ in range(TRIES):
         before, failure = _seen(file), None
@@ -61,7 +62,7 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
 
 
 def _seen(file: Path) -> tuple[object, ...]:
-    """What a commit changes of a file as one sees it from outside."""
+    """What a commit changes of a file as seen from outside."""
     try:
         status = file.stat()
     except OSError:
@@ -109,7 +110,7 @@ class Run:
         return version
 
     def about(self) -> Mapping[str, Any]:
-        """What was asked: parameters, units, the scene in words, names of boundaries."""
+        """Parameters, units, the scene in words, names of boundaries."""
         self.format()
         own = self.root.group("bipot")
         try:
@@ -156,9 +157,11 @@ class Run:
         return 3 if self.root.group("bipot/mesh").shape("nodes")[1:] == (3,) else 2
 
     def nodes(self, step: int) -> Floats:
-        """Where the nodes (a, d) are in a step."""
+        """Positions (a, d) of the nodes in a step."""
         points = self.root.group("bipot/mesh").length("nodes")
-        return self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[:, : self._dimension]
+        return self.root.group("VTKHDF").rows("Points", "f", step * points, (step + 1) * points, (3,))[
+            :, : self._dimension
+        ]
 
     def field(self, place: Place, name: str, step: int) -> NDArray[Any]:
         """A field of the nodes or of the elements in a step."""
@@ -185,7 +188,7 @@ class Run:
         return [lines.at(pose) for pose in poses]
 
     def course(self, step: int) -> Course:
-        """Where the march was after a step."""
+        """The course of the march after a step."""
         own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
         points, cells = mesh.length("nodes"), mesh.length("elements")
         contacts, d = self.root.group("bipot/candidates").length("node"), self._dimension

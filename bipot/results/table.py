@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.results.columns import Value
 from bipot.errors import ResultsError, require
+from bipot.results.columns import Value
 
 
 def require_value(value: object, name: str) -> None:
-    """Refuse what a column does not hold, which would be stored as the text that Python has for it.
+    """Refuse values that a column cannot hold, which would be stored as Python's text for them.
 
     Raises:
         SceneError: it is neither a number nor a string of Unicode; the message names the column.
@@ -39,7 +39,7 @@ def columns(text: str, place: str) -> Mapping[str, NDArray[Any]]:
     """Columns (n,) by name: integers if all are, else floats if all are, else strings.
 
     Raises:
-        ResultsError: no table, naming the ``place`` and the row.
+        ResultsError: it is no table; the message names the ``place`` and the row.
     """
     try:
         header, *rows = csv.reader(io.StringIO(text, newline=""))
@@ -63,7 +63,7 @@ def _typed(texts: list[str]) -> NDArray[Any]:
 
 
 def _number(text: str) -> float:
-    """The number that :func:`line` writes so; ValueError for a string, also one like "007" that could be read as one."""
+    """The number that :func:`line` writes so; ValueError for a string, also one like "007" that reads as one."""
     for kind in (int, float):
         with suppress(ValueError):
             if str(number := kind(text)) == text:

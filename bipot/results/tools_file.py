@@ -1,7 +1,7 @@
 """The file ``tools.vtkhdf`` beside a run's: its tools as lines that move, for ParaView and other readers of VTK.
 
-A second file, because readers that take steps take one grid of one kind. It holds nothing that the run's file does not:
-it is written when the recorder is done, and anew whenever it is asked for.
+It is a second file, because readers of steps accept one grid of one kind. It contains nothing that the run's file does
+not: it is written when recording ends, and again on request.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bipot.errors import ResultsError
 from bipot.basics.replacing import replace
+from bipot.errors import ResultsError
 from bipot.results.drawn import Line
 from bipot.results.fields import padded
 from bipot.results.vtkhdf import VERSIONS, store

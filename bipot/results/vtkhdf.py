@@ -1,15 +1,15 @@
-"""The run file ``run.vtkhdf``: an HDF5 file in VTKHDF layout, so that ParaView opens it and a march goes on from it.
+"""The run file ``run.vtkhdf``: an HDF5 file in VTKHDF layout, for ParaView and for resuming a march.
 
 ``/VTKHDF`` is a transient unstructured grid (version 2, VTK's type of the mesh's element). Step 0 is where the march
 starts, the body at rest as a rule, step k = accepted increment k: points and vectors padded to three components, nodal
 fields (:mod:`bipot.results.names`, :mod:`bipot.results.nodal`), and cell averages weighted by volume (symmetric tensors
 in VTK's order xx, yy, zz, xy, yz, xz, the hoop component as zz). ``/bipot`` holds the rest: the mesh at rest, full
-integration-point arrays and what else a march goes on from step by step, the lines and poses of tools, the text of
-``history.csv``, and in ``about`` what was asked, in which units, by which versions, and the names of all fields.
+integration-point arrays and all else that a resumed march needs, step by step, the lines and poses of tools, the text
+of ``history.csv``, and in ``about`` the parameters, units, versions, and names of all fields.
 
-Everything is appended with a checksum a chunk (HDF5's Fletcher filter), counted, then committed
-(:mod:`bipot.hdf5.journal`): what the count ``NSteps`` covers is complete. Steps that are committed together are written
-together, for the cost is one of calls.
+Everything is appended with a checksum per chunk (HDF5's Fletcher filter), counted, then committed
+(:mod:`bipot.hdf5.journal`): steps within the count ``NSteps`` are complete. Steps that are committed together are
+written together, because the cost is that of calls.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 Item = Any
 
 VERSIONS = ("earliest", "v110")
-"""Of HDF5's layouts: the newest that VTK's readers know, without marks that a killed writer leaves behind."""
+"""Versions of HDF5's layout: the newest that VTK's readers know, without the marks that a killed writer leaves."""
 
 HISTORY = "bipot/history"
 
@@ -57,17 +57,18 @@ GROWING = (
 """Groups whose datasets grow, beside VTKHDF/Steps."""
 
 FORMAT = 2
-"""Of the layout: raised where an older reader would misread it. Format 1 had no averages at nodes, and no tools."""
+"""Version of the layout, raised where an older reader would misread it. Format 1 had no averages at nodes and no
+tools."""
 
 
 OFFSETS = {group: FIELDS[place] for place, group in GROUPS.items()}
-"""Fields of either group: they begin in the same row, so one dataset under their names says where."""
+"""Fields of either group begin in the same row, so one dataset under their names gives the offset."""
 
 
 class RunFile:
     """An open run file that steps are appended to.
 
-    Its datasets are made with step 0 and kept open: looking them up costs more than writing a row.
+    Its datasets are created with step 0 and kept open, because looking them up costs more than writing a row.
     """
 
     def __init__(self, file: Journaled, out: h5py.File, system: System) -> None:
@@ -110,10 +111,10 @@ class RunFile:
         return int(self._steps.attrs["NSteps"])
 
     def cut_back(self) -> bool:
-        """Cut whatever is longer than the count of steps covers; whether there was any.
+        """Truncate datasets that are longer than the count of steps; returns whether there were any.
 
         Raises:
-            ResultsError: something is shorter; it is named.
+            ResultsError: a dataset is shorter; it is named.
         """
         count, cut = self.count, False
         for name, data in self._growing.items():
@@ -145,7 +146,7 @@ class RunFile:
             raise
 
     def commit(self) -> None:
-        """Write what waits, count its steps, and commit.
+        """Write the waiting steps, count them, and commit.
 
         Raises:
             OSError: it cannot be written; the file is that of the last commit, and stays so.
@@ -164,7 +165,7 @@ class RunFile:
             raise
 
     def end(self) -> None:
-        """Let no more steps be appended, and none that waits be written."""
+        """Refuse further steps, and discard the waiting ones."""
         self._file.failed = True
         self._waiting = {}
 
@@ -199,7 +200,7 @@ class RunFile:
         self._waiting.setdefault(name, []).append(rows)
 
     def _add_offset(self, group: str, row: int) -> None:
-        """Where the fields of a group begin in this step."""
+        """Add the offset of a group's fields in this step."""
         self._add(f"{_offsets(group)}/{next(iter(OFFSETS[group]))}", [row])
 
     def _write(self, name: str, rows: ArrayLike) -> None:
@@ -215,7 +216,7 @@ class RunFile:
             raise ResultsError(f"{self._file.path}: {name} is missing: delete the folder and run again")
 
     def _rows_a_step(self, name: str) -> int:
-        """Of a dataset that grows."""
+        """Rows per step of a growing dataset."""
         group = name.removeprefix("VTKHDF/").split("/")[0]
         return self._rows.get(group, 1)
 
@@ -225,7 +226,7 @@ def _offsets(group: str) -> str:
 
 
 def _write_static(out: Item, system: System, parameters: Parameters, units: Mapping[str, str]) -> None:
-    """What no step changes."""
+    """Write the data that no step changes."""
     scene = system.body.scene
     _write_grid(out, scene.mesh)
     own = out.create_group("bipot")
@@ -261,7 +262,7 @@ def store(group: Item, name: str, values: ArrayLike) -> None:
 
 
 def as_bytes(text: str) -> ArrayLike:
-    """A text as numbers, which HDF5 keeps without a heap."""
+    """A text as numbers, which HDF5 stores without a heap."""
     return np.frombuffer(text.encode(), dtype=np.uint8)
 
 
