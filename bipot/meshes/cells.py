@@ -1,4 +1,4 @@
-"""Cells of one kind made into those of another: mid-sides and centres; sizes along a side, and how many may be."""
+"""Conversion of cells between kinds (mid-sides and centres), sizes along a side, and limits of their number."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 """The centre of an eight-node quadrilateral from its nodes."""
 
 SMALLEST = 1e-8
-"""Of the side, which no element of a graded mesh may be smaller than."""
+"""Least size of an element of a graded mesh over the side."""
 
 
 HALVINGS = 60
-"""Of the bracket of a factor of growth: to round-off."""
+"""Halvings of the bracket of a growth factor, to round-off."""
 
 
 @dataclass(frozen=True)
 class Fine:
-    """A grading of a side: its last ``length`` in ``elements`` of one size, the others growing from it by one factor.
+    """A grading of a side: its last ``length`` in ``elements`` of one size, from which the others grow by one factor.
 
     It is for a side whose end rolls onto a tool: the force jumps as a node lands, in proportion to the size there.
 
@@ -48,8 +48,8 @@ class Fine:
         """Ends (count + 1,) of the elements along a side from ``start`` to ``end``.
 
         Raises:
-            SceneError: a length that is not of a part of the side, no element left for the rest of it or only smaller
-                ones, or elements that are none of the side.
+            SceneError: a length that is not a part of the side, or no element, or only smaller ones, left for the rest
+                of the side.
 
         >>> Fine(1.0, 2).ends(0.0, 4.0, 4).round(3).tolist()
         [0.0, 2.0, 3.0, 3.5, 4.0]
@@ -73,7 +73,7 @@ class Fine:
 
 
 class Parts(NamedTuple):
-    """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: what a mesh is made of."""
+    """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: the parts of a mesh."""
 
     nodes: Floats
     elements: Ints
@@ -81,7 +81,7 @@ class Parts(NamedTuple):
 
     @property
     def element(self) -> Element:
-        """What its elements are."""
+        """The kind of its elements."""
         return Element.of(self.elements.shape[1], self.nodes.shape[1])
 
 
@@ -122,10 +122,10 @@ def along(start: float, end: float, count: int, grading: float | Fine) -> Floats
 
 
 def converted(parts: Parts, element: Element) -> Parts:
-    """The same shape in other elements: mid-sides (of straight edges) and centres are added where asked, or dropped.
+    """The same shape in other elements: mid-sides (of straight edges) and centres are added or dropped.
 
     Raises:
-        SceneError: elements of another shape are asked for.
+        SceneError: the elements are of another shape.
     """
     source = parts.element
     allowed = f"with the {source.corners} corners of {source.name}"

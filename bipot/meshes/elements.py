@@ -1,9 +1,9 @@
-"""The elements a mesh may consist of, in a plane and in space: one table of what tells them apart.
+"""The elements of which a mesh may consist, in a plane and in space, in one table.
 
-Nodes are numbered as VTK, meshio and Abaqus have them: the corners, then the mid-sides, edge by edge, then the centre.
+Nodes are numbered as in VTK, meshio and Abaqus: the corners, then the mid-sides, edge by edge, then the centre.
 The corners of a plane element run anticlockwise, mid-side ``k`` lies between corners ``k`` and ``k + 1``; those of a
 brick run around its base, then around its top above it, and so do the mid-sides, those of the upright edges last. The
-number of nodes and the dimension tell the element.
+number of nodes and the dimension identify the element.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Numbers = tuple[tuple[int, ...], ...]
 class Shape:
     """Corners of a reference shape in [0, 1]^d, ``edges`` by their two, ``faces`` by theirs in space.
 
-    Faces run anticlockwise for who looks from outside. A ``cube`` is one of quadrilaterals, else of triangles.
+    Faces run anticlockwise as seen from outside. A ``cube`` has quadrilateral faces, other shapes triangles.
     """
 
     corners: Numbers
@@ -119,7 +119,7 @@ class Element(Enum):
 
     @cached_property
     def facets(self) -> Ints:
-        """Nodes of what bounds the element (n, m): its edges in a plane, in space its faces, as plane elements.
+        """Nodes (n, m) of the facets: edges in a plane, faces in space, as plane elements.
 
         >>> Element.H20.facets[1].tolist()
         [4, 5, 6, 7, 12, 13, 14, 15]
@@ -140,7 +140,7 @@ class Element(Enum):
 
     @property
     def facet(self) -> str:
-        """The name of what bounds the element in meshio."""
+        """The name of its facets in meshio."""
         if self.dimension == 2:
             return "line3" if self.quadratic else "line"
         return Element.of(self.facets.shape[1]).cell

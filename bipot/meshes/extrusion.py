@@ -4,8 +4,8 @@ Above a triangle with corners a < b < c stand prisms, each of the three tetrahed
 
     a b c c',    a b b' c',    a a' b' c',
 
-primes marking its top. Every upright face is cut from the lower corner of less number to the upper one of greater, so
-that neighbours, which know the same numbers, cut it alike.
+with primes at the top. Every upright face is cut from its lower corner of smaller number to its upper corner of larger
+number, so neighbours, which have the same numbers, cut it alike.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ PRISM = np.array([(0, 1, 2, 5), (0, 1, 4, 5), (0, 3, 4, 5)])
 """Its tetrahedra, of corners below (0, 1, 2) and above (3, 4, 5)."""
 
 CORE, BULGE = 0.6, 0.5
-"""Half the width of a disc's inner square, over the radius; how far its sides are on the way to arcs."""
+"""Half the width of a disc's inner square, over the radius; how much its sides are curved towards arcs."""
 
 FLAT = {Element.H8.shape: Element.Q4, Element.T4.shape: Element.T3}
-"""Above which plane elements solids of a shape are made."""
+"""The plane elements above which solids of a shape are made."""
 
 
 def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
@@ -41,7 +41,7 @@ def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
 
 
 def _turned(nodes: Floats, cells: Ints) -> Ints:
-    """The tetrahedra, mirror images numbered such that they are none."""
+    """The tetrahedra, with mirror images renumbered."""
     x = nodes[cells]
     inverted = np.linalg.det(x[:, 1:] - x[:, :1]) < 0
     return np.where(inverted[:, None], cells[:, Element.T4.mirrored], cells)
@@ -98,7 +98,7 @@ def _around(inner: Ints, quarter: bool) -> Ints:
 
 
 def _circle(square: Floats) -> Floats:
-    """Where points (n, 2) of the square max(|x|, |y|) = 1 are on the unit circle, at angles that are even along it."""
+    """Images on the unit circle of points (n, 2) of the square max(|x|, |y|) = 1, at even angles."""
     x, y = square.T
     upright = np.abs(x) >= np.abs(y)
     angle = np.where(upright, y * np.sign(x), x * np.sign(y)) * np.pi / 4
@@ -108,7 +108,7 @@ def _circle(square: Floats) -> Floats:
 
 
 def _core(square: Floats) -> Floats:
-    """Where points (n, 2) of [-1, 1]^2 are in the inner square of a unit disc, whose sides bulge."""
+    """Images of points (n, 2) of [-1, 1]^2 in the inner square of a unit disc, whose sides bulge."""
     size = np.abs(square).max(axis=1, keepdims=True)
     on = np.divide(square, size, out=np.full(square.shape, 1.0), where=size > 0)
     return CORE * ((1 - BULGE) * square + BULGE * size * _circle(on))

@@ -1,4 +1,5 @@
-"""What bounds elements, edges in a plane and faces in space: whose they are, and that no two elements overlap there."""
+"""Facets of elements, edges in a plane and faces in space: their owners, and checks that no two elements overlap
+there."""
 
 from __future__ import annotations
 
@@ -14,7 +15,7 @@ from bipot.typing import Bools, Ints
 
 @dataclass(frozen=True)
 class Facets:
-    """The different facets of elements: ``nodes`` (f, n) as an ``element`` has them, edges as end, (middle,) end.
+    """The distinct facets of elements: ``nodes`` (f, n) in the order of an ``element``, edges as end, (middle,) end.
 
     They run anticlockwise around the element ``owner`` (f,), the first that has them, or seen from outside of it;
     ``shared`` (f,) are those of two elements. ``number`` (e, m) says which facet each of an element's is.
@@ -31,7 +32,7 @@ class Facets:
 
     @staticmethod
     def of(elements: Ints, element: Element) -> Facets:
-        """The facets of elements (e, k) of a kind: those of neighbours run opposite ways."""
+        """The facets of elements (e, k) of a kind; those of neighbours run in opposite directions."""
         own = element.facets
         every = elements[:, own].reshape(-1, own.shape[1])
         _, first, place = np.unique(np.sort(every, axis=1), axis=0, return_index=True, return_inverse=True)
@@ -94,7 +95,7 @@ def edges_of(elements: Ints, element: Element) -> tuple[Ints, Ints]:
 
 
 def require_facets(facets: Facets, elements: Ints) -> None:
-    """Every facet has at most two elements, one a side, every edge its own mid-side node if any."""
+    """Require that every facet has at most two elements, one per side, and every edge its own mid-side node if any."""
     what, way = ("edge", "numbered") if facets.element.dimension == 2 else ("face", "of a base numbered")
     crowded = facets.crowded[:1].tolist()
     allowed = f"of one element a side (none overlap, all {way} anticlockwise)"
@@ -109,7 +110,7 @@ def require_facets(facets: Facets, elements: Ints) -> None:
 
 
 def require_one_part(facets: Facets) -> None:
-    """Facets lead from the first element to every other: parts that touch in a corner, or not at all, move alone."""
+    """Require one connected part: parts that touch only in a corner, or not at all, would move independently."""
     # Only the making of a mesh asks for it: what merely imports the library need not load it.
     from scipy.sparse.csgraph import connected_components
 

@@ -1,7 +1,7 @@
-"""Meshes of scikit-fem and of files (through meshio) as arrays: what a :class:`~bipot.meshes.mesh.Mesh` is made of.
+"""Meshes of scikit-fem and of files (through meshio) as arrays for a :class:`~bipot.meshes.mesh.Mesh`.
 
-Nodes of no cell are dropped and cells numbered as their mirror images are turned. Facets are the lines or faces that
-bound cells. What no mesh of one kind of element can come from is refused in words.
+Nodes that belong to no cell are dropped, and cells numbered as mirror images are reversed. Facets are the lines or
+faces that bound cells. Files that cannot give a mesh of one kind of element are refused in words.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ KINDS = {element.cell: element for element in Element}
 """Elements by their names in meshio."""
 
 FACETS = {d: tuple({element.facet: None for element in elements_of(d)}) for d in (2, 3)}
-"""What bounds cells of a plane, and of space, by names in meshio."""
+"""Facets of cells in a plane, and in space, by names in meshio."""
 
 IGNORED = ("vertex", *FACETS[2])
 
@@ -34,7 +34,7 @@ TAGS = ("gmsh:physical", "medit:ref")
 """Cell data in which mesh files number boundaries; 0 is none."""
 
 FORMATS = {".msh": "gmsh"}
-"""Of endings that meshio knows for several programs, the one meant."""
+"""The format meant by file endings that meshio knows for several programs."""
 
 FLAT = 1e-12
 

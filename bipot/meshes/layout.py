@@ -1,4 +1,4 @@
-r"""How elements fill a rectangle: along its lines, or fanned out around the corner of its far sides.
+r"""Layouts of elements in a rectangle: along its lines, or fanned out around the corner of its far sides.
 
 Far sides are x = x1 and y = y1, and their corner is C = (x1, y1): with the names of the makers, where ``top`` and
 ``side`` or ``right`` meet.
@@ -35,16 +35,16 @@ class Layout(Enum):
         n_y between (u_nx, v_j) and (x1, y_j),                j = 0 .. n_y.
 
     The layers along the far sides share the edge from X to C, so that the corner has two quadrilaterals, of about 45
-    degrees each. It is for a body whose one far side rolls onto the tool that the other one touches: they then lie on
-    one line, and a single quadrilateral in the corner would be folded to an angle of 180 degrees, where a quadratic
-    one has no positive Jacobian; two have 90 degrees each. Triangles at the corner have the same two angles.
+    degrees each. It is for a body of which one far side rolls onto the tool that the other one touches: both then lie
+    on one line. A single quadrilateral in the corner would have an angle of 180 degrees, where a quadratic one has no
+    positive Jacobian; two have 90 degrees each. Triangles at the corner have the same two angles.
     """
 
     TENSOR = "tensor"
     FANNED = "fanned"
 
     def count(self, n_x: int, n_y: int) -> int:
-        """How many quadrilaterals.
+        """The number of quadrilaterals.
 
         >>> Layout.TENSOR.count(10, 4), Layout.FANNED.count(10, 4)
         (40, 54)
@@ -63,8 +63,8 @@ def rectangle(
 ) -> Parts:
     """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``; ``counts`` along the far sides.
 
-    ``grading`` is of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate like
-    the squares of a chessboard, block by block, such that a fanned corner is one of two triangles, too.
+    ``grading`` is that of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate
+    like the squares of a chessboard, block by block, such that a fanned corner has two triangles too.
 
     Raises:
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive

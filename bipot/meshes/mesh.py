@@ -31,16 +31,17 @@ from bipot.typing import Floats, Ints, as_array, read_only
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
 FARTHEST = 1e6
-"""From the origin, over the body's size: what round-off of positions takes from shapes is then below 1e-9."""
+"""Largest distance from the origin over the body's size: errors of shapes by round-off of positions are then below
+1e-9."""
 
 
 @dataclass(frozen=True)
 class Mesh:
     """Nodes (a, d), elements (e, k), all of one kind, and named boundaries, each an array of facets (f, n).
 
-    All are read-only copies. How many nodes an element has tells its kind. Nodes of a facet may be given in another
-    order, that of mesh files (end, end, middle) too: which is which the elements say. Edges keep the way they run,
-    faces are as seen from outside of their element.
+    All are read-only copies. The number of nodes of an element tells its kind. Nodes of a facet may be given in any
+    order, such as that of mesh files (end, end, middle), since the elements determine it. Edges keep their direction,
+    faces are as seen from outside their element.
 
     Raises:
         SceneError: a coordinate that is not finite, or lost in round-off because the body is far from the origin; an
@@ -89,13 +90,13 @@ class Mesh:
 
     @classmethod
     def from_meshio(cls, source: Any, *, tag: str | None = None, names: Mapping[str, int] | None = None) -> Mesh:
-        """A mesh file (Gmsh, Abaqus, VTK and what else meshio reads), given by its path, or a mesh of meshio.
+        """The mesh of a file that meshio reads (Gmsh, Abaqus, VTK and others), given by its path, or a mesh of meshio.
 
-        Cells are of one kind and stay what they are (:meth:`to` makes others): tetrahedra or hexahedra where there are
-        any, else triangles or quadrilaterals. Boundaries are of the lines or faces that bound them: named sets of
-        these cells; numbers of them in the cell data ``tag`` (by default physical groups of Gmsh), called as in
-        ``names``, the file, or by the number; and node sets that are nodes of outer ones, none left over. Other sets
-        are left out.
+        Cells are of one kind, which is kept (:meth:`to` converts them): tetrahedra or hexahedra where there are any,
+        else triangles or quadrilaterals. Boundaries consist of the lines or faces that bound them. They are named sets
+        of these cells; numbers of them in the cell data ``tag`` (by default physical groups of Gmsh), named as in
+        ``names``, as in the file, or by the number; and node sets that consist of exactly the nodes of outer facets.
+        Other sets are ignored.
 
         Raises:
             SceneError: a file that is missing or not readable, meshio that is not installed; no such cells, or of
@@ -107,8 +108,8 @@ class Mesh:
     def to_meshio(self) -> Any:
         """The mesh as one of meshio, whose ``write`` makes files of it that :meth:`from_meshio` reads.
 
-        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (``names`` of VTK
-        files, which keep numbers alone), and sets of nodes.
+        Boundaries are cells of lines or faces, numbered from 1 in the order of their names here (VTK files keep the
+        numbers only), and sets of nodes.
 
         Raises:
             SceneError: meshio is not installed.
@@ -116,12 +117,12 @@ class Mesh:
         return to_meshio(self._parts)
 
     def to(self, element: Element) -> Mesh:
-        """The mesh in other elements of the same shape: mid-sides and centres added where asked for, or dropped.
+        """The mesh in other elements of the same shape, with mid-sides and centres added or dropped.
 
         Without mid-sides edges are straight.
 
         Raises:
-            SceneError: elements of another shape are asked for.
+            SceneError: the elements are of another shape.
 
         >>> from bipot.meshes.sections import block
         >>> block(1.0, 1.0, 2, 2).to(Element.Q4).nodes.shape
@@ -132,7 +133,7 @@ class Mesh:
 
     @property
     def element(self) -> Element:
-        """What its elements are."""
+        """The kind of its elements."""
         return self._parts.element
 
     @property
@@ -201,7 +202,7 @@ class Mesh:
 
     @cached_property
     def _on_boundaries(self) -> dict[tuple[str, ...], Ints]:
-        """The nodes of :meth:`boundary_nodes` by names asked for before: every increment asks for its tools'."""
+        """The cached nodes of :meth:`boundary_nodes` by names, since every increment needs those of its tools."""
         return {}
 
     @cached_property
@@ -211,7 +212,7 @@ class Mesh:
 
 
 def _require_near(nodes: Floats) -> None:
-    """Positions far from the origin lose shapes and displacements to their round-off."""
+    """Refuse positions so far from the origin that shapes and displacements are lost in round-off."""
     if not len(nodes):
         return
     far, size = float(np.abs(nodes).max()), float(np.ptp(nodes, axis=0).max())
@@ -233,7 +234,7 @@ def _connectivity(given: object, widths: Mapping[int, str], field: str, what: st
 
 
 def _require_elements(elements: Ints, count: int) -> None:
-    """Every element is there once and has different nodes; every node belongs to one."""
+    """Require that every element occurs once and has different nodes, and that every node belongs to one."""
     ordered = np.sort(elements, axis=1)
     twice = np.flatnonzero((np.diff(ordered, axis=1) == 0).any(axis=1))
     require(not twice.size, "mesh.elements", f"element {twice[:1].tolist()}", f"of {elements.shape[1]} different nodes")

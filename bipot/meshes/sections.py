@@ -52,8 +52,8 @@ def block(
 ) -> Mesh:
     """Rectangle [0, width] x [0, height] with boundaries left, right, base, top; ``grading`` of x, y.
 
-    ``layout`` says how elements meet in the corner of top and right (:class:`~bipot.meshes.layout.Layout`). Of
-    triangles two make a quadrilateral, halved along diagonals that alternate like the squares of a chessboard.
+    ``layout`` says how elements meet in the corner of top and right (:class:`~bipot.meshes.layout.Layout`). Triangles
+    halve quadrilaterals along diagonals that alternate like the squares of a chessboard.
 
     >>> block(7.0, 1.0, 3, 1, grading=(4.0, 1.0)).boundary("base")[:, 1].size
     3

@@ -29,7 +29,7 @@ def brick(
 ) -> Mesh:
     """Block [0, width] x [0, depth] x [0, height], its boundaries left, right; front, back; base, top, axis by axis.
 
-    ``grading`` is of x, y, z. Of tetrahedra six make a hexahedron.
+    ``grading`` is that of x, y, z. Six tetrahedra make a hexahedron.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -67,10 +67,10 @@ def cylinder_3d(
     """Cylinder around the third axis, its quarter x, y >= 0 or the whole, with boundaries base, top and side.
 
     A square around the axis has ``n_square`` elements along each side in a quarter, so that 2 ``n_square`` segments
-    make a quarter of the circle; ``n_r`` rings are around it, graded as the first of the ``grading`` says, the second
-    being that of z. A quarter has the boundaries left, x = 0, and front, y = 0, besides. Middle nodes of quadratic
-    elements are on the circle too where it is ``curved``; between nodes of others it is straight. Nodes of the side are
-    at the ``radius`` where it is ``inscribed``; else a little farther out, so that the volume is the cylinder's.
+    make a quarter of the circle. ``n_r`` rings surround it, graded by the first number of ``grading``; the second is
+    that of z. A quarter has the further boundaries left, x = 0, and front, y = 0. Middle nodes of quadratic elements
+    are on the circle too if ``curved``; other edges are straight. Nodes of the side are at the ``radius`` if
+    ``inscribed``, else slightly farther out, such that the volume is that of the cylinder.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -145,7 +145,7 @@ def _counts(**counts: int) -> dict[str, int]:
 
 
 def _widened(count: int, arcs: bool) -> float:
-    """By how much a circle is larger in whose quarter ``count`` chords, or parabolic arcs on them, have its own area.
+    """Factor of enlargement by which ``count`` chords per quarter, or parabolic arcs, have a circle's area.
 
     >>> round(_widened(1, arcs=False) ** 2 * 2, 12)  # the square in a circle
     3.14159265359

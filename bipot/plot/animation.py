@@ -1,4 +1,4 @@
-"""A run as a moving picture."""
+"""Animation of a run."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from bipot.results.history import TAU
 
 GIF = ".gif"
 SIZE, DPI = (6.0, 4.5), 100
-"""Inches, and dots an inch."""
+"""Size in inches, and dots per inch."""
 
 
 def animate(result: History, field: str, path: str | Path, *, frames: int = 40, rate: float = 8.0) -> Path:
     """Write a ``field`` of a run step by step, as :func:`bipot.plot.contour` draws it, into a GIF; returns its path.
 
-    At most so many ``frames``, spread over the steps from the first to the last, ``rate`` of them per second. Colours
-    and axes are the same in all.
+    There are at most so many ``frames``, spread over the steps from the first to the last, ``rate`` of them per second.
+    Colours and axes are the same in all.
 
     Raises:
         SceneError: no run that was opened, a body in space, no path or one that does not end in .gif, an unknown field,

@@ -1,4 +1,4 @@
-"""The body of an accepted increment, each of its elements in one colour."""
+"""The body of an accepted increment, with one colour per element."""
 
 from __future__ import annotations
 
@@ -17,10 +17,9 @@ if TYPE_CHECKING:
 def body(
     accepted: Accepted, values: Floats, ax: Axes | None = None, label: str = "", shrink: float = 1.0, **style: Any
 ) -> PolyCollection:
-    """Elements where they are, straight from corner to corner, coloured by their ``values`` (e,), in a plane.
+    """Draw the deformed plane elements with straight edges, coloured by their ``values`` (e,).
 
-    A colour bar, so much of the axes as ``shrink`` says, names what they are where there is a ``label``. ``style`` is
-    matplotlib's.
+    With a ``label`` there is a colour bar, whose size over that of the axes is ``shrink``. ``style`` is matplotlib's.
 
     Raises:
         SceneError: no increment, a body in space, values that are not one an element.

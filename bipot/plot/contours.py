@@ -1,4 +1,4 @@
-"""A field of a run in colours on the deformed body, its tools beside it."""
+"""A field of a run in colours on the deformed body, with its tools."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from matplotlib.collections import LineCollection, TriMesh
 
 PIECES = 4
-"""Into which the side of an element is cut, that curved sides and fields look so."""
+"""Pieces into which the side of an element is divided, for curved sides and fields."""
 
 SHRUNK = 0.8
-"""A bar of colours, beside a body that seldom is as high as its axes."""
+"""Height of the colour bar, since the body seldom is as high as its axes."""
 
 MARGIN = 0.08
-"""Of the body's size: what is seen around it."""
+"""Margin around the body over its size."""
 
 
 def contour(
@@ -44,13 +44,13 @@ def contour(
 ) -> TriMesh:
     """Draw a nodal ``field`` of a run on the deformed body, with its outline, its tools and a bar of colours.
 
-    ``at`` is found by :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
-    None is the last step. ``field`` may be a component, "stress_zz"; of a vector it is the magnitude. Between nodes the
-    element's shape functions are drawn. ``limits`` are those of the colours; ``style`` is matplotlib's.
+    ``at`` is as in :meth:`~bipot.results.History.at`: a reduction or pseudo-time, or a value of the column ``by``;
+    None is the last step. ``field`` may be a component, "stress_zz"; of a vector the magnitude is drawn. Between nodes
+    the field follows the element's shape functions. ``limits`` are those of the colours; ``style`` is matplotlib's.
 
     Raises:
-        SceneError: an unknown field, one that is not known all over the body, a tensor as a whole, a value that is not
-            recorded; no run that was opened, a body in space.
+        SceneError: an unknown field, one that is not defined on the whole body, a tensor as a whole, a value that is
+            not recorded; no opened run, a body in space.
     """
     require_plane(result)
     snapshot = result.at(at, by)
@@ -84,7 +84,7 @@ def tools(snapshot: Snapshot, ax: Axes | None = None, **style: Any) -> LineColle
 
 
 def moment(result: History, snapshot: Snapshot) -> str:
-    """Which step it is, in words: by its reduction where the run has that, else by its pseudo-time."""
+    """The step in words: by its reduction if the run has it, else by its pseudo-time."""
     if "reduction" in result.columns and snapshot.step > 0:
         return f"increment {snapshot.step}, reduction {100 * result['reduction'][snapshot.step - 1]:.4g} %"
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
@@ -99,15 +99,15 @@ def label(result: History, field: str) -> str:
 
 
 def axis_labels(result: History) -> tuple[str, ...]:
-    """What the coordinates are called, with the unit of length."""
+    """Names of the coordinates, with the unit of length."""
     return tuple(f"{axis} ({unit(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
 
 
 def require_plane(result: History) -> None:
-    """Refuse what is not drawn flat.
+    """Refuse anything but an opened run of a plane body.
 
     Raises:
-        SceneError: no run that was opened, a body in space.
+        SceneError: no opened run, a body in space.
     """
     require(isinstance(result, History), "result", result, "a History, as bipot.results.open(folder) gives it")
     flat = result.geometry is not Geometry.SOLID
@@ -133,7 +133,7 @@ def tessellation(element: Element) -> tuple[Floats, Ints]:
 
 
 def nodal_values(snapshot: Snapshot, field: str) -> Floats:
-    """What is drawn of a field, at the nodes (a,); raises SceneError as :func:`contour`."""
+    """The drawn values of a field at the nodes (a,); raises SceneError as :func:`contour`."""
     base, part = split(Place.NODES, field, snapshot.geometry)
     known = FIELDS[Place.NODES][base]
     require(_everywhere(known), "field", field, "one of the whole body; contact_traction() draws those of candidates")
@@ -149,7 +149,7 @@ def _everywhere(field: Field) -> bool:
 
 
 def frame(axes: Axes, result: History, nodes: Floats) -> None:
-    """Room for a body with the ``nodes`` (a, d) alone: tools may go on without an end."""
+    """Set the limits of the axes by the body's ``nodes`` (a, d) alone, because tools may be infinite."""
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")

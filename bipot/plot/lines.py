@@ -1,4 +1,4 @@
-"""Plots of meshes and curves, which are given as arrays."""
+"""Plots of meshes and curves given as arrays."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of plane elements (e, k), curved as they are; ``style`` is matplotlib's."""
+    """The edges of plane elements (e, k), with their curvature; ``style`` is matplotlib's."""
     from matplotlib.collections import LineCollection
 
     edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
@@ -38,7 +38,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
 
 
 def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges (f, n) of a boundary, curved as they are."""
+    """The edges (f, n) of a boundary, with their curvature."""
     from matplotlib.collections import LineCollection
 
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})
@@ -47,7 +47,7 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes; ``length`` is what a unit vector takes, in data units."""
+    """Nodal vectors (a, 2) drawn from the nodes; ``length`` is that of a unit vector, in data units."""
     kept = {"width": 0.002, "headwidth": 3.5, "headlength": 4.5, "headaxislength": 4.0, "zorder": 3, **style}
     scaled = values * length
     return axes_of(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)

@@ -27,11 +27,11 @@ def contact_traction(
 
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
     boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
-    positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction: the lines
-    end there. Where two tools share a node it has the traction of the one that pushes harder.
+    positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
+    lines end there. A node that two tools share has the traction of the one that pushes harder.
 
     Raises:
-        SceneError: a number that is no tool's, a value that is not recorded, no run that was opened, a body in space.
+        SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
     """
     require_plane(result)
     count = len(result.scene["tools"])
@@ -58,9 +58,9 @@ def contact_traction(
 
 
 def chains(mesh: Mesh, names: list[str], nodes: Floats) -> list[Ints]:
-    """Nodes in their order along the boundaries of those names: an array for each part that hangs together.
+    """Nodes in order along the boundaries of those names: one array for each connected part.
 
-    Each begins at its end with the smaller first coordinate; one that closes upon itself begins anywhere.
+    Each begins at its end with the smaller first coordinate; a closed one begins anywhere.
     """
     edges = np.unique(np.concatenate([mesh.surface(name)[0] for name in names]), axis=0)
     ahead = {int(edge[0]): edge for edge in edges}
