@@ -1,1 +1,1 @@
-"""Conic programs as data, and the solvers that take them: one interface, one binding each."""
+"""Conic programs as data, and solvers for them: one interface, one binding each."""

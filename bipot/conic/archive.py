@@ -1,7 +1,7 @@
-"""Vectors of a npz file that need not be trusted: what it declares is checked before any of it is unpacked.
+"""Vectors of an untrusted npz file: its declarations are checked before anything is unpacked.
 
-An archive says how long each member is when unpacked, and zipfile unpacks no more; each member says by a header what
-array it is. Both must agree, and what is asked for must fit in memory, before the first number is read.
+An archive declares the unpacked length of each member, and zipfile unpacks no more; each member declares its array in a
+header. Both must agree, and the arrays must fit in memory, before the first number is read.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ END, END_SIZE, LOCATOR, LOCATOR_SIZE = b"PK\x05\x06", 22, b"PK\x06\x07", 20
 
 @dataclass(frozen=True)
 class Declared:
-    """What a member says it is."""
+    """The declaration of a member."""
 
     dtype: np.dtype[Any]
     shape: tuple[int, ...]
@@ -79,7 +79,7 @@ class Archive:
 
 @contextmanager
 def opened(path: Path) -> Iterator[Archive]:
-    """The archive of a path, whose directory is known to be small."""
+    """The archive of a path, after a check that its directory is small."""
     # A pipe or a device would be waited for, or read without end.
     _require(path.is_file(), "it is no regular file" if path.exists() else "there is none")
     with path.open("rb") as file:

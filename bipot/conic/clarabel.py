@@ -1,7 +1,7 @@
 """Clarabel on a conic program's own data.
 
-Programs of a run mostly differ in their numbers only. :class:`Transferred` keeps the pattern of the last one:
-ordering, symbolic factorisation and equilibration stay, and every number is sent to its place.
+Programs of a run mostly differ in their numbers only. :class:`Transferred` keeps the pattern of the last one, with its
+ordering, symbolic factorisation and equilibration, and sends the new numbers.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ UNBOUNDED = (clarabel.SolverStatus.DualInfeasible, clarabel.SolverStatus.AlmostD
 METHODS = ("auto", "qdldl", "faer")
 
 BALANCING = 3
-"""Rounds of Clarabel's equilibration. With its own ten the seed paper's upsetting by ``dissipation`` takes 7 to 18 %
-more iterations, and small meshes take as many: programs are dimensionless."""
+"""Rounds of Clarabel's equilibration. With its default of ten the seed paper's upsetting by ``dissipation`` takes 7 to
+18 % more iterations, and small meshes as many, because programs are dimensionless."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Clarabel:
     ) -> tuple[ConicSolution, Transferred]:
         """As :meth:`~bipot.conic.solver.ConicSolver.solve`.
 
-        What the last program's equilibration does not solve is set up afresh.
+        If the program is not solved with the last one's equilibration, it is set up anew.
         """
         started, lost = time.perf_counter(), Timing()
         ready = transfer(program, accuracy, last, self)
@@ -74,7 +74,7 @@ class Clarabel:
         return replace(answer, timing=lost + answer.timing), ready
 
     def settings(self, accuracy: Accuracy) -> Any:
-        """Clarabel's settings for the asked accuracy, silent and on one thread."""
+        """Clarabel's settings for the requested accuracy, silent and on one thread."""
         chosen = clarabel.DefaultSettings()
         chosen.verbose = False
         # It would only look for infinite right-hand sides, of which there are none, and forbid new numbers.
@@ -90,7 +90,7 @@ class Clarabel:
 
 @dataclass(eq=False)
 class Transferred:
-    """Clarabel set up for the pattern of ``program``, in its form ``A x + s = b, s in K`` (its A is ours negated).
+    """Clarabel set up for the pattern of ``program``, in its form ``A x + s = b, s in K`` (its A is minus ours).
 
     ``program`` is the last one sent. ``upper`` are the places of P's upper triangle in the data of P, ``stacked`` those
     of A in the data of all rows.
@@ -132,7 +132,7 @@ class Transferred:
         )
 
     def send(self, program: ConicProgram) -> None:
-        """The numbers of a program that this one :meth:`serves`; matrices that are the same objects stay."""
+        """Send the numbers of a program that this one :meth:`serves`; identical matrix objects are skipped."""
         # Lists, because the binding reads an array as a sequence of array scalars, which takes twice as long.
         numbers = {"q": program.q.tolist(), "b": _right(program).tolist()}
         if program.P is not self.program.P:
@@ -146,7 +146,7 @@ class Transferred:
 def transfer(
     program: ConicProgram, accuracy: Accuracy, last: Transferred | None = None, solver: Clarabel = Clarabel()
 ) -> Transferred:
-    """Clarabel with the numbers of ``program``: ``last`` where that serves, else set up anew."""
+    """Clarabel with the numbers of ``program``: ``last`` if it serves, else set up anew."""
     if last is not None and last.serves(program, accuracy, solver):
         last.send(program)
         return last

@@ -1,4 +1,4 @@
-"""Named vectors in one npz file that says of what kind it is: read back to the last bit, pickled objects never."""
+"""Named vectors in one npz file with a declared kind: read back to the last bit, without pickled objects."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from bipot.errors import BipotError
 Arrays = Mapping[str, NDArray[Any]]
 
 PARTS = ("data", "indices", "indptr")
-"""Of a matrix by columns or by rows."""
+"""The vectors of a matrix by columns or by rows."""
 
 
 class FileError(BipotError):
-    """A file that does not hold what was asked of it; the message names the file and what is wrong."""
+    """A file without the expected contents; the message names the file and what is wrong."""
 
 
 def write(path: str | Path, kind: str, arrays: Arrays) -> None:
@@ -46,8 +46,8 @@ def read(
 ) -> dict[str, NDArray[Any]]:
     """The vectors of a file of ``kind``, by name; ``fields`` it must have, those of ``together`` all or none.
 
-    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` tells for some whose length
-    theirs is, and by how much it is longer: what does not fit is not unpacked, and what else a file holds not read.
+    Both give the letter of numpy's kind of type ("f", "i", "U") by name. ``lengths`` names for some the vector of the
+    same length, and by how much they are longer. Vectors that do not fit are not unpacked, and others are not read.
 
     Raises:
         FileError: no such file, another kind of file, a vector that is missing, of another type or not finite.

@@ -29,7 +29,7 @@ from bipot.conic.file import Arrays, compressed, write
 from bipot.typing import Floats
 
 KIND = "bipot conic program 1"
-"""What a file of :meth:`ConicProgram.save` says it is."""
+"""The declared kind of a file of :meth:`ConicProgram.save`."""
 
 
 class Cone(Enum):
@@ -42,20 +42,20 @@ class Cone(Enum):
 
 @dataclass
 class Layout:
-    """The named blocks of a program's variables, one after another as they are added."""
+    """The named blocks of a program's variables, in the order in which they are added."""
 
     blocks: dict[str, slice] = field(default_factory=dict)
     size: int = 0
 
     def add(self, name: str, count: int) -> int:
-        """Put ``count`` variables behind those there are; the number of the first."""
+        """Append ``count`` variables; returns the number of the first."""
         start, self.size = self.size, self.size + count
         self.blocks[name] = slice(start, self.size)
         return start
 
 
 class Outcome(Enum):
-    """What the solver claimed. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
+    """The solver's claim. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
 
     SOLVED = "solved"
     ALMOST = "almost"
@@ -90,7 +90,7 @@ def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
 class ConicProgram:
     """P (n, n) symmetric positive semidefinite, q (n,), cone rows, and the slices of the variable blocks.
 
-    ``statement`` makes the same program as one writes it in cvxpy, a :class:`bipot.conic.through_cvxpy.Stated`.
+    ``statement`` makes the same program stated in cvxpy, a :class:`bipot.conic.through_cvxpy.Stated`.
     """
 
     P: sp.csc_matrix
@@ -143,7 +143,7 @@ class Timing:
 
 @dataclass(frozen=True)
 class ConicSolution:
-    """Primal x (n,), dual per term (m, width), and measures of both that do not ask the solver."""
+    """Primal x (n,), dual per term (m, width), and measures of both that are independent of the solver."""
 
     program: ConicProgram
     x: Floats
@@ -177,7 +177,7 @@ class ConicSolution:
         return max((_excess(r, self.dual[r.term]) for r in bounded), default=0.0)
 
     def residuals(self) -> Floats:
-        """The four measures above, each over the size of what it is a difference of."""
+        """The four measures above, each over the size of the terms whose difference it is."""
         x, P, q = self.x, self.program.P, self.program.q
         balanced = max(float(np.abs(part).max(initial=0.0)) for part in (q, P @ x))
         offset = max((float(np.abs(r.b).max(initial=0.0)) for r in self.program.rows), default=0.0)
@@ -192,7 +192,7 @@ class ConicSolution:
         return float(self.residuals().max())
 
     def arrays(self) -> Arrays:
-        """What a file holds of it."""
+        """Its arrays for a file."""
         duals = [self.dual[r.term].ravel() for r in self.program.rows]
         return {
             "x": self.x,

@@ -34,7 +34,7 @@ class Qoco:
         require(find_spec("qoco") is not None, "solver", "qoco", "installed: pip install qoco")
 
     def solve(self, program: ConicProgram, accuracy: Accuracy, last: None = None) -> tuple[ConicSolution, None]:
-        """As :meth:`~bipot.conic.solver.ConicSolver.solve`; what has no solution ends as ProgramError."""
+        """As :meth:`~bipot.conic.solver.ConicSolver.solve`; a program without a solution ends as ProgramError."""
         import qoco
 
         started = time.perf_counter()
@@ -73,5 +73,5 @@ class Qoco:
 
 
 def _negated(A: sp.csr_matrix, b: Floats) -> tuple[sp.csc_matrix, Floats] | tuple[None, None]:
-    """(-A, b) by columns, as QOCO takes them; of no rows None."""
+    """(-A, b) by columns, as QOCO takes them; None without rows."""
     return (sp.csc_matrix(-A), b) if len(b) else (None, None)

@@ -1,4 +1,5 @@
-"""What a conic solver is: one program in, one measured solution out, and what the next program may reuse."""
+"""The interface of a conic solver: one program in, one measured solution out, and data for the next program to
+reuse."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ from bipot.errors import InfeasibleProgram, ProgramError, UnboundedProgram, requ
 from bipot.typing import make_floats
 
 Handle = Any
-"""What a solver keeps of its last program, to be handed back with the next: its own affair."""
+"""Data that a solver keeps of its last program and receives with the next; known to the solver only."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +29,10 @@ class Accuracy:
 
 @runtime_checkable
 class ConicSolver(Protocol):
-    """Solves one program after another. What it claims is recorded; the solution measures itself."""
+    """Solves one program after another. Its claim is recorded; the solution measures itself."""
 
     def solve(self, program: ConicProgram, accuracy: Accuracy, last: Handle = None) -> tuple[ConicSolution, Handle]:
-        """The solution, and what to hand back as ``last`` with the next program.
+        """The solution, and the handle to pass as ``last`` with the next program.
 
         Raises:
             InfeasibleProgram, UnboundedProgram: the solver has a certificate.

@@ -1,4 +1,4 @@
-"""A conic program read from the file that :meth:`ConicProgram.save` wrote, its answer measured again."""
+"""A conic program read from a file written by :meth:`ConicProgram.save`, with its answer measured again."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FIELDS = {
     **dict.fromkeys(("terms", "cones", "blocks"), "U"),
 }
 ANSWER = {**dict.fromkeys(("x", "z", "seconds", "optimum", "residuals"), "f"), "outcome": "U", "iterations": "i"}
-"""What a file holds of an answer beside the fields of a program; the letters are numpy's kinds of type."""
+"""Fields of an answer beside those of a program; the letters are numpy's kinds of type."""
 
 LENGTHS = {
     **{f"{name}_indices": (f"{name}_data", 0) for name in "PA"},
@@ -24,18 +24,18 @@ LENGTHS = {
     **dict.fromkeys(("cones", "widths", "lengths"), ("terms", 0)),
     **dict.fromkeys(("starts", "stops"), ("blocks", 0)),
 }
-"""Whose length each has, and by how much it is longer."""
+"""The vector whose length each has, and by how much it is longer."""
 
 REPEATED = 1e-12
-"""What two machines may differ by in a residual, which is relative: far below what solvers are asked."""
+"""Difference of a (relative) residual between machines: far below the accuracy asked of solvers."""
 
 
 def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
     """The program of a file, which has no statement of its own, and the answer in it, None where there is none.
 
     Raises:
-        FileError: the file is not one of :meth:`ConicProgram.save`, or its answer does not have the optimum and the
-            residuals that it is stored with, taken again here.
+        FileError: the file was not written by :meth:`ConicProgram.save`, or the recomputed optimum and residuals of its
+            answer are not the stored ones.
     """
     found = read(path, KIND, FIELDS, ANSWER, LENGTHS)
     try:

@@ -1,4 +1,4 @@
-r"""Any solver that cvxpy knows, on a program's own statement where it has one, else on its data."""
+r"""Any solver that cvxpy supports, on a program's own statement if it has one, else on its data."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Stated:
-    """A cvxpy problem with the variables and constraints that a conic program calls blocks and terms.
+    """A cvxpy problem with its variables and constraints by the names of a conic program's blocks and terms.
 
-    What has no variables or rows may be missing in either.
+    Empty blocks and terms may be missing in either.
     """
 
     problem: cp.Problem
@@ -54,7 +54,7 @@ class Stated:
         return -stacked if isinstance(constraint, Equality | Zero) else stacked
 
     def constant(self) -> float:
-        """What the statement's cost has beyond that of the conic program, which is 0 at x = 0; values stay."""
+        """The statement's cost minus that of the conic program, which is 0 at x = 0; values are not changed."""
         kept = [(variable, variable.value) for variable in self.problem.variables()]
         for variable, _ in kept:
             variable.value = np.zeros(variable.shape)
@@ -65,12 +65,12 @@ class Stated:
 
 
 BROUGHT = ("CLARABEL", "SCS")
-"""Solvers that cvxpy itself requires: known to be there without importing it, which takes long."""
+"""Solvers that cvxpy itself requires: known to be installed without the slow import of cvxpy."""
 
 
 @dataclass(frozen=True)
 class Cvxpy:
-    """The solver called ``name`` in cvxpy; of those not in OPTIONS the tolerance is their own.
+    """The solver called ``name`` in cvxpy; solvers not in OPTIONS use their default tolerance.
 
     Raises:
         SceneError: cvxpy finds no solver of that name installed, or one that takes no second-order cones.
@@ -80,7 +80,7 @@ class Cvxpy:
 
     def __post_init__(self) -> None:
         require_type(self.name, str, "cvxpy.name")
-        # Met in a march, a name that is none would be one more failed attempt, and another form would go on in silence.
+        # In a march a wrong name would be one more failed attempt, and another form would silently take over.
         if self.name not in BROUGHT:
             known = cone_solvers()
             require(self.name in known, "cvxpy.name", self.name, f"one of {', '.join(known)}, which are installed")
@@ -110,7 +110,7 @@ OPTIONS: Mapping[str, Any] = {
     "QOCO": lambda a: {"abstol": a.tolerance, "reltol": a.tolerance, "max_iters": a.iterations},
     "SCS": lambda a: {"eps_abs": a.tolerance, "eps_rel": a.tolerance, "max_iters": a.iterations},
 }
-"""The asked accuracy in the words of each solver."""
+"""The requested accuracy as options of each solver."""
 
 
 @cache
@@ -164,7 +164,7 @@ def solve_stated(stated: Stated, accuracy: Accuracy, name: str = "CLARABEL") -> 
         # cvxpy warns of AlmostSolved; we record it as an outcome and re-check the answer ourselves.
         warnings.filterwarnings("ignore", message="Solution may be inaccurate")
         try:
-            # SCS takes Ctrl-C for itself, and ends without an answer.
+            # SCS intercepts Ctrl-C and ends without an answer.
             with undisturbed():
                 stated.problem.solve(solver=name, warm_start=False, **OPTIONS.get(name, lambda a: {})(accuracy))
         except cp.SolverError as broken:

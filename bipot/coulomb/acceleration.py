@@ -1,4 +1,4 @@
-"""What a fixed-point iteration does between x and G(x): nothing, damping, or safeguarded Anderson mixing."""
+"""Acceleration of a fixed-point iteration x -> G(x): damping, or safeguarded Anderson mixing."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Damped:
         require(0 < self.weight <= 1, "weight", self.weight, "in (0, 1]")
 
     def advance(self, memory: Memory, x: FloatArray, image: FloatArray) -> tuple[Memory, FloatArray]:
-        """The damped point; remembers nothing."""
+        """The damped point, without memory."""
         return memory, x + self.weight * (image - x)
 
 

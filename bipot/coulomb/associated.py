@@ -3,8 +3,7 @@
     min ½ r · W r + q · r   over r in K_mu
 
 Its solution has u in the dual cone, normal to r: sliding then *opens* the contact, u_n = mu |u_t|
-(dilatancy). That is the flow rule of an associated material, not dry friction; De Saxcé's shift is what
-takes it away.
+(dilatancy). That is the flow rule of an associated material, not dry friction; De Saxcé's shift removes it.
 """
 
 from __future__ import annotations

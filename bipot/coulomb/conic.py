@@ -2,8 +2,8 @@
 
     min ½ r · P r + p · r    subject to    r in a product of second-order cones (fixed or with given radii)
 
-P is the symmetric part of W plus a small multiple of I, which a W printed with few digits needs to be positive. A
-proximal centre takes that multiple away again at the fixed point.
+P is the symmetric part of W plus a small multiple of I, which makes a W given with few digits positive. A proximal
+centre cancels that multiple at the fixed point.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ConicSettings:
         require_count(self.polish, "polish", 0)
 
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
-        """What the interior points are asked."""
+        """The accuracy asked of the interior points."""
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
 
 
@@ -77,7 +77,7 @@ class ForceProgram:
     """One program with its solver; ``solve`` changes the linear term and the radii only.
 
     Its cones are |r_t| <= top r_n + radius: ``top`` is mu for the friction cone, zero for discs of given radii.
-    ``handle`` is what the solver keeps of the last program at the asked tolerance.
+    ``handle`` is the solver's data of the last program at the requested tolerance.
     """
 
     problem: ScaledProblem
@@ -115,8 +115,8 @@ class ForceProgram:
 def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int) -> FloatArray:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
-    Plain Newton first, which a W of any condition suits while it is regular; then proximal, with a first weight of the
-    size of |F|, because W may be singular and the active sets are only nearly known.
+    Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of
+    the size of |F|, because W may be singular and the active sets are only approximately known.
     """
     posed = replace(problem, q=load)
     best, lowest = r, merit(posed, law, r, posed.velocity(r))

@@ -1,10 +1,10 @@
-"""Whether a solution can exist, asked before any is sought; the answer has three values.
+"""The existence test before a problem is solved; its verdict has three values.
 
 Both tests maximise the margin t by which some velocity, a point of {H v + w} or {W x + q}, satisfies
     u_n >= t              t* < 0: no velocity is admissible, none exists (Farkas forces prove it)
     u_n >= mu |u_t| + t   t* > 0: a velocity inside the dual cone, one exists (the theorem of Acary, Cadoux,
                           Lemaréchal and Malick)
-and say nothing in between. The second needs W symmetric and positive semidefinite, as theirs is.
+and decide nothing in between. The second needs W symmetric and positive semidefinite, as in their theorem.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def _largest_margin(
     A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int
 ) -> tuple[float, FloatArray]:
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
-    multipliers. What is not solved is nan.
+    multipliers; nan if not solved.
     """
     n, on_t = columns(A), np.ones(b.size)
     if cone is not None:
@@ -125,7 +125,7 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = m
 def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
     """Whether y >= 0 (sum y = 1) balances itself, |Aᵀ y| <= 1e-6 |b · y|, and does negative work b · y < 0.
 
-    What is left of Aᵀ y could only be used by x above 1e6 in scaled units.
+    The remainder of Aᵀ y could only matter for x above 1e6 in scaled units.
     """
     y = np.maximum(y, 0.0)
     work = float(b @ y)

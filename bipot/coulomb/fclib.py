@@ -3,7 +3,7 @@
 A file holds either `/fclib_local` (W, q) or `/fclib_global` (M, H, f, w), with `spacedim`, `vectors/mu` and
 `info`; optionally `/solution` and `/guesses` with u, r (and v). A matrix group has m, n, nz, nzmax, p, i, x:
 nz >= 0 marks triplets (i rows, p columns, the first nz count, duplicates add), -1 compressed columns, -2
-compressed rows. Files are strangers': everything is checked before it is believed (:mod:`bipot.hdf5.checked`).
+compressed rows. Files are not trusted: everything is checked before use (:mod:`bipot.hdf5.checked`).
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ def _form(file: Checked) -> Form:
 def read_fclib(
     path: str | Path, *, largest: int = LARGEST, isolated: bool = False
 ) -> CoulombProblem | GlobalCoulombProblem:
-    """The problem of a file, in the form it is stored in; ``largest`` is what one array of it may take, in bytes.
+    """The problem of a file in its stored form; ``largest`` is the largest size of one array, in bytes.
 
     ``reduced(read_fclib(path))`` is the reduced form of either. ``isolated`` reads it in a process of its own, and then
     in HDF5's newer forms, too, which can be crafted to end the process (:mod:`bipot.hdf5.headers`).
@@ -133,7 +133,7 @@ def read_problem(path: str | Path, largest: int, newest: bool = True) -> Coulomb
 
 
 def _local(group: Checked, vectors: Checked, dim: int) -> CoulombProblem:
-    # By rising size, and every length against what is known: who declares too much is refused before it is allocated.
+    # By increasing size, with lengths compared to known ones: excessive declarations are refused in time.
     rows = vectors.length("q")
     mu = _friction(vectors, "q", rows, dim)
     return CoulombProblem(_read_matrix(group, "W", rows, rows), vectors.array("q", NUMBERS, (rows,)), mu, dim)

@@ -30,7 +30,7 @@ class FixedPointState:
 
 @dataclass(frozen=True)
 class _FixedPoint:
-    """What both have: ``acceleration`` acts on r, ``settings`` are those of the programs."""
+    """Common to both: ``acceleration`` acts on r, ``settings`` are those of the programs."""
 
     acceleration: Acceleration = field(default_factory=Anderson)
     settings: ConicSettings = field(default_factory=ConicSettings)
@@ -57,7 +57,7 @@ class _FixedPoint:
         shift: FloatArray,
         radius: FloatArray,
     ) -> FixedPointState:
-        """Program and polish at the point x, then the acceleration; what the program leaves out is its load
+        """Program and polish at the point x, then the acceleration; the parts not in the program are its load
         (W - Wᵀ)/2 x - ε x + shift."""
         carried = state.antisymmetric @ state.point
         r = state.program.solve(problem.q + carried + shift, radius, state.point)

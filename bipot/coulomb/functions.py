@@ -1,6 +1,6 @@
 """Nonsmooth functions F(r, u) that vanish exactly on Coulomb's law, with their generalised derivatives.
 
-Both are r - P(r, u) with P a projection; ``step`` plays the part of rho (the problem is scaled: 1 fits).
+Both are r - P(r, u) with P a projection; ``step`` is rho (1 is suitable, because the problem is scaled).
 """
 
 from __future__ import annotations

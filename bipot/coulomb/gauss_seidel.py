@@ -1,7 +1,7 @@
-"""Projected Gauss-Seidel, the field's baseline: contact by contact, here colour by colour.
+"""Projected Gauss-Seidel, the standard method of the field: contact by contact, here colour by colour.
 
-Contacts of one colour do not touch through W, so that a sweep over the colours is a Gauss-Seidel sweep in
-that order, with whole colours updated at once. Where W is nearly full there are as many colours as contacts
+Contacts of one colour are not coupled by W, so a sweep over the colours is a Gauss-Seidel sweep in that order, with
+whole colours updated at once. Where W is nearly full there are as many colours as contacts
 and a sweep is slow.
 """
 
@@ -24,7 +24,7 @@ from bipot.typing import make_floats
 
 @dataclass(frozen=True, eq=False)
 class Colour:
-    """Contacts that do not touch: their ``dofs`` (k, d), rows of W (k d, dc), blocks (k, d, d), step and mu
+    """Contacts that are not coupled: their ``dofs`` (k, d), rows of W (k d, dc), blocks (k, d, d), step and mu
     (k,)."""
 
     dofs: NDArray[np.intp]
@@ -44,7 +44,7 @@ class SweepState:
 
 
 def neighbours(W: sparse.csr_array, dim: int) -> sparse.csr_array:
-    """Which contacts touch through W: symmetric pattern (c, c), diagonal included."""
+    """Which contacts are coupled by W: symmetric pattern (c, c), diagonal included."""
     i, j = W.nonzero()
     c = columns(W) // dim
     pairs = np.unique(np.stack([np.r_[i, j], np.r_[j, i]]) // dim, axis=1)

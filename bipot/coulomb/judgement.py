@@ -1,18 +1,18 @@
-"""The one measure by which a force counts as solving a problem: the distance to the law, against the load.
+"""The measure that decides whether a force solves a problem: the distance to the law relative to the load.
 
 Each contact has units of its own: w, the mean of its diagonal of W, turns force into length, so that
 r' = √w r and u' = u/√w share a unit (the root of an energy). One w for all rows of a contact keeps the law as
 it is. A contact's distance to the law is the length of the shortest (δr', δu') that leads to an exact pair: open
-(r = 0, u_n >= 0), stick (u = 0, r in K_mu) or slip (u_n = 0, r on the cone against u_t). It holds the primal
-cone, the dual cone and complementarity together, and no large mu magnifies it.
+(r = 0, u_n >= 0), stick (u = 0, r in K_mu) or slip (u_n = 0, r on the cone against u_t). It covers the primal cone, the
+dual cone and complementarity together, and a large mu does not magnify it.
 
-The scale is the load q' and never the force: forces that run away where no solution exists would forgive any
-error, and u = W r + q runs away with them. Of q' only what presses or drags touching contacts counts: all of it
-where they stick, its normal part where they slip, nothing where they are open, because a clearance or a sliding
-velocity may be as large as it likes without a bearing on the forces. Groups of contacts that W does not couple
-are problems of their own, each measured by itself; so is each contact, by what moves it where that is less than the
-load of its group: however weak a coupling, it would else lend the one's large load to the other's error. The worst is
-the residual.
+The scale is the load q' and never the force: forces that diverge where no solution exists would hide any error, and
+u = W r + q diverges with them. Only the part of q' that presses or drags touching contacts counts: all of it where they
+stick, its normal part where they slip, nothing where they are open, because a clearance or a sliding velocity may be
+arbitrarily large without affecting the forces. Groups of contacts that W does not couple are separate problems,
+measured separately. Each contact is also measured by what moves it where that is less than the load of its group,
+because otherwise even a weak coupling would let one contact's large load hide another's error. The residual is the
+largest of these.
 """
 
 from __future__ import annotations

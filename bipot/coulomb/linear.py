@@ -50,7 +50,7 @@ def factorised(matrix: sparse.csc_matrix) -> sparse_linalg.SuperLU:
 
 
 def newton_direction(problem: ScaledProblem, rows: Linearised, proximal: float) -> FloatArray:
-    """Solve (dF/du (W + α I) + dF/dr) δr = -F, (dc,); open contacts (dF/du = 0, F = r) leave with δr = -F.
+    """Solve (dF/du (W + α I) + dF/dr) δr = -F, (dc,); open contacts (dF/du = 0, F = r) are eliminated with δr = -F.
 
     Raises ProgramError where the matrix is singular to working precision.
     """

@@ -1,9 +1,9 @@
-"""Whether a problem has more than one solution: two starts, two answers; or every mode of a small plane problem.
+"""Whether a problem has more than one solution: by several starts, or by every mode of a small plane problem.
 
-A mode is open, stick or slip either way at each contact, 4^c systems in all. In it the law is linear, E r = e and
-G r <= g, a polyhedron of forces. Where E is regular it is one point or empty; where E is singular a linear program says
-whether it is empty, and two more for each velocity that E leaves free say how far that velocity ranges. All in the
-numbers of the scaled problem; a point counts once it passes the residual.
+A mode is open, stick or slip either way at each contact, 4^c systems in all. In it the law is linear, E r = e and G r
+<= g, a polyhedron of forces. Where E is regular it is one point or empty. Where E is singular, a linear program says
+whether it is empty, and two more give the range of each velocity that E leaves free. All numbers are those of the
+scaled problem; a point counts if it passes the residual.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class ProximalPoint:
     step is one Newton pass; the centre moves when the inner |F| <= ``accuracy`` |F at the centre|. Quick
     success divides α by ``relax``; ``inner`` passes without success, or no progress, return to the centre
     and multiply it by ``tighten``. For ``memory`` centres after that, success divides α by no more than
-    ``cautious``: falling at full speed into the same failure is what most of the time would be spent on.
+    ``cautious``; otherwise most of the time would be spent on running into the same failure again.
     """
 
     function: ContactFunction = field(default_factory=AlartCurnier)
@@ -81,8 +81,8 @@ class ProximalPoint:
         return self._centred(problem, r, self.weight, 0)
 
     def step(self, problem: ScaledProblem, state: ProximalState) -> ProximalState:
-        """One Newton pass on the inner problem, then the decision to go on, to move the centre or to fall
-        back."""
+        """One Newton pass on the inner problem, then the decision to continue, to move the centre or to
+        return to it."""
         weight, centre = state.weight, state.centre
 
         def velocity(r: FloatArray) -> FloatArray:

@@ -47,7 +47,7 @@ def known_force(problem: CoulombProblem, r: object, field: str = "r") -> FloatAr
 def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
     """The usual criterion: |r - P_K(r - (u + mu |u_t| n))| / max(|q|, |r|, |u|), 2-norms over all contacts.
 
-    It mixes units (step 1) and forgives any error where |r| runs away: a figure to report, not one to judge by.
+    It mixes units (step 1) and hides any error where |r| diverges: it is reported but decides nothing.
     """
     r = known_force(problem, r)
     return _natural_error(problem, r, problem.velocity(r), problem.q)
@@ -56,7 +56,7 @@ def natural_residual(problem: CoulombProblem, r: FloatArray) -> float:
 def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
     """The same of the problem (rho W, q/|q|) at r/(rho |q|), rho = d c / trace W: no unit enters.
 
-    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It forgives a runaway r like the other.
+    |F| / max(1, |r|/(rho |q|), |u|/|q|); |q| counts as 1 where q = 0. It too hides errors where r diverges.
     """
     r = known_force(problem, r)
     length = float(np.linalg.norm(problem.q)) or 1.0
@@ -65,13 +65,13 @@ def unit_free_residual(problem: CoulombProblem, r: FloatArray) -> float:
 
 
 def residual(problem: CoulombProblem, r: FloatArray) -> float:
-    """Distance to the law relative to the load, what "solved" is judged by: :func:`bipot.coulomb.judgement.judge`."""
+    """Distance to the law relative to the load, which decides "solved": :func:`bipot.coulomb.judgement.judge`."""
     return judge(problem, known_force(problem, r)).residual
 
 
 @dataclass(frozen=True, eq=False)
 class CoulombSolution:
-    """A force r (dc,) for ``problem``, with what the solver said and the means to check it.
+    """A force r (dc,) for ``problem``, with the solver's report and the means to check it.
 
     ``reason`` is a full sentence: what happened and, unless converged, what to try. ``seconds`` is wall time.
     """
@@ -86,7 +86,7 @@ class CoulombSolution:
 
     @property
     def converged(self) -> bool:
-        """Whether the residual, recomputed from r, passed the tolerance asked."""
+        """Whether the residual, recomputed from r, is within the tolerance."""
         return self.outcome is Outcome.CONVERGED
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Pick, chain and certify: :func:`solve` tries solvers in turn until the residual itself says it is done."""
+"""A chain of solvers: :func:`solve` tries them in turn until the residual is within the tolerance."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _enumerated(problem: CoulombProblem, tol: float) -> tuple[CoulombSolution | 
 def _by_chain(
     problem: CoulombProblem, limits: Limits, start: FloatArray | None, chain: tuple[Stage, ...], ends: float
 ) -> tuple[CoulombSolution, list[str], int]:
-    """The best force met, what was said on the way, and the steps taken; no stage begins after the time ``ends``."""
+    """The best force found, messages of the stages, and steps taken; no stage begins after the time ``ends``."""
     best = run(chain[0].solver, problem, replace(limits, iterations=0), start)
     said, iterations = list[str](), 0
     small = problem.dim == 2 and problem.contacts <= _ENUMERATED
@@ -91,9 +91,9 @@ def solve(
 ) -> CoulombSolution:
     """Solve by the chain; an answer is CONVERGED only where its own residual is <= ``limits.tol``.
 
-    Otherwise the best force met is returned, with the outcome and a sentence on what was tried and on what is known
-    about existence. Plane problems of up to four contacts have their modes enumerated where the first solver fails:
-    that finds a solution or says that there is none. Raises InfeasibleProgram where the existence test proves
+    Otherwise the best force found is returned, with the outcome and a sentence on what was tried and what is known
+    about existence. If the first solver fails on a plane problem of up to four contacts, its modes are enumerated,
+    which finds a solution or shows that there is none. Raises InfeasibleProgram where the existence test proves
     that there is no solution.
 
     >>> import numpy as np

@@ -1,4 +1,4 @@
-"""What a solver is, and the one loop that runs them all.
+"""The interface of a solver, and the loop that runs all of them.
 
 A solver is a small frozen object: ``init`` makes a state from a starting force, ``step`` makes the next one.
 The loop measures every iterate against the law, keeps the best, and stops on the tolerance, on time, on the
@@ -25,7 +25,7 @@ from bipot.typing import make_floats
 
 
 class State(Protocol):
-    """One iterate: the scaled force, and why no further step makes sense (None while one does)."""
+    """One iterate: the scaled force, and why no further step is useful (None while one is)."""
 
     @property
     def r(self) -> FloatArray:
