@@ -1,1 +1,1 @@
-"""What any module may need of Python and of the machine: read-only arrays, memory, files put in place at once."""
+"""Helpers for all modules: read-only mappings, memory of the machine, files replaced at once."""

@@ -10,7 +10,7 @@ Value = TypeVar("Value", covariant=True)
 
 
 class FrozenMap(Mapping[Key, Value]):
-    """A mapping that is what it was made of; unlike ``MappingProxyType`` it can be pickled and copied.
+    """An immutable mapping; unlike ``MappingProxyType`` it can be pickled and copied.
 
     >>> FrozenMap({"top": 1})
     FrozenMap({'top': 1})

@@ -1,4 +1,4 @@
-"""What the machine has, so that what cannot fit is refused before it is tried."""
+"""The memory of the machine, so that tasks that cannot fit are refused before they start."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import os
 from bipot.errors import require
 
 BYTES_A_NODE = 20_000
-"""Of memory that a march by :class:`~bipot.forms.Newton` takes for each node of a square mesh, response, stiffness and
-its factors together: measured from T3 to Q9 on 40 x 40 elements, 14 000 to 30 000. Cone programs take three times it.
+"""Memory that a march by :class:`~bipot.forms.Newton` needs per node of a square mesh, for response, stiffness and its
+factors: measured from T3 to Q9 on 40 x 40 elements, 14 000 to 30 000. Cone programs need three times as much.
 """
 
 GIGABYTE = 1e9
 
 
 def memory() -> int | None:
-    """Bytes of memory that the machine has; None where it does not say.
+    """Bytes of memory of the machine; None if unknown.
 
     >>> (memory() or 2**30) > 2**20
     True
@@ -30,7 +30,7 @@ def require_memory(nodes: int, field: str, value: object) -> None:
     """Refuse a ``value`` of ``field`` that makes a mesh of so many ``nodes`` that no march on it fits into memory.
 
     Raises:
-        SceneError: it does not; the message has the memory that it would need, and what there is.
+        SceneError: it does not; the message gives the memory needed and that available.
     """
     need, there = nodes * BYTES_A_NODE, memory()
     if there is not None:

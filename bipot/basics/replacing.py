@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all: written under another name in their folder, then renamed."""
+"""Files that are complete or absent: written under another name in their folder, then renamed."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ Refusal = Callable[[str], BipotError]
 def replacing(path: str | Path, refuse: Refusal) -> Iterator[Path]:
     """A name in the same folder to write to, whose file takes the place of ``path`` when the block ends.
 
-    A kill or a full disk leaves the file that was there, or none. What makes a format makes it in memory first: HDF5
-    that fails to write to a disk can end the interpreter.
+    A kill or a full disk leaves the previous file, or none. Formats are made in memory first, because HDF5 can crash
+    the interpreter if it fails to write to a disk.
 
     Raises:
         BipotError: what ``refuse`` makes of the message that ``path`` cannot be written.

@@ -1,1 +1,1 @@
-"""HDF5 files of others: what they declare is checked before it is read."""
+"""Untrusted HDF5 files: their declarations are checked before anything is read."""

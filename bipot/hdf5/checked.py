@@ -1,4 +1,4 @@
-"""Groups of an HDF5 file that need not be trusted: every name, type, shape and place is checked before it is read.
+"""Groups of an untrusted HDF5 file: every name, type, shape and storage place is checked before it is read.
 
 Only hard links are followed, and only integers and floats of the standard sizes are read. A refusal names the file,
 the field, its value and what is allowed.
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from h5py.h5g import GroupID
 
 LARGEST = 2**28
-"""Bytes of the largest array that is read, 8 a number as it is held."""
+"""Bytes of the largest array that is read, 8 per number."""
 
 LARGEST_TEXT = 2**22
 """Bytes of a text."""
 
 MOST_NAMES = 10_000
-"""Links of a group whose names are asked."""
+"""Largest number of links of a group whose names are read."""
 
 INTEGERS = "iu"
 """Kinds of a count, signed or not."""
@@ -45,8 +45,8 @@ def opened(
 ) -> Iterator[Checked]:
     """The root of a file, given by its path or open for reading; ``refuse`` makes the error of a message.
 
-    ``largest`` is what one array may take, in bytes, 8 a number. ``newest`` allows objects of HDF5's newer forms, which
-    can be crafted to end the process (:mod:`bipot.hdf5.headers`).
+    ``largest`` is the largest size of one array, in bytes, 8 per number. ``newest`` allows objects of HDF5's newer
+    forms, which can be crafted to crash the process (:mod:`bipot.hdf5.headers`).
     """
     # h5py takes long to import, and only files need it.
     import h5py
@@ -87,8 +87,8 @@ def _bytes(source: str | Path | BinaryIO | RawIOBase, refuse: Refusal) -> Iterat
 class Checked:
     """A group by its ``name`` in a file, "" the root; fields are named from it, ``"a/b"`` for one in a group of it.
 
-    Every method refuses by the error that :func:`opened` was given. A ``kind`` holds NumPy's letters of what is
-    allowed, f, i and u: numbers come back as float64 where f is among them, else as int64.
+    Every method refuses by the error given to :func:`opened`. A ``kind`` holds NumPy's letters of the allowed types,
+    f, i and u: numbers come back as float64 where f is among them, else as int64.
     """
 
     source: Source
@@ -130,11 +130,11 @@ class Checked:
         return Checked(self.source, self._full(name), found)
 
     def shape(self, name: str) -> tuple[int, ...]:
-        """What a dataset declares."""
+        """The declared shape of a dataset."""
         return self._dataset(name).shape
 
     def length(self, name: str) -> int:
-        """Rows that a dataset declares."""
+        """The declared number of rows of a dataset."""
         shape = self.shape(name)
         self.require(len(shape) > 0, f"{name}: its shape", shape, "of one dimension at least")
         return shape[0]
@@ -215,7 +215,7 @@ class Checked:
         return Dataset.of(self.source, self._full(name), self._item(name))
 
     def _item(self, name: str) -> Any:
-        """What a name leads to by hard links alone."""
+        """The object of a name, by hard links only."""
         from h5py.h5g import GroupID
         from h5py.h5l import TYPE_HARD
         from h5py.h5o import open as open_object

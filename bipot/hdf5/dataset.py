@@ -1,4 +1,4 @@
-"""One dataset of a file that need not be trusted: what it declares is checked, then its numbers are, once read."""
+"""One dataset of an untrusted file: its declarations are checked, and its numbers once they are read."""
 
 from __future__ import annotations
 
@@ -55,12 +55,12 @@ class Dataset:
 
     @property
     def stored(self) -> bool:
-        """Whether it has a place in the file; one in chunks is said to, which only reading can tell."""
+        """Whether it has a place in the file; for chunks, which only reading can tell, this is assumed."""
         with self.source.reading(self.field):
             return not contiguous(self.id) or self.id.get_offset() is not None
 
     def require(self, kind: str, shape: Shape, rows: int | None = None) -> None:
-        """Refuse another kind, another shape, and more than the file may give at once: ``rows``, None for all."""
+        """Refuse another kind, another shape, and more ``rows`` (None for all) than the limit of one array allows."""
         found = self.shape
         fits = len(found) == len(shape) and all(want in (None, n) for n, want in zip(found, shape, strict=True))
         self.source.require(fits, f"{self.field}: its shape", found, _words(shape))

@@ -1,4 +1,5 @@
-"""A dataset that grows by rows, through HDF5's own calls: a step has fifty, and h5py takes several times longer."""
+"""A dataset that grows by rows, through HDF5's own calls: a step needs fifty, for which h5py takes several times
+longer."""
 
 from __future__ import annotations
 
@@ -25,9 +26,9 @@ class Growing:
 
     @staticmethod
     def create(group: Any, name: str, first: ArrayLike) -> Growing:
-        """A new dataset of the rows ``first`` (n, ...); a chunk holds as many, or more where they are small.
+        """A new dataset of the rows ``first`` (n, ...); a chunk holds as many, or more if they are small.
 
-        No chunk is larger than is read.
+        No chunk is larger than the limit of readers.
         """
         rows = np.asarray(first)
         many = max(len(rows), CHUNK // max(rows[:1].nbytes, 1), 1)
@@ -53,13 +54,13 @@ class Growing:
         self.rows += len(rows)
 
     def cut(self, rows: int) -> None:
-        """Leave out the rows from number ``rows`` on."""
+        """Truncate the dataset to so many ``rows``."""
         self._id.set_extent((rows, *self._shape))
         self.rows = rows
 
 
 def _cut(chunk: tuple[int, ...], itemsize: int) -> tuple[int, ...]:
-    """A chunk divided along its first directions until it has no more bytes than is read."""
+    """A chunk divided along its first directions until its size is within the limit of readers."""
     sizes = list(chunk)
     for k, size in enumerate(sizes):
         pieces = -(-prod(sizes) * itemsize // LARGEST_CHUNK)

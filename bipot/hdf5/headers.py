@@ -1,10 +1,10 @@
-"""Headers of objects, looked at in the bytes of a file before HDF5 opens them.
+"""Headers of objects, checked in the bytes of a file before HDF5 opens the objects.
 
-Trees, heaps and arrays of chunks that HDF5 1.8 and 1.10 brought can be crafted so that HDF5 2.0 divides by zero, reads
-what is not its own, or never ends, as soon as an object is opened that has them. Writers use them where a group or an
-object's attributes are many, or are asked to (``libver="latest"``); what has none withstands damage, which ``python -m
-tests.corpus.flips`` measures. So objects are plain where their header holds all links and attributes, or leads to the
-oldest trees alone.
+Trees, heaps and arrays of chunks introduced by HDF5 1.8 and 1.10 can be crafted so that HDF5 2.0 divides by zero, reads
+out of bounds, or never returns as soon as such an object is opened. Writers use these forms for groups with many links,
+for many attributes, or on request (``libver="latest"``). Files without them withstand damage, as
+``python -m tests.corpus.flips`` measures. An object is plain if its header holds all links and attributes, or refers to
+the oldest trees only.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SIGNATURE, HEADER = b"\x89HDF\r\n\x1a\n", b"OHDR"
 """First bytes of a file, and of the newer kind of header."""
 
 LAYOUT, LINKS, ATTRIBUTES, CONTINUATION = 8, 2, 21, 16
-"""Types of messages of a header that say where more is."""
+"""Types of messages of a header that refer to further pieces."""
 
 PLAIN = {0, 1, 3, 4, 5, 6, 7, 10, 11, 12, 13, 14, 17, 18, 22, LAYOUT, LINKS, ATTRIBUTES, CONTINUATION}
 """Types of messages that a plain object may have."""
@@ -33,7 +33,7 @@ IN_ONE_PIECE = (b"\0", b"\1")
 """Classes of a layout, of any version, that needs no tree."""
 
 NOWHERE = b"\xff" * 8
-"""Address of a heap that there is not."""
+"""Address of a missing heap."""
 
 LARGEST_HEADER = 2**20
 """Bytes of all pieces of one header: HDF5 writes far shorter ones."""
@@ -57,7 +57,7 @@ def require_plain_file(source: Source) -> None:
 
 
 def require_plain(source: Source, field: str, address: int) -> None:
-    """Refuse an object whose header, at that address, leads to what is not plain."""
+    """Refuse an object whose header, at that address, refers to forms that are not plain."""
     for kind, flags, body in _messages(source, field, address):
         plain = kind in PLAIN and not flags & SHARED
         source.require(plain, f"{field}: type of a message of its header", kind, WORDS)

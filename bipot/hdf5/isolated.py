@@ -1,7 +1,7 @@
-"""A reader in a process of its own, for files that may be crafted to end it.
+"""A reader in a process of its own, for files that may be crafted to crash it.
 
-HDF5 opens a dataset by its header before anything can be asked of it, and some headers that no writer makes end the
-process or keep it for ever; no check in Python comes before. Another process costs about the import of this library.
+HDF5 opens a dataset by its header before Python can check anything, and some headers, which no writer makes, crash the
+process or block it for ever. Another process costs about the import of this library.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from bipot.errors import BipotError
 from bipot.hdf5.source import Refusal
 
 SECONDS = 60.0
-"""After which a file counts as one that is never read."""
+"""Time after which reading a file counts as blocked."""
 
 
 def isolated(reader: str, path: str | Path, refuse: Refusal, *, seconds: float = SECONDS, **options: Any) -> Any:
-    """What ``reader``, ``"module:function"``, makes of the path and the options, or the error it raises.
+    """The result of ``reader``, ``"module:function"``, for the path and the options, or the error that it raises.
 
     Raises:
-        BipotError: the reader's, or what ``refuse`` makes of the message that reading ended the process or took longer.
+        BipotError: that of the reader, or of ``refuse`` with the message that reading crashed or took too long.
     """
     command = [sys.executable, "-c", f"from {__name__} import serve; serve({reader!r})"]
     # The same packages as here, wherever they were found.
@@ -44,7 +44,7 @@ def isolated(reader: str, path: str | Path, refuse: Refusal, *, seconds: float =
 
 
 def serve(reader: str) -> None:
-    """The other side: write what the reader makes of the request in standard input, or its error."""
+    """The other process: write the reader's result for the request in standard input, or its error."""
     module, function = reader.split(":")
     path, options = pickle.load(sys.stdin.buffer)
     try:

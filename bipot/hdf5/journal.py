@@ -1,17 +1,17 @@
-"""A file that is written whole or not at all: HDF5 writes to memory, and what it wrote is put on disk by a journal.
+"""A file that is written whole or not at all: HDF5 writes to memory, and a journal puts its writes on disk.
 
-HDF5 changes bytes here and there, so that a process killed meanwhile leaves a file that nobody can read, and where the
-disk is full the library's own clean-up may crash. :class:`Journaled` is the file object that h5py is given instead: its
-writes cannot fail, for they are kept as pages in memory. :meth:`Journaled.commit` then puts them on disk:
+HDF5 changes bytes in many places, so a process killed meanwhile leaves an unreadable file, and on a full disk the
+library's own clean-up may crash. :class:`Journaled` is the file object that h5py is given instead: its writes cannot
+fail, because they are kept as pages in memory. :meth:`Journaled.commit` then writes them to disk:
 
-1. pages behind what was committed go there at once: nothing refers to them yet;
+1. pages behind the committed ones are written at once, since nothing refers to them yet;
 2. pages that replace committed ones go into a journal beside the file, which ends with a checksum;
-3. they go into the file, and the journal is deleted.
+3. these are written into the file, and the journal is deleted.
 
 Killed before the journal is complete, the file is that of the last commit; afterwards it is the new one, once the
-journal's pages are applied: by whoever writes next (:func:`recover`), in memory by whoever reads (:func:`reading`).
-A journal tells what the pages were that it replaces: it is applied to no other file, and to no other state of it.
-The order holds for a process that ends, not for a machine that loses power, which would cost a wait for the disk.
+journal's pages are applied: by the next writer (:func:`recover`), or in memory by a reader (:func:`reading`). A journal
+identifies the pages that it replaces, so it is applied to no other file and to no other state of it. This order is
+safe if the process ends, but not if the machine loses power, which would require waiting for the disk.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from bipot.hdf5.pages import PAGE, ForeignJournal, Pages, journal_of, journal_te
 
 
 class Buffer(Protocol):
-    """What is written or read into, as h5py gives it."""
+    """A buffer to write or read into, as h5py gives it."""
 
     def __len__(self) -> int: ...
 
 
 def recover(path: Path) -> bool:
-    """Finish or forget a commit that was interrupted, before the file is written again; whether there was one.
+    """Finish or discard an interrupted commit before the file is written again; returns whether there was one.
 
     Raises:
         ForeignJournal: it was one of another file.
@@ -57,7 +57,7 @@ class Journaled(io.RawIOBase):
 
     Attributes:
         path: of the file, ``name`` the same as a text.
-        failed: whether a commit failed, or what was written is not to be kept: nothing more is put on disk.
+        failed: whether a commit failed, or writes are to be discarded: nothing more is put on disk.
     """
 
     def __init__(self, path: Path, descriptor: int | None, pages: Pages, *, writable: bool) -> None:
@@ -82,12 +82,12 @@ class Journaled(io.RawIOBase):
         return True
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Go to a place."""
+        """Set the position."""
         self._position = {io.SEEK_SET: 0, io.SEEK_CUR: self._position, io.SEEK_END: self._size}[whence] + offset
         return self._position
 
     def tell(self) -> int:
-        """The place."""
+        """The position."""
         return self._position
 
     def truncate(self, size: int | None = None) -> int:
@@ -96,7 +96,7 @@ class Journaled(io.RawIOBase):
         return self._size
 
     def readinto(self, buffer: Buffer) -> int:  # type: ignore[override]
-        """Read what is there, from memory where that is newer than the disk."""
+        """Read from memory where it is newer than the disk."""
         view = memoryview(buffer).cast("B")  # type: ignore[arg-type]
         end, done = min(self._position + len(view), self._size), 0
         while self._position < end:
@@ -126,7 +126,7 @@ class Journaled(io.RawIOBase):
     # What a writer calls.
 
     def commit(self) -> None:
-        """Put on disk what was written since the last commit: all of it, or none.
+        """Write to disk everything since the last commit: all of it, or none.
 
         Raises:
             OSError: it cannot be written; the file on disk is whole, and nothing is written to it any more.
@@ -225,7 +225,7 @@ def _put(descriptor: int, pages: Pages) -> None:
 
 
 def _all(descriptor: int, data: bytes | bytearray) -> None:
-    """Write all of it: the system may take a part, and say why only when asked to go on."""
+    """Write everything: the system may write a part, and report the reason only at the next attempt."""
     view = memoryview(data)
     while len(view):
         view = view[os.write(descriptor, view) :]

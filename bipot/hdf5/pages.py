@@ -1,4 +1,5 @@
-"""The pages of a file, and the journal beside it that tells which are to be replaced, what they were and will be."""
+"""The pages of a file, and the journal beside it with the pages to be replaced, their old checksums and new
+contents."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 PAGE = 4096
-"""Bytes that are read, kept and written together."""
+"""Bytes of a page."""
 
 MAGIC = b"bipot journal 2\n"
 COUNT, PLACE, SUM = struct.Struct("<q"), struct.Struct("<qI"), struct.Struct("<I")
@@ -20,7 +21,7 @@ Pages = Mapping[int, bytes | bytearray]
 
 
 def journal_of(path: Path) -> Path:
-    """Where the journal of a file is."""
+    """The path of a file's journal."""
     return path.with_name(f"{path.name}.journal")
 
 
@@ -33,11 +34,11 @@ def journal_text(descriptor: int, pages: Pages) -> bytes:
 
 
 class ForeignJournal(OSError):
-    """A journal beside a file that it was not written for, as where one of both was copied from elsewhere."""
+    """A journal beside a file for which it was not written, as when one of them was copied from elsewhere."""
 
 
 def pages_in(path: Path) -> dict[int, bytes]:
-    """The pages in the complete journal of a file; none where there is no journal, or one that was not finished.
+    """The pages in the complete journal of a file; none if there is no journal, or an unfinished one.
 
     Raises:
         ForeignJournal: the file's pages are neither what they were for the journal nor what it makes of them.

@@ -1,4 +1,4 @@
-"""The file that is being read: what messages and limits need to know of it, and how its refusals are worded."""
+"""The file that is being read: its name and limits, and the wording of refusals."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Refusal = Callable[[str], BipotError]
 """Makes the error of a message."""
 
 SHOWN = 80
-"""Characters of a value that a message shows: a file can hold any."""
+"""Largest number of characters of a value in a message."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """A file by its name in messages, its bytes, and the largest array, in bytes, that is taken from it.
+    """A file with its name in messages, its bytes, and the size, in bytes, of the largest array that is read.
 
-    ``newest`` tells that objects are opened that are not plain (:mod:`bipot.hdf5.headers`).
+    ``newest`` allows objects that are not plain (:mod:`bipot.hdf5.headers`).
     """
 
     path: str
@@ -46,7 +46,7 @@ class Source:
 
     @contextmanager
     def reading(self, field: str) -> Iterator[None]:
-        """Whatever is met inside is said as this file's refusal, with the name of the field."""
+        """Errors inside are reported as this file's refusal, with the name of the field."""
         try:
             yield
         except BipotError:

@@ -1,7 +1,7 @@
-"""Where the numbers of a dataset lie in its file, asked before any is read.
+"""Storage of a dataset's numbers in its file, checked before any is read.
 
-A dataset may declare any size: what is not stored in this file, whole, is refused. A compressed chunk is decoded here
-up to its declared size, because HDF5 grows its buffer to whatever the stream holds.
+A dataset may declare any size: numbers that are not completely stored in this file are refused. A compressed chunk is
+decoded here up to its declared size, because HDF5 enlarges its buffer to the size of the stream.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ CHECKSUM = 4
 """Bytes that Fletcher's checksum adds to a chunk."""
 
 LEAST_ROOM = 64
-"""Bytes that a chunk may be longer stored than decoded: noise cannot be compressed."""
+"""Bytes by which a stored chunk may exceed the decoded one, because noise cannot be compressed."""
 
 
 def require_own(source: Source, field: str, dataset: DatasetID) -> None:
@@ -73,7 +73,7 @@ def _require_contiguous(source: Source, field: str, dataset: DatasetID) -> None:
 def _require_chunks(source: Source, field: str, dataset: DatasetID, start: int, stop: int) -> None:
     """Refuse rows whose chunks are not there, or not of the declared size once decoded.
 
-    Where several share one place, few bytes declare many: all together must not have more than the file.
+    Several chunks may share one place, so that few bytes declare many: in total they must not exceed the file.
     """
     shape, chunk = dataset.shape, dataset.get_create_plist().get_chunk()
     decoded = prod(chunk) * dataset.dtype.itemsize
@@ -98,7 +98,7 @@ class _Grid:
     counts: tuple[int, ...]
 
     def places(self) -> Iterator[tuple[int, ...]]:
-        """One after another: a list of them would be as long as a file declares."""
+        """One after another, because a list would be as long as a file declares."""
         for number in range(prod(self.counts)):
             index = np.unravel_index(number, self.counts)
             row, *others = (int(k) * c for k, c in zip(index, self.chunk, strict=True))
@@ -113,7 +113,7 @@ class _Grid:
 def _require_decoded(
     source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int, filters: list[int]
 ) -> None:
-    """Chunks that went through filters, asked for one by one: their index may tell any number of them."""
+    """Check filtered chunks one by one, because their index may list any number of them."""
     room, stored = bytearray(decoded + decoded // 100 + LEAST_ROOM), 0
     for place in grid.places():
         # What is longer than the room is refused before it is read.
@@ -125,7 +125,7 @@ def _require_decoded(
 
 
 def _require_listed(source: Source, field: str, dataset: DatasetID, grid: _Grid, decoded: int) -> None:
-    """Chunks as they are: HDF5 reads as many bytes as their index tells, into what it takes for one of them."""
+    """Check unfiltered chunks: HDF5 reads as many bytes as their index says into the buffer of one chunk."""
     wanted, listed, found = prod(grid.counts), 0, set()
     stored = wanted * decoded
     source.require(stored <= source.size, f"{field}: bytes of its chunks", stored, f"at most {source.size}")
@@ -158,7 +158,7 @@ def _filters(source: Source, field: str, dataset: DatasetID) -> list[int]:
 
 
 def _decoded_length(data: memoryview, skipped: int, filters: list[int], declared: int) -> int | str:
-    """Bytes of a chunk after its filters, or why there are none; never decodes more than ``declared`` and some."""
+    """Bytes of a chunk after its filters, or why there are none; decodes no more than slightly above ``declared``."""
     import h5py
 
     length = len(data)

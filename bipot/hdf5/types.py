@@ -19,7 +19,7 @@ STANDARD = {"f": "IEEE_F", "i": "STD_I", "u": "STD_U"}
 def require_kind(source: Source, field: str, item: DatasetID | AttrID, kind: str) -> None:
     """Refuse a type that is none of the standard ones of the letters in ``kind``.
 
-    The type is compared as HDF5 holds it: no NumPy type is made of one that a file can shape at will.
+    The type is compared in HDF5's form: no NumPy type is made of a type that a file controls.
     """
     import h5py
 
