@@ -65,7 +65,7 @@ class Recorder:
         ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, columns or scene
             (names the field), or another process writes there, or it cannot be written.
         SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
-        scene.
+            scene.
     """
 
     def __init__(

@@ -42,7 +42,7 @@ def read(file: Path, what: Callable[[Run], T]) -> T:
 
     Raises:
         ResultsError: it cannot be read, or its contents are not those of a run; the message names file, field and
-        value.
+            value.
     """
     for _ in range(TRIES):
         before, failure = _seen(file), None
