@@ -1,9 +1,9 @@
-"""The seed paper's scheme as written, as one switch: for comparison, not for accuracy.
+"""The seed paper's scheme as written, in one function: for comparison, not for accuracy.
 
 Strain and equilibrium on x_n (30), the continuum C^ep of (10), one penalised program (29) an increment with the
 threshold and traction of the last one, the stress by radial return after it; nothing is iterated to equilibrium.
-Total stress is carried, so what an increment leaves out of balance loads the next. The program is linearised at the
-velocity of the last increment, which tells points that flow from points that do not.
+Total stress is carried, so an imbalance left by an increment loads the next. The program is linearised at the
+velocity of the last increment, which distinguishes points that flow from points that do not.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import Any
 
 
 class Progress:
-    """Told how far a run is: started once with a title, advanced to fractions of its path, closed. Says nothing."""
+    """Receives the progress of a run: started once with a title, advanced to fractions of its path, closed. Silent."""
 
     def start(self, title: str) -> None:
         """A run of this title begins at 0."""

@@ -62,7 +62,7 @@ def deviatoric_basis(size: int) -> FloatArray:
 
 
 def contract(t: FloatArray, table: FloatArray) -> FloatArray:
-    """t table, (…, s) and (s, m) -> (…, m): one product of matrices, where ``@`` makes one for each leading index."""
+    """t table, (…, s) and (s, m) -> (…, m), as one product of matrices, where ``@`` makes one per leading index."""
     return (t.reshape(-1, t.shape[-1]) @ table).reshape(*t.shape[:-1], table.shape[1])
 
 

@@ -1,8 +1,8 @@
 r"""Tractions of contact forces on the contact line, and the status of its points.
 
 Where contact is posed in the mean around the ends of edges (:mod:`bipot.contact.sampling`), the forces are those of a
-traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, the cone being
-convex, sign and cone in between; it comes down to zero at the first open point. :func:`tractions` gives it.
+traction, t = sum_p t_p psi_p with t_p = r_p / int psi_p dA, which obeys the law at the points and, because the cone is
+convex, sign and cone between them; it falls to zero at the first open point. :func:`tractions` gives it.
 
 Where contact is posed at nodes, the law is posed on forces; a traction is recovered, not solved for. The contact line
 of a tool is made of the current edges of its candidate boundaries of which at least two nodes are closed, with
@@ -17,15 +17,15 @@ and cone because the forces do:
     edge means   t_e = sum_i (A_ei/A_i) r_i / A_e,          :func:`edge_tractions`, what figures draw,
     consistent   M t = r,  M_ij = sum_e int_e N_i N_j dA,   :func:`consistent_tractions`.
 
-Edge means keep the resultant and smooth: a jump between two edges shows by five sixths. Nodal values are exact where
-the traction is linear on equal straight edges, else of order two, and their quotient is that of the forces: a slipping
-node is on the envelope. At the axis of a ring A_i vanishes, and with it the force: where A_i is less than
+Edge means preserve the resultant and smooth: of a jump between two edges they show five sixths. Nodal values are exact
+where the traction is linear on equal straight edges, else of order two. Their quotient is that of the forces, so a
+slipping node is on the envelope. At the axis of a ring A_i vanishes, and with it the force: where A_i is less than
 :data:`LEAST_SHARE` of the edges around, the node takes their mean, of order one. The consistent recovery is exact for
 quadratic tractions, but its inverse has negative entries: where forces alternate from corner to mid-side its nodal
 values change sign and leave the cone. It serves where that oscillation, or an error in the mass norm, is measured.
 
-Where a support holds the tangent, or symmetry, the shear is zero: the support carries that force, not the tool. Of a
-mean a support holds the tangent where it holds that of all its nodes; where only of some, it rubs by the others.
+Where a support or symmetry holds the tangent, the shear is zero: the support carries that force, not the tool. A mean's
+tangent is held where that of all its nodes is; where only some are held, it rubs by the others.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ LEAST_SHARE = 0.05
 
 @dataclass(frozen=True)
 class Traction:
-    """What each candidate carries and does: pressure (c,) and shear (c,) along t, status (c,), thresholds.
+    """Tractions and status of the candidates: pressure (c,) and shear (c,) along t, status (c,), thresholds.
 
     In space, where there are two tangents, the shear is the length of its vector.
 
@@ -75,7 +75,7 @@ class Traction:
 
 
 def traction(iterate: Iterate, r: Floats) -> Traction:
-    """Traction and status of contact forces r (c, d) of all candidates at the iterate, where that is in equilibrium."""
+    """Traction and status for contact forces r (c, d) of all candidates at the iterate, where it is in equilibrium."""
     force_tol, slip_tol = force_threshold(r), SLIP_TOLERANCE * iterate.length
     rows = iterate.rows
     pressure, shear = tractions(iterate.increment.system.candidates, iterate.balanced, r, carries(r), rows)
@@ -88,10 +88,10 @@ def tractions(
 ) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) of forces r (c, d) on the line through ``closed`` candidates, NaN elsewhere.
 
-    Within sign and cone, or what a cap of ``rows`` leaves of it, to the last digit, whatever the forces are: they are
-    projected. Where Coulomb's law holds that takes away what they miss by round-off of an accepted increment. A weld
-    may pull besides: on an edge of the line its tension then is the pressure 0, and its shear is left as it is, so
-    pressures have not the forces' resultant; r holds the tension.
+    They are projected, so sign and cone (or its part below a cap of ``rows``) hold to the last digit for any forces.
+    Where Coulomb's law holds, the projection only removes the round-off of an accepted increment. A weld may also pull:
+    on an edge of the line its tension is then reported as pressure 0 and its shear is unchanged, so pressures do not
+    have the forces' resultant; r contains the tension.
     """
     mu = candidates.mu if rows is None else _quotients(candidates.mu, r, rows)
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)
@@ -145,7 +145,7 @@ def edge_tractions(nodes: Floats, edges: Ints, geometry: Geometry, forces: Float
 
 
 def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
-    """Of nodal ``forces`` (``count``, k) what the edges (f, n) take, (f, k), by their nodes' areas ``own`` (f, n)."""
+    """Shares (f, k) of nodal ``forces`` (``count``, k) on the edges (f, n), by their nodes' areas ``own`` (f, n)."""
     # A strongly distorted ring edge at the axis may have a small negative one.
     part, total, number = np.maximum(own, 0.0), np.zeros(count), np.zeros(count)
     np.add.at(total, edges, part)
@@ -157,8 +157,8 @@ def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
 def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:
     """Pressure and shear (c,) by the consistent mass, as :func:`tractions` but not within sign and cone.
 
-    Of weighted points they are the :func:`multipliers`. At the axis of a quadratic mesh the row of M sums to zero but M
-    is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is left out. In space the
+    For weighted points they are the :func:`multipliers`. At the axis of a quadratic mesh the row of M sums to zero, but
+    M is regular, so nothing is lumped. Where a support holds the tangent the row of the shear is omitted. In space the
     shear is the length of its vector.
     """
     pressure, shear = np.full(len(r), np.nan), np.full(len(r), np.nan)

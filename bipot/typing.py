@@ -1,4 +1,4 @@
-"""Array aliases, and how an array inside a frozen object is kept from being written to."""
+"""Array aliases, and read-only arrays for frozen objects."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def as_numbers(values: object, field: str) -> Floats:
 def make_floats(made: object, *fields: str, of: str = "") -> None:
     """Make floats of the numbers in these ``fields`` of a frozen object, called ``of`` + field in messages.
 
-    A scalar of NumPy would bring its own precision to all that is computed with it.
+    A NumPy scalar would impose its own precision on everything computed with it.
 
     Raises:
         SceneError: one is no number that a float can hold.

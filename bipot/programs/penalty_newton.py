@@ -1,14 +1,14 @@
 r"""Semismooth Newton on the penalised program, on the sparse system: the fast route.
 
-Written in x alone, Psi bends so sharply where a point sticks (over s/K_t) that Newton hops across. With the forces r
-as unknowns too the same optimality conditions read, for any rho > 0 and per contact,
+In x alone, Psi bends so sharply at a sticking point (over s/K_t) that Newton jumps across it. With the forces r as
+additional unknowns the same optimality conditions are, for any rho > 0 and per contact,
 
     K x - f - G' r = 0,    r = P(r - rho (m + (r - t_0)/K_c)),    m = (max(g0, 0) + du_n, du_t),
 
-P the projection on r_n >= 0 and on the disc |r_t| <= s, K_c the penalties. rho is the body's mean stiffness, so that
-sticking and sliding are told apart by forces of the body's size; eliminating r leaves K + G' D G, symmetric positive
-definite. Should the full steps not get there, Newton with line search on the convex Psi takes over. It looks for the
-sign change of the slope g(x + a d) . d, which stays meaningful down to round-off, where differences of Psi do not.
+with P the projection on r_n >= 0 and on the disc |r_t| <= s, and K_c the penalties. rho is the body's mean stiffness,
+so sticking and sliding are distinguished by forces of the body's size. Eliminating r leaves K + G' D G, symmetric
+positive definite. If the full steps do not converge, Newton with line search on the convex Psi takes over. It seeks the
+sign change of the slope g(x + a d) . d, which is accurate down to round-off, unlike differences of Psi.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from bipot.typing import Floats
 
 STEPS = 40
 SEARCHES = 100
-"""Full steps before the line search takes over, and how many of those."""
+"""Full steps before the line search takes over, and the number of line searches."""
 
 SOLVED = 1e-9
 EXACT = 1e-13
@@ -49,7 +49,7 @@ def newton(program: PenaltyProgram, start: Floats) -> Minimum:
     """
     began = time.perf_counter()
     best = _Best(start)
-    # A body that nothing holds runs away; its residual is then no number below LOST, and that is the answer.
+    # A body held by nothing runs away; its residual is then above LOST or no number, which is the answer.
     with np.errstate(over="ignore", invalid="ignore"):
         if not _full_steps(program, start, best):
             _searches(program, best)
@@ -61,7 +61,7 @@ def newton(program: PenaltyProgram, start: Floats) -> Minimum:
 
 @dataclass
 class _Best:
-    """The point of least residual so far, how long ago it came, and how many factorisations were spent."""
+    """The point of least residual so far, its age, and the number of factorisations spent."""
 
     x: Floats
     error: float = np.inf
@@ -69,7 +69,7 @@ class _Best:
     iterations: int = 0
 
     def settles(self, program: PenaltyProgram, x: Floats) -> bool:
-        """Take ``x`` in if it is better; whether there is nothing left to gain."""
+        """Record ``x`` if it is better; returns whether nothing is left to gain."""
         error = float(np.abs(program.gradient(x)).max() / program.largest(x))
         self.waited = self.waited + 1 if error >= self.error / 2 else 0
         if error < self.error:

@@ -1,4 +1,4 @@
-r"""The condensed penalised program given to optimisers of others, where the paper used MINOS.
+r"""The condensed penalised program solved by external optimisers, where the paper used MINOS.
 
 SciPy's trust-region method takes value, gradient and generalised Hessian; L-BFGS the first two only. Both work in
 y = L' x with L L' the condensed stiffness plus the penalties, a change of variables that leaves the contact's kinks
@@ -61,7 +61,7 @@ class Whitened:
 
 
 class _Stalled:
-    """Ends a trust-region run whose steps are refused: at round-off of Psi its radius would shrink for ever."""
+    """Ends a trust-region run whose steps are rejected: at round-off of Psi its radius would shrink for ever."""
 
     def __init__(self, y: Floats) -> None:
         self.last, self.refused = y, 0
@@ -84,7 +84,7 @@ def gradient_only(program: PenaltyProgram, start: Floats) -> Minimum:
 
 
 def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: float) -> Minimum:
-    # scipy.optimize takes long to import, and no other optimiser asks for it.
+    # scipy.optimize takes long to import, and no other optimiser needs it.
     from scipy.optimize import minimize
 
     began = time.perf_counter()
@@ -106,7 +106,7 @@ def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: fl
 def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Minimum:
     """Minimise through cvxpy and Clarabel to the first of ``accuracies`` that is claimed met.
 
-    When none is, the answer of least residual stands, as almost solved. Iterations and seconds are those of all
+    If none is, the answer of least residual is returned as almost solved. Iterations and seconds are those of all
     attempts. Raises ProgramError and its kin when no attempt gave an answer.
     """
     began = time.perf_counter()

@@ -1,13 +1,13 @@
 r"""Semismooth Newton on a tangent program, from an interior-point answer or from any other.
 
 Interior points stall where strict complementarity fails (the axis node of a quadratic mesh carries no force and no
-gap). The natural map of the same program has no such trouble once the right pieces are chosen:
+gap). The natural map of the same program does not, once the right pieces are chosen:
 
     K dU - f - G' r = 0,   r_n = (r_n - rho gap)+,   r_t = projection of (r_t - rho slip) on the disc of radius s,
 
 with s frozen (or De Saxce's shift, :class:`ShiftedCone`), or s = mu (r_n)+ for exact Coulomb friction on the same
-quadratic model (then unsymmetric, and only a step of the fixed point on s: the result counts only if it is exact). A
-step is that of :mod:`bipot.programs.newton`, factorised anew only where a contact has changed its piece.
+quadratic model (then unsymmetric, and its result is used only if it is exact). A step is that of
+:mod:`bipot.programs.newton`, with a new factorisation only where a contact has changed its piece.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ ITERATIONS = 12
 EXACT = 1e-10
 
 RUNAWAY = 1e100
-"""A step or a force above this, in the program's own units, has next to no square, and leads nowhere."""
+"""A step or a force above this, in the program's own units, nearly overflows when squared: the iteration diverges."""
 
 
 def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats]:
-    """The program's own answer to round-off, from (x (n,), r (c, d)); the start if Newton worsens it."""
+    """The program's answer to round-off, from (x (n,), r (c, d)); the start if Newton makes it worse."""
     terms, scale = program.contact, _scale(program)
 
     def at(motion: Floats, r: Floats) -> Law:
@@ -89,5 +89,5 @@ def _newton(
 
 
 def _scale(program: TangentProgram) -> Floats:
-    """What balances force against motion at each contact (c,): the mean stiffness, softened."""
+    """The scale between force and motion at each contact (c,): the mean stiffness, softened."""
     return np.full(program.contact.rows.count, SOFTENED * float(program.K.diagonal().mean()))

@@ -1,4 +1,4 @@
-r"""The contact terms of every exact program, as cone rows and back: gap, friction with a part frozen, ties.
+r"""The contact terms of every exact program as cone rows, and the forces from their duals: gap, friction, ties.
 
     G_n dU + g >= 0                 dual r_n,
     t >= |G_t dU + w_t|, cost s t   dual (s, r_t) with |r_t| <= s,
@@ -10,8 +10,8 @@ With De Saxce's shift frozen instead of the threshold, the two first are one con
 
     G_n dU + g + shift >= mu |G_t dU + w_t|   dual (r_n, r_t / mu), so |r_t| <= mu r_n.
 
-Where shift = mu |G_t dU + w_t| the gap condition is left. Shift zero is not Coulomb's law but the associated one, whose
-sliding opens the contact.
+Where shift = mu |G_t dU + w_t| this reduces to the gap condition. A zero shift is not Coulomb's law but the associated
+one, whose sliding opens the contact.
 """
 
 from __future__ import annotations
@@ -133,7 +133,7 @@ class ContactTerms:
         return r
 
     def statement(self, dU: cp.Variable) -> ContactStatement:
-        """The same as one states it in cvxpy on the displacement variable ``dU``.
+        """The same terms stated in cvxpy on the displacement variable ``dU``.
 
         Cost s' t, G_n dU + g >= 0, (t_c, G_t,c dU + w_c) in the second-order cone, ties as equalities; or, with the
         shift frozen, (G_n,c dU + g_c + shift_c, mu G_t,c dU + mu w_c) in it and no cost.
