@@ -1,4 +1,4 @@
-"""Where the iteration of an increment starts: where the last motion leads."""
+"""The start of an increment's iteration, predicted from the last motion."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ from bipot.schedule import SAME
 from bipot.typing import Floats
 
 SHORT = 0.01
-"""Motion over the body's size up to which a start is looked at: in longer increments a smooth motion is as far off."""
+"""Motion over the body's size up to which a start is examined: in longer increments a smooth motion is as far off."""
 
 FAR = 0.3
-"""Equilibrium (:class:`bipot.certificate.Balance`) from which on a start is so far off that another one is tried."""
+"""Imbalance (:class:`bipot.certificate.Balance`) of a start from which on another one is tried."""
 
 NEARER = 0.7
-"""What that must be of it to be taken: equilibrium does not tell how far the tools have still to go."""
+"""Fraction of it below which the other start is taken: the imbalance does not include the remaining travel of tools."""
 
 
 def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
-    """The iterate predicted; of a short increment, where that is far off, the last velocity kept if nearer to balance.
+    """The predicted iterate; in a short increment where it is far off, that of the last velocity if nearer to balance.
 
-    Next to a landing the velocity turns from increment to increment: extrapolated, it may lead away from the answer.
+    Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
+    the answer.
 
     Raises:
-        InvertedElement: what is predicted folds an element.
+        InvertedElement: the prediction folds an element.
     """
 
     def unbalanced(iterate: Iterate) -> float:
@@ -50,12 +51,12 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
 
 
 def predicted(increment: Increment, pace: Pace) -> Floats:
-    """Displacement (n,) to start from: the last motion goes on, unless the contacts tell that it does not.
+    """Starting displacement (n,): the last motion continued, unless the contacts indicate a reversal.
 
-    Where no tool, support or load moves or changes, nothing drives it: it stays, for its material knows no time. Where
-    tools turn back, the forces of the start do work over no motion, which leaves gaps that they push open; and more of
-    it over the last motion, which opens them further. From a corner of a path or an amplitude on, the last motion says
-    nothing of the next: what was fast may be slow.
+    Where no tool, support or load moves or changes, the body stays, because the material is rate-independent. Where
+    tools reverse, no motion leaves gaps that the forces at the start push open, so these do work; continuing the last
+    motion opens the gaps further, with more work. At a corner of a path or an amplitude the last motion says nothing of
+    the next one.
     """
     start, rows = increment.start, increment.rows
     x = increment.system.body.space.gather(pace.predict(start, increment.tau))

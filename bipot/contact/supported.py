@@ -52,7 +52,7 @@ def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> Drive
 
 
 def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
-    """Slips (c, d - 1) along the tangents where supports hold or drive all of it; zero elsewhere, or next to normal.
+    """Slips (c, d - 1) along tangents that supports fully hold or drive; zero elsewhere, or if nearly normal.
 
     In an increment of ``travel`` (k, d) of the tools along their paths, of which ``driven`` (a, d) is prescribed.
     """
@@ -85,7 +85,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
 
 
 def _led_off(candidates: Candidates, travel: Floats, driven: Floats) -> Bools:
-    """Candidates (c,) that supports hold, or drive, along some direction otherwise than their tool goes on its path.
+    """Candidates (c,) that supports hold or drive, along some direction, differently from the motion of their tool.
 
     Of nodes, at flat tools that no force drives: one may take its tool to where the node is.
     """
