@@ -83,7 +83,7 @@ class Tangent:
 
     def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
         """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
-        frames = cache.frames(program, iterate)
+        frames = cache.frames(program.contact.rows, iterate)
         small = condense(program, cache.split(program)) if pays(program) else None
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.

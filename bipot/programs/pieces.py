@@ -162,33 +162,33 @@ def _capped(rows: ContactRows, r_n: Floats, pushing: Bools) -> tuple[Floats, Flo
 
 
 @dataclass(frozen=True)
-class ShiftedCone:
-    """r - P_K(r - scale (u + shift n)), K = {|r_t| <= mu r_n}, linearised: the associated law of a shifted motion.
+class Mapped:
+    """A law that is a map of motion and forces, linearised: value ``miss`` (c, d), derivatives (c, d, d), scale (c,).
 
-    Exact Coulomb friction where De Saxce's ``shift`` is mu |du_t|. ``miss`` (c, d) is its value there.
+    ``none`` (c, d) are the forces that it says are none.
     """
 
     miss: Floats
     by_motion: Floats
     by_force: Floats
     scale: Floats
+    none: Bools
 
     @staticmethod
-    def of(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> ShiftedCone:
-        """At motion and forces (c, d), with ``shift`` (f,)."""
+    def shifted_cone(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> Mapped:
+        """r - P_K(r - scale (u + shift n)), K = {|r_t| <= mu r_n}: the associated law of a shifted motion.
+
+        Exact Coulomb friction where De Saxce's ``shift`` (f,) is mu |du_t|. At motion and forces (c, d).
+        """
         u, one = motion.copy(), np.eye(1 + rows.tangents)
         u[rows.frictional, 0] += shift
         stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
         pull = scale[:, None] * u
         slope = np.where(stuck[..., None], one, cone_slope(r - pull, rows.rubbing))
         miss = np.where(stuck, pull, r - project_cone(r - pull, rows.rubbing))
-        return ShiftedCone(miss, scale[:, None, None] * slope, one - slope, scale)
-
-    @property
-    def none(self) -> Bools:
-        """Which forces (c, d) the law says are none: in the polar cone."""
-        polar: Bools = np.all(self.by_motion == 0, axis=(1, 2))
-        return np.broadcast_to(polar[:, None], self.miss.shape)
+        polar = np.all(slope == 0, axis=(1, 2))
+        none = np.broadcast_to(polar[:, None], r.shape)
+        return Mapped(miss, scale[:, None, None] * slope, one - slope, scale, none)
 
     def value(self, motion: Floats, r: Floats) -> Floats:
         """What must vanish (c, d), where it was linearised."""
@@ -196,10 +196,10 @@ class ShiftedCone:
 
     def same(self, other: object) -> bool:
         """Whether the derivatives are the same."""
-        return isinstance(other, ShiftedCone) and np.array_equal(self.by_motion, other.by_motion)
+        return isinstance(other, Mapped) and np.array_equal(self.by_motion, other.by_motion)
 
 
-Law = Pieces | ShiftedCone
-"""A contact law linearised: its value (c, d), that by motion and by force (c, d, d), its scale."""
+Law = Pieces | Mapped
+"""A linearised contact law: value (c, d), derivatives by motion and force (c, d, d), scale, forces that are none."""
 
 L = TypeVar("L", bound=Law)
