@@ -4,17 +4,17 @@ r"""How much the contact pressure of a block alternates from node to node, along
 the amplitudes A_i of what alternates in the pressure of the consistent mass, over the mean pressure of the contact, and
 the amplitude next to the edge alone.
 
-Between landings the node on the edge carries what all of the side above the last landed node will: a peak one element
-wide, which no mesh resolves. It has half an element of the upper face and comes to carry one more, that of the node
-that lands next, so that its nodal pressure, ``edge``, grows to about t = 3 times the others and falls back to them.
-What it has too much, the consistent mass spreads inward as (t - 1) sqrt(3) (-q)^k, k elements from the edge,
-q = 2 - sqrt(3): A_i next to the edge is sqrt(3) (1 + q)^4/16 (t - 1) = 0.28 (t - 1), falling by q from node to node,
-and with m elements to the edge
+The pressure at the edge is that of slip lines around a corner, in plane strain 2k (1 + theta - pi/2), theta being the
+angle between the platen and the side beside it: it grows from 2k to (2 + pi) k as the side turns onto the platen, and
+begins anew when a node of the side has landed. That is a peak one element wide, on any mesh. Where the nodal pressure
+on the edge, ``edge``, is t and all others are one, the consistent mass makes (t - 1) sqrt(3) (-q)^k of what is too much,
+k elements from the edge, q = 2 - sqrt(3): A_i next to the edge is sqrt(3) (1 + q)^4/16 (t - 1) = 0.28 (t - 1), falling
+by q from node to node, and with m elements to the edge
 
-    line = 0.29 (t - 1)/sqrt(m - 3),       0.58/sqrt(m - 3) before a landing,
+    line = 0.29 (t - 1)/sqrt(m - 3),
 
-though nothing alternates. ``inner`` does not feel that peak: nodal pressures are r_i/A_i, node
-by node, and without the edge's own they hold nothing of it. Of consistent pressures that alternate by a they show a/3,
+though nothing alternates. ``inner`` does not feel that peak: nodal pressures are r_i/A_i, node by node, and without the
+edge's own they hold nothing of it. Of consistent pressures that alternate by a they show a/3,
 
     inner = 3 sqrt(mean_i A_i^2) / p_mean,      2 <= i <= m - 3,
 
