@@ -28,7 +28,7 @@ def marched(elements, reduction, increments, layout):
     (one,) = block.cases(block.parser().parse_args(asked))
     scene, accepted = one.scene(), []
     try:
-        for step in march(scene, one.schedule(), Control(Newton(), ())):
+        for step in march(scene, one.schedule(), Control(Newton(), (), cuts=2)):
             accepted.append(step)  # noqa: PERF402 what came before a failure is kept
     except IncrementFailed as failed:
         return scene, accepted, str(failed)
@@ -44,20 +44,20 @@ def check(accepted):
 
 def test_between_planes_it_folds_inside_the_block_however_short_increments_are():
     """At a node inside, where nothing is in contact: no landing and no straight corner is asked about."""
-    scene, accepted, words = marched(4, 0.5, 15, "tensor")
+    scene, accepted, words = marched(4, 0.48, 8, "tensor")
     assert re.search(r"element 42 at .*, at the end of the increment: Jacobian determinant -", words), words
     assert words.endswith("Remesh there: shorter increments fold the element too.")
-    assert 0.45 < 0.5 * accepted[-1].state.tau < 0.46
+    assert 0.44 < 0.48 * accepted[-1].state.tau < 0.46
     (cell,) = scene.mesh.elements[[42]]
     slopes = tabulated_at(Element.H8, Element.H8.places).gradients
     at_corners = np.linalg.det(np.einsum("qka,ki->qia", slopes, accepted[-1].state.nodes[cell]))
-    assert 0 < at_corners.min() < 1e-3 * at_corners.mean()
+    assert 0 < at_corners.min() < 0.1 * at_corners.mean()
     np.testing.assert_allclose(scene.mesh.nodes[cell[at_corners.argmin()]], 3 * 5.0 / 4)
     assert at_corners.max() > 2 * at_corners.mean()
 
 
 def test_fanned_out_it_does_not():
-    scene, accepted, words = marched(4, 0.5, 15, "fanned")
+    scene, accepted, words = marched(4, 0.5, 10, "fanned")
     assert words == "at the end of the path"
     check(accepted)
     assert not any(step.cuts for step in accepted)
