@@ -7,9 +7,9 @@ the amplitude next to the edge alone.
 The pressure at the edge is that of slip lines around a corner, in plane strain 2k (1 + theta - pi/2), theta being the
 angle between the platen and the side beside it: it grows from 2k to (2 + pi) k as the side turns onto the platen, and
 begins anew when a node of the side has landed. That is a peak one element wide, on any mesh. Where the nodal pressure
-on the edge, ``edge``, is t and all others are one, the consistent mass makes (t - 1) sqrt(3) (-q)^k of what is too much,
-k elements from the edge, q = 2 - sqrt(3): A_i next to the edge is sqrt(3) (1 + q)^4/16 (t - 1) = 0.28 (t - 1), falling
-by q from node to node, and with m elements to the edge
+on the edge, ``edge``, is t and all others are one, the consistent mass makes (t - 1) sqrt(3) (-q)^k of what it has too
+much, k elements from the edge, q = 2 - sqrt(3): A_i next to the edge is sqrt(3) (1 + q)^4/16 (t - 1) = 0.28 (t - 1),
+falling by q from node to node, and with m elements to the edge
 
     line = 0.29 (t - 1)/sqrt(m - 3),
 
