@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
+from bipot.meshes.boxes import fanned_box
 from bipot.meshes.cells import Parts, converted, graded, require_room
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded
-from bipot.meshes.layout import Layout, rectangle
+from bipot.meshes.layout import Layout, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
@@ -26,10 +27,12 @@ def brick(
     n_z: int,
     grading: Gradings = (1.0, 1.0, 1.0),
     element: Element = Element.H8,
+    layout: Layout = Layout.TENSOR,
 ) -> Mesh:
     """Block [0, width] x [0, depth] x [0, height], its boundaries left, right; front, back; base, top, axis by axis.
 
-    ``grading`` is of x, y, z. Of tetrahedra six make a hexahedron.
+    ``grading`` is of x, y, z; ``layout`` says how elements meet in the corner of right, back and top
+    (:class:`~bipot.meshes.layout.Layout`). Of tetrahedra six make a hexahedron.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -43,11 +46,16 @@ def brick(
     counts = _counts(n_x=n_x, n_y=n_y, n_z=n_z)
     n_x, n_y, n_z = counts.values()
     _require_solid(element, grading, 3)
-    largest = max(counts, key=lambda name: counts[name])
-    require_room(n_x * n_y * n_z, element, largest, counts[largest])
+    require_layout_room((n_x, n_y, n_z), element, layout, tuple(counts))
     names = "left", "right", "front", "back"
+    if layout is Layout.FANNED:
+        sides = list(zip((width, depth, height), counts.values(), grading, strict=True))
+        far = [graded(0.0, length, n, ratio) for length, n, ratio in sides]
+        near = [graded(0.0, length, n + 1, ratio)[:-1] for length, n, ratio in sides]
+        corners = Element.H8 if element.shape.cube else Element.T4
+        return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
     sides = (0.0, width), (0.0, depth)
-    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], Layout.TENSOR)
+    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], layout)
     return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2]), ("base", "top")), element))
 
 
