@@ -3,12 +3,13 @@
     python -m benchmarks.space [--mu 0.1 0.3] [--sizes 8 12 16] [--reduction 0.3] [--fast] [--out DIR]
 
 Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched in increments of 1 % after
-the start-up in a process of its own, to 30 % for mu = 0.1 and to 20 % for 0.3 unless asked: from 25 % on the last
-elements at the edge of 12 a side fold onto the platen. ``passes_an_increment`` and ``pass_s`` are means once yield has
-spread (from 2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly, factorisation in the
-same order of elimination, found before, and solve, the median of at least 20. ``fill`` are the entries of its factors,
-``seconds`` the whole march, ``peak_MB`` the largest size of the process, units included; ``time_growth`` and
-``factorisation_growth`` are exponents over the unknowns, of ``pass_s`` and ``factorisation_s`` against the size before.
+the start-up in a process of its own, to 30 % unless asked. At mu = 0.3 meshes are fanned out, which have more elements:
+between planes one of 12 a side folds at 25 % (:mod:`studies.block`). ``passes_an_increment`` and ``pass_s`` are means
+once yield has spread (from 2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly,
+factorisation in the same order of elimination, found before, and solve, the median of at least 20. ``fill`` are the
+entries of its factors, ``seconds`` the whole march, ``peak_MB`` the largest size of the process, units included;
+``time_growth`` and ``factorisation_growth`` are exponents over the unknowns, of ``pass_s`` and ``factorisation_s``
+against the size before.
 All times are processor seconds of one thread. Ends with what :data:`LIMITS` allow, and with exit code 1 where one is
 exceeded.
 """
@@ -30,6 +31,7 @@ from benchmarks.split import Split
 from bipot.forms import FormName
 from bipot.forms.memory import ordered
 from bipot.marching import march, system_of
+from bipot.meshes.layout import Layout
 from studies import block
 from studies.command import command, say
 from studies.files import require_writable
@@ -37,10 +39,10 @@ from studies.options import coefficient, count
 from studies.pool import processes
 
 STEP, SPREAD = 0.01, 0.02
-REDUCTIONS = {0.1: 0.3, 0.3: 0.2}
-"""How far each coefficient goes unless asked."""
+REDUCTION, SHORT = 0.3, 0.06
+LAYOUTS = {0.1: Layout.TENSOR, 0.3: Layout.FANNED}
+"""Where sides land, fanned."""
 SIZES = (8, 12, 16)
-SHORT = 0.06
 MB = 1e3
 """Of what :func:`benchmarks.memory.peak` gives."""
 
@@ -51,6 +53,7 @@ class Row:
 
     mu: float
     reduction: float
+    layout: str
     elements: int
     unknowns: int
     contacts: int
@@ -87,6 +90,7 @@ def case(mu: float, elements: int, reduction: float, increments: int) -> block.B
     """The study's, by Newton's method."""
     asked = ["--mu", f"{mu:g}", "--elements", str(elements), "--form", FormName.NEWTON.value]
     asked += ["--reduction", f"{reduction:g}", "--increments", str(increments)]
+    asked += ["--layout", LAYOUTS.get(mu, Layout.FANNED).value]
     (found,) = block.cases(block.parser().parse_args(asked))
     return found
 
@@ -109,6 +113,7 @@ def measured(mu: float, elements: int, reduction: float, increments: int) -> Row
     return Row(
         mu=mu,
         reduction=reduction,
+        layout=one.layout.value,
         elements=elements,
         unknowns=system.body.space.size,
         contacts=len(system.candidates.node),
@@ -142,7 +147,7 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="benchmarks.space", description="Costs in space.", allow_abbrev=False)
     p.add_argument("--mu", type=coefficient, nargs="+", help="Coulomb coefficients (default 0.1 0.3, --fast 0.3)")
     p.add_argument("--sizes", type=count(1), nargs="+", help="elements a side (default 8 12 16, --fast 3 4)")
-    p.add_argument("--reduction", type=float, help="of the height (default 0.3 for mu = 0.1, 0.2 for 0.3)")
+    p.add_argument("--reduction", type=float, help=f"of the height (default {REDUCTION:g})")
     p.add_argument("--out", type=Path, default=Path("results"))
     p.add_argument("--fast", action="store_true", help="small bricks and a short path, without limits")
     return p
@@ -156,7 +161,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     mus, sizes = asked.mu or ([0.3] if asked.fast else [0.1, 0.3]), asked.sizes or ([3, 4] if asked.fast else SIZES)
     rows = list[Row]()
     for mu in mus:
-        reduction = asked.reduction or (SHORT if asked.fast else REDUCTIONS.get(mu, min(REDUCTIONS.values())))
+        reduction = asked.reduction or (SHORT if asked.fast else REDUCTION)
         before: Row | None = None
         for size in sorted(sizes):
             with processes(1) as alone:
@@ -178,7 +183,8 @@ def told(row: Row) -> str:
     unit = f"kappa {1e3 * row.kappa_s:.0f} ms, a pass {row.pass_over_kappa:.2f} of it"
     cost = f"{row.passes_an_increment:.2f} passes an increment, {row.seconds:.0f} s, {row.peak_MB:.0f} MB"
     growth = f"; growth {row.time_growth:.2f}, of a factorisation {row.factorisation_growth:.2f}"
-    return f"mu {row.mu:g}, {row.elements:>2} a side: {unit}, {cost}{'' if math.isnan(row.time_growth) else growth}"
+    what = f"mu {row.mu:g}, {row.elements:>2} a side, {row.layout}"
+    return f"{what}: {unit}, {cost}{'' if math.isnan(row.time_growth) else growth}"
 
 
 if __name__ == "__main__":

@@ -31,8 +31,8 @@ def of_convergence(results: Path) -> tuple[list[str], list[list[str]]]:
 
 def of_space(results: Path) -> tuple[list[str], list[list[str]]]:
     """Head and rows: what a march in space costs, by coefficient and mesh."""
-    head = ["mu", "to", "elements a side", "unknowns", "contacts", "passes an increment", "kappa [s]", "pass / kappa"]
-    head += ["s", "peak [MB]", "growth of a pass", "of a factorisation"]
+    head = ["mu", "to", "layout", "elements a side", "unknowns", "contacts", "passes an increment", "kappa [s]"]
+    head += ["pass / kappa", "s", "peak [MB]", "growth of a pass", "of a factorisation"]
     counts = "elements", "unknowns", "contacts"
     places = {"passes_an_increment": ".2f", "kappa_s": ".3f", "pass_over_kappa": ".2f", "seconds": ".0f"}
     places |= {"peak_MB": ".0f", "time_growth": ".2f", "factorisation_growth": ".2f"}
@@ -40,6 +40,7 @@ def of_space(results: Path) -> tuple[list[str], list[list[str]]]:
         [
             f"{line['mu']:g}",
             f"{100 * float(line['reduction']):.0f} %",
+            line["layout"],
             *(f"{line[name]:.0f}" for name in counts),
             *("–" if line[name] != line[name] else f"{line[name]:{digits}}" for name, digits in places.items()),
         ]

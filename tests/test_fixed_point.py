@@ -22,7 +22,7 @@ from bipot.marching import Control, march
 from bipot.programs.condensation import condense
 from bipot.programs.conic import TangentProgram
 from bipot.programs.fixed_point import Coupled, Coupling, Frozen, Mixing, Route, Safeguard
-from bipot.programs.pieces import Law, Pieces, ShiftedCone
+from bipot.programs.pieces import Law, Mapped, Pieces
 from bipot.programs.polish import couple, polish
 from bipot.programs.terms import ContactTerms
 from bipot.scene.scene import upsetting
@@ -213,7 +213,7 @@ def test_laws_with_a_part_frozen_have_the_derivatives_they_say(frozen: str) -> N
 
     def at(motion: np.ndarray, force: np.ndarray) -> Law:
         if frozen == "shift":
-            return ShiftedCone.of(rows, motion, force, scale, shift)
+            return Mapped.shifted_cone(rows, motion, force, scale, shift)
         return Pieces.of(rows, motion, force, scale, threshold=threshold)
 
     def law(a: float, b: float) -> np.ndarray:

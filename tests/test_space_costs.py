@@ -40,7 +40,7 @@ def test_the_benchmark_writes_its_table(tmp_path, capsys):
 
 def row(**changed):
     """A row that meets every limit."""
-    blank = space.Row(0.1, 0.3, 16, 10, 5, 100, 30, 2.0, 0, 1.0, 0.8, 0.5, 0.5, 10.0, 900.0)
+    blank = space.Row(0.1, 0.3, "tensor", 16, 10, 5, 100, 30, 2.0, 0, 1.0, 0.8, 0.5, 0.5, 10.0, 900.0)
     return replace(blank, **changed)
 
 

@@ -1,21 +1,12 @@
 """The study of the block: files, forms that agree, closed forms, refusals, what its columns mean."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from bipot import Elasticity, FlatTool, Geometry, Perfect, Scene, Schedule, Symmetry, VonMises, coulomb, march
-from bipot import block as plane_block
-from bipot.contact.closeness import carries
+from bipot import coulomb, march
 from bipot.errors import SceneError
-from bipot.fem.surface import facet_mass
-from bipot.marching import system_of
 from bipot.results import open as open_results
-from bipot.traction import consistent_tractions
 from studies import block
-from studies.block_line import corner, line
-from studies.corner import alternation
 from studies.upsetting_columns import history_columns
 
 SMALL = ["--elements", "2", "--increments", "3", "--reduction", "0.1"]
@@ -38,7 +29,7 @@ def test_a_run_has_the_cylinder_s_files_and_columns_and_the_alternation(rubbed):
     names = [column.name for column in history_columns(0.1)]
     for name in ("mu0.1", "mu0.3"):
         history = open_results(rubbed / name)
-        assert list(history.columns) == [*names, "line", "corner"]
+        assert list(history.columns) == [*names, "line", "corner", "inner", "edge"]
         assert history.complete
         assert history["reduction"][-1] == 0.1
         assert set(history["form"]) == {"newton"}
@@ -46,8 +37,9 @@ def test_a_run_has_the_cylinder_s_files_and_columns_and_the_alternation(rubbed):
         assert (history["overlap"] < 1e-8).all()
         assert (rubbed / name / "tools.vtkhdf").exists()
         assert len(list((rubbed / name / "fclib").iterdir())) == len(history)
-    assert np.isnan(history["line"]).all()
-    assert np.isnan(history["corner"]).all()
+    for short in ("line", "corner", "inner"):
+        assert np.isnan(history[short]).all()
+    assert (history["edge"] > 1).all()
 
 
 def test_the_platen_is_a_square_that_goes_down_with_it(rubbed):
@@ -121,64 +113,6 @@ def test_weighted_contact_of_quadratic_bricks_is_on_the_upper_face_and_its_force
     np.testing.assert_allclose(np.diff(work)[3:], spent[3:] * 1e-3, rtol=1e-2)
     with pytest.raises(SceneError, match="--sampling weighted has no effect on --element-type h8p0: it is linear"):
         block.cases(block.parser().parse_args([*asked, "--element-type", "h8p0"]))
-
-
-def test_the_alternation_is_the_amplitude_of_an_alternating_pressure():
-    """Forces of the pressure 7 + 0.5 (-1)^i along x by the consistent mass of a flat face of 4 x 4 elements."""
-    (case,) = block.cases(block.parser().parse_args(["--mu", "0", "--elements", "4", "--increments", "1"]))
-    scene = case.scene()
-    system, (accepted,) = system_of(scene), march(scene, Schedule(1), case.control())
-    assert line(system, accepted) < 1e-6
-    points, x = system.candidates, accepted.solved.iterate.balanced
-    top = np.isin(points.node, scene.mesh.boundary_nodes("top"))
-    number = np.round(scene.mesh.nodes[points.node, 0] / 1.25).astype(int)
-    pressure = np.where(top, 7.0 + 0.5 * (-1.0) ** number, 0.0)
-    faces = scene.mesh.boundary("top")
-    nodal = np.zeros(len(x))
-    nodal[points.node] = pressure
-    shares = np.einsum("fij,fj->fi", facet_mass(x, faces, scene.geometry), nodal[faces])
-    forces, r = np.zeros(len(x)), np.zeros_like(accepted.solved.r)
-    np.add.at(forces, faces, shares)
-    r[:, 0] = np.where(top, forces[points.node], 0.0)
-    given = replace(accepted, solved=replace(accepted.solved, r=r), tool_forces=np.array([[0.0, 0.0, -r[:, 0].sum()]]))
-    mean = r[:, 0].sum() / np.prod(x[:, :2].max(axis=0))
-    assert line(system, given) == corner(system, given) == pytest.approx(0.5 / mean)
-
-
-@pytest.mark.slow
-def test_little_alternates_where_friction_is_low_and_most_of_it_is_at_the_edge_where_it_is_high(tmp_path):
-    assert block.main(["--elements", "8", "--out", str(tmp_path)]) == 0
-    low, high = (open_results(tmp_path / f"mu{mu}") for mu in (0.1, 0.3))
-    assert (low["line"] < 0.02).all()
-    early = high["reduction"] < 0.1
-    assert (high["line"][early] < 0.05).all()
-    # Then nothing of the sides' middles has landed, and the peak on the edge grows.
-    late = high["reduction"] > 0.25
-    assert (high["line"][late] > 0.08).all()
-    inside = np.sqrt((5 * high["line"] ** 2 - high["corner"] ** 2)[late] / 4)
-    assert (inside < 0.5 * high["line"][late]).all()
-
-
-def test_the_pressure_of_a_block_alternates_until_its_side_lands():
-    """In plane strain, where it lands from a sixth on, twice to 30 %."""
-    platen = FlatTool((0.0, 5.0), (0.0, -1.0), (0.0, -1.5), ("top", "right"), 0.3)
-    mesh = plane_block(5.0, 5.0, 8, 8)
-    material = VonMises(Elasticity(210e3, 0.3), Perfect(300.0))
-    scene = Scene(mesh, Geometry.PLANE_STRAIN, material, (Symmetry("left", 0), Symmetry("base", 1)), (platen,))
-    points, found = system_of(scene).candidates, []
-    for step in march(scene, Schedule(30, first=1 / 300, settling=5)):
-        r = step.solved.r
-        pressure, _ = consistent_tractions(points, step.state.nodes, r, carries(r))
-        own = np.flatnonzero(np.isin(points.node, mesh.boundary_nodes("top")))
-        along = pressure[own[np.argsort(mesh.nodes[points.node[own], 0])]]
-        landed = (carries(r) & ~np.isin(points.node, mesh.boundary_nodes("top"))).sum()
-        found.append((landed, np.sqrt(np.mean(alternation(along) ** 2)) / along.mean()))
-    landed, alternates = np.array(found).T
-    before = alternates[landed == 0]
-    assert before.max() == before[-1] > 0.2
-    assert alternates[len(before)] < 0.5 * before[-1]
-    assert alternates[-1] < 0.02
-    assert landed[-1] >= 2
 
 
 def test_the_coulomb_problems_of_increments_are_solved_to_1e_8_and_have_their_forces(rubbed):

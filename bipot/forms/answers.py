@@ -99,7 +99,12 @@ def tangent_program(
 def gone_on(program: TangentProgram, iterate: Iterate, r: Floats, state: Posed) -> tuple[Floats, Floats] | None:
     """Newton with exact Coulomb friction on the quadratic model, from the iterate and forces r (c, d), or None."""
     units = state.units
-    return couple(program, iterate.x / units.length, r[state.near] / units.force, state.cache.frames(program, iterate))
+    return couple(
+        program,
+        iterate.x / units.length,
+        r[state.near] / units.force,
+        state.cache.frames(program.contact.rows, iterate),
+    )
 
 
 def distance_of(iterate: Iterate, r: Floats, state: Posed) -> float:

@@ -94,9 +94,9 @@ class Cache:
             self._setup = Setup.of(iterate.increment.system, self._ordered(iterate))
         return self._setup, self._held(iterate.rows, self._setup.pattern)
 
-    def frames(self, program: TangentProgram, iterate: Iterate) -> Frames:
-        """Where the contacts of a program posed at an iterate sit in the run's stiffness."""
-        return self._held(program.contact.rows, self._ordered(iterate))
+    def frames(self, rows: ContactRows, iterate: Iterate) -> Frames:
+        """Where the contact ``rows`` of a program posed at an iterate sit in the run's stiffness."""
+        return self._held(rows, self._ordered(iterate))
 
     def _ordered(self, iterate: Iterate) -> Pattern:
         """The run's stiffness pattern in its order of elimination."""

@@ -23,6 +23,7 @@ from bipot.laws.penalised import default_penalty
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import edges_of
 from bipot.programs.data import Stopwatch
+from bipot.programs.frames import Frames
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
@@ -42,14 +43,15 @@ class Optimiser(Enum):
     GRADIENT_ONLY = "gradient_only"
     CVXPY = "cvxpy"
 
-    def minimise(self, program: PenaltyProgram, start: Floats) -> Minimum:
-        """The minimiser of a dimensionless program; raises ProgramError."""
+    def minimise(self, program: PenaltyProgram, start: Floats, frames: Frames | None = None) -> Minimum:
+        """The minimiser of a dimensionless program, contacts in their ``frames`` if known; raises ProgramError."""
         # Where nothing may touch, all face one linear system.
-        return (_OPTIMISERS[self] if program.contact.rows.count else newton)(program, start)
+        if self is Optimiser.NEWTON or not program.contact.rows.count:
+            return newton(program, start, frames)
+        return _OPTIMISERS[self](program, start)
 
 
 _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
-    Optimiser.NEWTON: newton,
     Optimiser.TRUST_REGION: trust_region,
     Optimiser.GRADIENT_ONLY: gradient_only,
     Optimiser.CVXPY: lambda program, start: fictitious(program, TIGHT),
@@ -202,7 +204,8 @@ def _minimised(
     """Minimise in the pass's units, from the last iterate."""
     units = state.units
     scaled = program.scaled(units)
-    x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length)
+    frames = state.cache.frames(scaled.contact.rows, iterate)
+    x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length, frames)
     with clock:
         there = iterate.increment.at(x * units.length)
     near = scaled.contact.forces(x)

@@ -1,7 +1,7 @@
 """The form `tangent`: exact contact with a frozen threshold or shift, the material as quadratic tangent energy.
 
-A pass first takes semismooth Newton steps on the optimality conditions of its program, because interior-point answers
-stall where strict complementarity fails. Where these do not end exactly, it poses the program and polishes its answer.
+It takes semismooth Newton steps on the model of its own program first, as interior-point answers stall where strict
+complementarity fails, and poses the program where these do not end exactly, to polish its answer.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from bipot.response import TangentKind
 from bipot.typing import Floats
 
 NEARBY = 1e-4
-"""An answer this near to equilibrium and law, in units of the program, has the pieces of the law of the next one."""
+"""An answer this near to equilibrium and law, in units of the program, is not far from the next: its pieces hold."""
 
 
 @dataclass(frozen=True)
 class Tangent:
     """Quadratic C^ep energy: a cone program, condensed on the contact unknowns if these are few, and its polish.
 
-    With ``coupled``, the polish has exact Coulomb friction on the same quadratic model (its result is used only when
-    exact); otherwise the threshold is updated by the fixed point alone. The model neglects the motion of the
-    configuration: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings``
-    times. ``safeguard`` says when the fixed point is damped or accelerated.
+    With ``coupled``, the polish carries exact Coulomb friction on the same quadratic model (its result is used only
+    when exact); otherwise the threshold moves by the fixed point alone. The model leaves out how the configuration
+    moves: with ``coupled``, a step that leads away from equilibrium and law is halved, at most ``halvings`` times.
+    ``safeguard`` says when the fixed point is helped.
     """
 
     kind: TangentKind = TangentKind.CONSISTENT
@@ -82,8 +82,8 @@ class Tangent:
         return Step(tried.iterate, tried.r, raw.outcome, raw.iterations, timing, state.coupling.report), state
 
     def _posed(self, program: TangentProgram, iterate: Iterate, r: Floats, cache: Cache) -> Raw:
-        """The polished answer to the cone program; r (c, d) are the forces where no contact has rows."""
-        frames = cache.frames(program, iterate)
+        """The polished answer to the cone program; r (c, d) is what no contact is left to change."""
+        frames = cache.frames(program.contact.rows, iterate)
         small = condense(program, cache.split(program)) if pays(program) else None
         if small and not small.kept.size:
             # Where nothing may touch, the elimination has solved it.
@@ -95,9 +95,9 @@ class Tangent:
         return replace(raw, u=u, r=forces, exact=coupled is not None)
 
     def _gone_on(self, iterate: Iterate, r: Floats, state: Posed, program: TangentProgram) -> Raw | None:
-        """The polish from the iterate if it ends exactly, so that the slower cone program is not needed.
+        """The polish from the iterate, where this is exact: the cone program, which takes longer, tells nothing new.
 
-        None after a pass that led no nearer while far from the solution, and with cvxpy, where every pass is posed.
+        None far away after a pass that did not lead nearer, and through cvxpy, which poses every pass.
         """
         astray = state.rose and state.distance is not None and state.distance > NEARBY
         if astray or not self.coupled or isinstance(self.solver, Cvxpy):
@@ -109,7 +109,7 @@ class Tangent:
 def _shortened(
     iterate: Iterate, r: Floats, state: Posed, x: Floats, forces: Floats, halvings: int, clock: Stopwatch
 ) -> Tried:
-    """The answer (x, forces), or the point on the way to it that is nearest to equilibrium and law."""
+    """The answer (x, forces), or what is nearest to equilibrium and law on the way to it."""
     least = distance_of(iterate, r, state) if state.distance is None else state.distance
     best: Tried | None = None
     nearest, t, failure = np.inf, 1.0, InvertedElement()

@@ -1,11 +1,12 @@
-r"""Layouts of elements in a rectangle: along its lines, or fanned out around the corner of its far sides.
+r"""How elements fill a rectangle or a box: along its lines, or fanned out around the corner of its far sides.
 
-Far sides are x = x1 and y = y1, and their corner is C = (x1, y1): with the names of the makers, where ``top`` and
-``side`` or ``right`` meet.
+Far sides are x = x1 and y = y1, in space z = z1 besides, and their corner is C = (x1, y1): with the names of the
+makers, where ``top`` and ``side`` or ``right`` meet, and ``back`` in space (:mod:`bipot.meshes.boxes`).
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from enum import Enum
 from typing import Any
@@ -35,21 +36,25 @@ class Layout(Enum):
         n_y between (u_nx, v_j) and (x1, y_j),                j = 0 .. n_y.
 
     The layers along the far sides share the edge from X to C, so that the corner has two quadrilaterals, of about 45
-    degrees each. It is for a body of which one far side rolls onto the tool that the other one touches: both then lie
-    on one line. A single quadrilateral in the corner would have an angle of 180 degrees, where a quadratic one has no
-    positive Jacobian; two have 90 degrees each. Triangles at the corner have the same two angles.
+    degrees each. It is for a body whose one far side rolls onto the tool that the other one touches: they then lie on
+    one line, and a single quadrilateral in the corner would be folded to an angle of 180 degrees, where a quadratic
+    one has no positive Jacobian; two have 90 degrees each. Triangles at the corner have the same two angles.
+
+    In space there are n_x n_y n_z hexahedra, fanned besides one layer of n_x n_y, n_x n_z and n_y n_z on the far faces:
+    the corner has three instead of one, edges between two far faces two.
     """
 
     TENSOR = "tensor"
     FANNED = "fanned"
 
-    def count(self, n_x: int, n_y: int) -> int:
-        """The number of quadrilaterals.
+    def count(self, *counts: int) -> int:
+        """How many quadrilaterals, or hexahedra where there are three counts.
 
-        >>> Layout.TENSOR.count(10, 4), Layout.FANNED.count(10, 4)
-        (40, 54)
+        >>> Layout.TENSOR.count(10, 4), Layout.FANNED.count(10, 4), Layout.FANNED.count(2, 2, 2)
+        (40, 54, 20)
         """
-        return n_x * n_y + (n_x + n_y if self is Layout.FANNED else 0)
+        inner = math.prod(counts)
+        return inner + (sum(inner // n for n in counts) if self is Layout.FANNED else 0)
 
 
 def rectangle(
@@ -63,8 +68,8 @@ def rectangle(
 ) -> Parts:
     """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``; ``counts`` along the far sides.
 
-    ``grading`` is that of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate
-    like the squares of a chessboard, block by block, such that a fanned corner has two triangles too.
+    ``grading`` is of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate like
+    the squares of a chessboard, block by block, such that a fanned corner is one of two triangles, too.
 
     Raises:
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
@@ -85,15 +90,16 @@ def rectangle(
     return converted(_fanned((x_near, y_near), (x_far, y_far), names, element), element)
 
 
-def require_layout_room(counts: tuple[int, int], element: Element, layout: Any, fields: tuple[str, str]) -> None:
-    """Refuse ``counts`` along two sides, called ``fields``, of more elements than memory has room for.
+def require_layout_room(counts: Sequence[int], element: Element, layout: Any, fields: Sequence[str]) -> None:
+    """Refuse ``counts`` along the sides, called ``fields``, of more elements than memory has room for.
 
     Raises:
-        SceneError: naming the larger of the two; or ``layout`` is none.
+        SceneError: naming the largest of them; or ``layout`` is none.
     """
     require_type(layout, Layout, "layout")
-    first, second = (int(count) for count in counts)
-    require_room(layout.count(first, second), element, fields[second > first], max(first, second))
+    whole = [int(count) for count in counts]
+    most = max(whole)
+    require_room(layout.count(*whole), element, fields[whole.index(most)], most)
 
 
 def _tensor(x: Floats, y: Floats, names: Names, element: Element) -> Parts:

@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
+from bipot.meshes.boxes import fanned_box
 from bipot.meshes.cells import Parts, converted, graded, require_room
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.extrusion import FLAT, annulus, disc, extruded
-from bipot.meshes.layout import Layout, rectangle
+from bipot.meshes.layout import Layout, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
 Gradings = tuple[float, ...]
@@ -26,10 +27,12 @@ def brick(
     n_z: int,
     grading: Gradings = (1.0, 1.0, 1.0),
     element: Element = Element.H8,
+    layout: Layout = Layout.TENSOR,
 ) -> Mesh:
     """Block [0, width] x [0, depth] x [0, height], its boundaries left, right; front, back; base, top, axis by axis.
 
-    ``grading`` is that of x, y, z. Six tetrahedra make a hexahedron.
+    ``grading`` is of x, y, z; ``layout`` says how elements meet in the corner of right, back and top
+    (:class:`~bipot.meshes.layout.Layout`). Of tetrahedra six make a hexahedron.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -43,11 +46,16 @@ def brick(
     counts = _counts(n_x=n_x, n_y=n_y, n_z=n_z)
     n_x, n_y, n_z = counts.values()
     _require_solid(element, grading, 3)
-    largest = max(counts, key=lambda name: counts[name])
-    require_room(n_x * n_y * n_z, element, largest, counts[largest])
+    require_layout_room((n_x, n_y, n_z), element, layout, tuple(counts))
     names = "left", "right", "front", "back"
+    if layout is Layout.FANNED:
+        sides = list(zip((width, depth, height), counts.values(), grading, strict=True))
+        far = [graded(0.0, length, n, ratio) for length, n, ratio in sides]
+        near = [graded(0.0, length, n + 1, ratio)[:-1] for length, n, ratio in sides]
+        corners = Element.H8 if element.shape.cube else Element.T4
+        return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
     sides = (0.0, width), (0.0, depth)
-    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], Layout.TENSOR)
+    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], layout)
     return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2]), ("base", "top")), element))
 
 
@@ -67,10 +75,10 @@ def cylinder_3d(
     """Cylinder around the third axis, its quarter x, y >= 0 or the whole, with boundaries base, top and side.
 
     A square around the axis has ``n_square`` elements along each side in a quarter, so that 2 ``n_square`` segments
-    make a quarter of the circle. ``n_r`` rings surround it, graded by the first number of ``grading``; the second is
-    that of z. A quarter has the further boundaries left, x = 0, and front, y = 0. Middle nodes of quadratic elements
-    are on the circle too if ``curved``; other edges are straight. Nodes of the side are at the ``radius`` if
-    ``inscribed``, else slightly farther out, such that the volume is that of the cylinder.
+    make a quarter of the circle; ``n_r`` rings are around it, graded as the first of the ``grading`` says, the second
+    being that of z. A quarter has the boundaries left, x = 0, and front, y = 0, besides. Middle nodes of quadratic
+    elements are on the circle too where it is ``curved``; between nodes of others it is straight. Nodes of the side are
+    at the ``radius`` where it is ``inscribed``; else a little farther out, so that the volume is the cylinder's.
 
     Raises:
         SceneError: a size or a count that is none, more elements than memory has room for, a plane element.
@@ -145,7 +153,7 @@ def _counts(**counts: int) -> dict[str, int]:
 
 
 def _widened(count: int, arcs: bool) -> float:
-    """Factor of enlargement by which ``count`` chords per quarter, or parabolic arcs, have a circle's area.
+    """By how much a circle is larger in whose quarter ``count`` chords, or parabolic arcs on them, have its own area.
 
     >>> round(_widened(1, arcs=False) ** 2 * 2, 12)  # the square in a circle
     3.14159265359

@@ -10,19 +10,32 @@ row of K_T dx = -rho is then replaced by the linearised contact law
 but has the pattern of K whatever the contacts do, so its ordering and every scatter are computed once. There are no
 multipliers, no saddle point and no condensation. Contacts that share unknowns border the matrix by their forces
 (:mod:`bipot.programs.frames`).
+
+:func:`solved` repeats the step on a quadratic model, K and f constant: a tangent program or a penalised one.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Generic
+from typing import Generic, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
+from bipot.errors import ProgramError
+from bipot.programs.data import ContactRows
 from bipot.programs.factors import DEFAULT, Factor, LinearSolver
 from bipot.programs.frames import Frames, times
-from bipot.programs.pieces import L
+from bipot.programs.ordering import Pattern
+from bipot.programs.pieces import L, Law
 from bipot.typing import Floats, Ints
+
+ITERATIONS = 12
+EXACT = 1e-10
+
+RUNAWAY = 1e100
+"""A step or a force above this, in the model's own units, has next to no square, and leads nowhere."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +84,64 @@ class Linearised(Generic[L]):
         if border is not None:
             new[border.contact] = beside
         return dx, new
+
+
+class Model(NamedTuple):
+    """A body's quadratic energy 1/2 dU' K dU - f' dU: K (n, n) sparse or dense, f (n,), with contact ``rows`` on dU."""
+
+    K: sp.csc_matrix | Floats
+    f: Floats
+    rows: ContactRows
+
+
+class Best(NamedTuple):
+    """The iterate x (n,), r (c, d) of least ``error``, its residual over the largest force, after so many factors."""
+
+    x: Floats
+    r: Floats
+    error: float
+    factors: int
+
+
+def solved(
+    model: Model,
+    at: Callable[[Floats, Floats], Law],
+    x: Floats,
+    r: Floats,
+    frames: Frames | None = None,
+    iterations: int = ITERATIONS,
+) -> Best:
+    """K x - f - G' r = 0 and the law ``at(motion, r)``, from x (n,) and r (c, d), by whole steps.
+
+    The matrix is factorised anew only where the law's derivatives change.
+    """
+    rows, K = model.rows, sp.csc_matrix(model.K)
+    frames = frames or Frames.of(rows, Pattern.of(K.indices, K.indptr))
+    best, last = Best(x, r, np.inf, 0), None
+    scale, factors = max(float(np.abs(model.f).max()), float(np.finfo(float).tiny)), 0
+    for _ in range(iterations):
+        residual, motion = K @ x - model.f, rows.motion(x)
+        law, scale = at(motion, r), max(scale, float(np.abs(r).max(initial=0.0)))
+        balance, miss = float(np.abs(residual - rows.forces(r)).max()), law.value(motion, r)
+        error = max(balance, float(np.abs(miss).max(initial=0.0))) / scale
+        # Once it no longer falls from round-off, another step would only add noise. Until then steps are worth taking:
+        # an open contact of a body without force must carry exactly none.
+        if best.error <= EXACT and error >= best.error:
+            break
+        if error < best.error:
+            best = Best(x, r, error, factors)
+        try:
+            if last is None or not last.pieces.same(law):
+                last = Linearised.of(frames.pattern.by_row(np.asarray(K.data, dtype=np.float64)), frames, law)
+                factors += 1
+        except ProgramError:
+            break
+        dx, r = last.step(residual, miss, r)
+        if not max(float(np.abs(dx).max(initial=0.0)), float(np.abs(r).max(initial=0.0))) <= RUNAWAY:
+            break
+        # Where there is no force, what is left of it is the round-off of its row.
+        x, r = x + dx, np.where(last.pieces.none, 0.0, r)
+    return best._replace(factors=factors)
 
 
 def _sums(owner: Ints, values: Floats, count: int) -> Floats:

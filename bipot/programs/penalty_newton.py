@@ -1,14 +1,15 @@
-r"""Semismooth Newton on the penalised program, on the sparse system: the fast route.
+r"""Semismooth Newton on the penalised program: the fast route.
 
-In x alone, Psi bends so sharply at a sticking point (over s/K_t) that Newton jumps across it. With the forces r as
-additional unknowns the same optimality conditions are, for any rho > 0 and per contact,
+Written in x alone, Psi bends so sharply where a point sticks (over s/K_t) that Newton hops across. With the forces r
+as unknowns too the same optimality conditions read, for any rho > 0 and per contact,
 
     K x - f - G' r = 0,    r = P(r - rho (m + (r - t_0)/K_c)),    m = (max(g0, 0) + du_n, du_t),
 
-with P the projection on r_n >= 0 and on the disc |r_t| <= s, and K_c the penalties. rho is the body's mean stiffness,
-so sticking and sliding are distinguished by forces of the body's size. Eliminating r leaves K + G' D G, symmetric
-positive definite. If the full steps do not converge, Newton with line search on the convex Psi takes over. It seeks the
-sign change of the slope g(x + a d) . d, which is accurate down to round-off, unlike differences of Psi.
+P the projection on r_n >= 0 and on the disc |r_t| <= s, K_c the penalties: one more contact law for the Newton that
+all forms share (:func:`bipot.programs.newton.solved`). rho is the body's mean stiffness, so that sticking and sliding
+are told apart by forces of the body's size. Should whole steps not get there, Newton with line search on the convex
+Psi takes over. It looks for the sign change of the slope g(x + a d) . d, which stays meaningful down to round-off,
+where differences of Psi do not.
 """
 
 from __future__ import annotations
@@ -23,12 +24,15 @@ from bipot.conic.problem import Outcome, Timing
 from bipot.errors import ProgramError
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
-from bipot.programs.penalty import Minimum, PenaltyProgram
+from bipot.programs.frames import Frames
+from bipot.programs.newton import Model, solved
+from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
+from bipot.programs.pieces import Mapped
 from bipot.typing import Floats
 
 STEPS = 40
 SEARCHES = 100
-"""Full steps before the line search takes over, and the number of line searches."""
+"""Whole steps before the line search takes over, and the most that this takes."""
 
 SOLVED = 1e-9
 EXACT = 1e-13
@@ -41,17 +45,46 @@ BISECTIONS = 100
 SHIFT = 1e-13
 
 
-def newton(program: PenaltyProgram, start: Floats) -> Minimum:
+def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:
+    """The penalised law linearised at motion (gap at the end, slip) and forces (c, d), with rho for normal, tangent."""
+    (rho_n, rho_t), f, (count, d) = rho, terms.rows.frictional, r.shape
+    by_motion, by_force, none = np.zeros((count, d, d)), np.tile(np.eye(d), (count, 1, 1)), np.ones(r.shape, dtype=bool)
+    lag = motion[:, 0] + np.maximum(-terms.start_gap, 0.0) + (r[:, 0] - terms.t_0[:, 0]) / terms.k_n
+    closed, miss = r[:, 0] > rho_n * lag, r.copy()
+    miss[closed, 0], none[closed, 0] = rho_n * lag[closed], False
+    by_motion[closed, 0, 0], by_force[closed, 0, 0] = rho_n, rho_n / terms.k_n
+    z = r[f, 1:] - rho_t * (motion[f, 1:] + (r[f, 1:] - terms.t_0[f, 1:]) / terms.k_t)
+    slope = DiscSlope.at(z, terms.threshold).by_point
+    miss[f, 1:] -= project_disc(z, terms.threshold)
+    by_motion[f, 1:, 1:] = rho_t * slope
+    by_force[f, 1:, 1:] -= (1 - rho_t / terms.k_t) * slope
+    none[f, 1:] = (terms.threshold == 0)[:, None]
+    return Mapped(miss, by_motion, by_force, np.full(count, rho_n), none)
+
+
+def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None) -> Minimum:
     """Minimise from ``start`` (n,) until the residual stops falling at round-off.
+
+    ``frames`` are those of the contacts, where they are known.
 
     Raises:
         ProgramError: the residual stays above 1e-3 of the largest force, or the stiffness is singular.
     """
     began = time.perf_counter()
-    best = _Best(start)
-    # A body held by nothing runs away; its residual is then above LOST or no number, which is the answer.
+    terms, model, rho = program.contact, Model(program.K, program.f, program.contact.rows), _scales(program)
+    # A body that nothing holds runs away; its residual is then no number below LOST, and that is the answer.
     with np.errstate(over="ignore", invalid="ignore"):
-        if not _full_steps(program, start, best):
+        found = solved(
+            model,
+            lambda motion, r: regularised(terms, motion, r, rho),
+            start,
+            _first_forces(program, start),
+            frames,
+            STEPS,
+        )
+        best = _Best(start, iterations=found.factors)
+        best.settles(program, found.x)
+        if not best.error <= SOLVED:
             _searches(program, best)
     if not best.error <= LOST:
         raise ProgramError(f"penalised Newton left a residual of {best.error:.1e}: use a smaller penalty or increment")
@@ -61,7 +94,7 @@ def newton(program: PenaltyProgram, start: Floats) -> Minimum:
 
 @dataclass
 class _Best:
-    """The point of least residual so far, its age, and the number of factorisations spent."""
+    """The point of least residual so far, how long ago it came, and how many factorisations were spent."""
 
     x: Floats
     error: float = np.inf
@@ -69,48 +102,13 @@ class _Best:
     iterations: int = 0
 
     def settles(self, program: PenaltyProgram, x: Floats) -> bool:
-        """Record ``x`` if it is better; returns whether nothing is left to gain."""
+        """Take ``x`` in if it is better; whether there is nothing left to gain."""
         error = float(np.abs(program.gradient(x)).max() / program.largest(x))
         self.waited = self.waited + 1 if error >= self.error / 2 else 0
         if error < self.error:
             self.x, self.error = x, error
         patience = 1 if self.error <= SOLVED else PATIENCE
         return self.error <= EXACT or (self.error <= LOST and self.waited >= patience)
-
-
-def _full_steps(program: PenaltyProgram, x: Floats, best: _Best) -> bool:
-    """Newton on the conditions in x and r; whether it settled."""
-    r = _first_forces(program, x)
-    rows, f = program.contact.rows, program.contact.rows.frictional
-    for _ in range(STEPS):
-        if best.settles(program, x):
-            return True
-        r, D_n, D_t = _linearised(program, x, r)
-        step = _solve(program.stiffened(D_n, D_t), program.f + rows.forces(r) - program.K @ x)
-        best.iterations += 1
-        x = x + step
-        r[:, 0] -= D_n * (rows.G_n @ step)
-        r[f, 1:] -= (D_t @ (rows.G_t @ step).reshape(*rows.slip.shape, 1))[..., 0]
-    return best.settles(program, x)
-
-
-def _linearised(program: PenaltyProgram, x: Floats, r: Floats) -> tuple[Floats, Floats, Floats]:
-    """The contact conditions linearised at (x, r): r - D G dx, with D = rho M/(1 - M + rho M/K_c), M = P'."""
-    terms = program.contact
-    du, f = terms.motion(x), terms.rows.frictional
-    rho_n, rho_t = _scales(program)
-    room = np.maximum(terms.start_gap, 0) + du[:, 0]
-    y = r[:, 0] - rho_n * (room + (r[:, 0] - terms.t_0[:, 0]) / terms.k_n)
-    z = r[f, 1:] - rho_t * (du[f, 1:] + (r[f, 1:] - terms.t_0[f, 1:]) / terms.k_t)
-    M = DiscSlope.at(z, terms.threshold).by_point
-    A = np.eye(z.shape[1]) - M + rho_t / terms.k_t * M
-    closed = y > 0
-    now = np.zeros_like(r)
-    now[:, 0] = np.where(closed, terms.t_0[:, 0] - terms.k_n * room, 0.0)
-    miss = r[f, 1:] - project_disc(z, terms.threshold)
-    now[f, 1:] = r[f, 1:] - np.linalg.solve(A, miss[..., None])[..., 0]
-    D_t = np.asarray(rho_t * np.linalg.solve(A, M), dtype=np.float64)
-    return now, np.where(closed, terms.k_n, 0.0), D_t
 
 
 def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:

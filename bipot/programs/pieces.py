@@ -1,11 +1,11 @@
-r"""Coulomb's law with contact in smooth pieces for semismooth Newton.
+r"""Coulomb's law with contact by its smooth pieces, as semismooth Newton needs them.
 
 Per contact, with a scale > 0 that balances force against motion and y_t = r_t - scale slip:
 
     closed  where r_n - scale gap > 0:    scale gap = 0,    else r = 0,
     slides  where |y_t| > mu r_n:         r_t = mu r_n y_t / |y_t|,    else scale slip = 0;    tied points always stick.
 
-Where friction is capped, min(mu r_n, cap) replaces mu r_n, a fixed radius where the cap is smaller.
+Where friction is capped, min(mu r_n, cap) stands for mu r_n: a fixed radius where the cap is the smaller.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 ALIKE = 1e-9
-"""Angle up to which directions of slip count as the same."""
+"""Angle between directions of slip that are the same."""
 
 
 @dataclass(frozen=True)
 class Deadband:
-    """How far contacts may leave their pieces before these change: pull (force) and gap (length), (c,) or one.
+    """How far contacts may stray from their pieces before those change: pull (force) and gap (length), (c,) or one.
 
     The axis node of a quadratic mesh carries no consistent share of the pressure: r_n and gap both vanish there up to
-    round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it is harmless.
+    round-off, and without a dead band its piece would change for ever. Below the acceptance bounds it harms nothing.
     """
 
     pull: Floats | float = 0.0
@@ -42,9 +42,9 @@ class Deadband:
 class Pieces:
     """Pieces of c contacts: ``closed`` (c,) and the ``disc`` of the friction force at y, outside of which it slides.
 
-    The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap that replaces mu
-    r_n. ``mu`` (c,) is zero where there is no friction row: the tangential law there is r_t = 0. Motions change by
-    ``measured`` (c, d, d) times the change by the rows, or by the latter where it is None.
+    The disc's radius is mu r_n of a closed contact plus ``fixed`` (c,), a frozen threshold or a cap in the place of the
+    former. ``mu`` (c,) is zero where there is no friction row: the tangential law there only says r_t = 0. Motions
+    change by ``measured`` (c, d, d) times what the rows say, or by that where it is None.
     """
 
     closed: Bools
@@ -64,11 +64,11 @@ class Pieces:
         before: Pieces | None = None,
         threshold: Floats | None = None,
     ) -> Pieces:
-        """The pieces at motion and forces (c, d); the dead band keeps those ``before``.
+        """The pieces at motion and forces (c, d); ``before`` are those the dead band holds on to.
 
         ``threshold`` (f,) is that of the friction rows where it is frozen.
         """
-        # A contact without a force may press: Newton's matrix is then regular where only contacts hold the body.
+        # What touches without a force may press: Newton's matrix is then regular where only contacts hold the body.
         closed = r[:, 0] - scale * motion[:, 0] >= 0
         if before is not None:
             held = np.where(before.closed, r[:, 0] > -band.pull, motion[:, 0] < -band.gap)
@@ -86,12 +86,12 @@ class Pieces:
         rubs = (closed & (mu > 0)) | (fixed > 0)
         slides = ~(rows.tied & rows.rubs) & (~rubs | rows.dragged | (length > np.maximum(drag, 0.0)))
         safe = np.where(length > 0, length, 1.0)
-        # Dragged contacts slide from inside the disc too, whose projection must then not stretch.
+        # What is dragged slides from inside of the disc too, whose projection is then not to stretch.
         shrink = np.where(rows.dragged, np.minimum(drag / safe, 1.0), drag / safe)
         return Pieces(closed, DiscSlope(slides, y / safe[:, None], shrink), mu, fixed, scale)
 
     def same(self, other: object, turn: float = ALIKE) -> bool:
-        """Whether the law is linear with the same coefficients on both, except that slips may ``turn`` by an angle."""
+        """Whether the law is linear with the same coefficients on both, but that slips may ``turn`` by an angle."""
         if not isinstance(other, Pieces):
             return False
         ours, theirs = self.disc, other.disc
@@ -105,7 +105,7 @@ class Pieces:
         )
 
     def value(self, motion: Floats, r: Floats) -> Floats:
-        """The value of the law (c, d), which must vanish, in units of force."""
+        """What must vanish (c, d), in units of force."""
         out = np.empty_like(r)
         out[:, 0] = np.where(self.closed, self.scale * motion[:, 0], r[:, 0])
         dragged = (np.where(self.closed, self.mu * r[:, 0], 0.0) + self.fixed)[:, None] * self.disc.direction
@@ -113,7 +113,7 @@ class Pieces:
         return out
 
     def at_caps(self, r: Floats) -> Floats:
-        """Forces r (c, d) with the friction of sliding contacts set to their fixed radius."""
+        """Forces r (c, d) with the friction of what slides at a fixed radius, which the law knows without them."""
         known = (self.fixed > 0) & self.disc.slides
         if not known.any():
             return r
@@ -123,7 +123,7 @@ class Pieces:
 
     @property
     def none(self) -> Bools:
-        """Which forces (c, d) are zero by the law."""
+        """Which forces (c, d) the law says are none."""
         rubs = (self.closed & (self.mu > 0)) | (self.fixed > 0)
         out = np.empty((len(self.mu), 1 + self.disc.direction.shape[1]), dtype=bool)
         out[:, 0], out[:, 1:] = ~self.closed, (self.disc.slides & ~rubs)[:, None]
@@ -131,7 +131,7 @@ class Pieces:
 
     @cached_property
     def by_motion(self) -> Floats:
-        """Derivative (c, d, d) of :meth:`value` with respect to the motion by the rows."""
+        """Derivative (c, d, d) of :meth:`value` with respect to motion as the rows have it."""
         out = self._zeros()
         out[:, 0, 0] = self.scale * self.closed
         out[:, 1:, 1:] = self.scale[:, None, None] * self.disc.by_point
@@ -154,7 +154,7 @@ class Pieces:
 def _capped(rows: ContactRows, r_n: Floats, pushing: Bools) -> tuple[Floats, Floats]:
     """Coefficients (c,) where friction follows mu r_n, and radii (c,) where it is at its cap.
 
-    For constant shear, mu = inf, the cap acts on contacts that are ``pushing`` (c,); those that only touch do not rub.
+    Of constant shear, mu = inf, the cap acts on contacts that are ``pushing`` (c,): those that only touch do not rub.
     """
     mu = rows.rubbing
     caps = pushing & (mu > 0) & np.isfinite(rows.cap) & (limit_slope(r_n, mu, rows.cap) == 0)
@@ -162,44 +162,44 @@ def _capped(rows: ContactRows, r_n: Floats, pushing: Bools) -> tuple[Floats, Flo
 
 
 @dataclass(frozen=True)
-class ShiftedCone:
-    """r - P_K(r - scale (u + shift n)), K = {|r_t| <= mu r_n}, linearised: the associated law of a shifted motion.
+class Mapped:
+    """A law that is a map of motion and forces, linearised: value ``miss`` (c, d), derivatives (c, d, d), scale (c,).
 
-    Exact Coulomb friction where De Saxce's ``shift`` is mu |du_t|. ``miss`` (c, d) is its value there.
+    ``none`` (c, d) are the forces that it says are none.
     """
 
     miss: Floats
     by_motion: Floats
     by_force: Floats
     scale: Floats
+    none: Bools
 
     @staticmethod
-    def of(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> ShiftedCone:
-        """At motion and forces (c, d), with ``shift`` (f,)."""
+    def shifted_cone(rows: ContactRows, motion: Floats, r: Floats, scale: Floats, shift: Floats) -> Mapped:
+        """r - P_K(r - scale (u + shift n)), K = {|r_t| <= mu r_n}: the associated law of a shifted motion.
+
+        Exact Coulomb friction where De Saxce's ``shift`` (f,) is mu |du_t|. At motion and forces (c, d).
+        """
         u, one = motion.copy(), np.eye(1 + rows.tangents)
         u[rows.frictional, 0] += shift
         stuck = rows.tied[:, None] & np.column_stack([rows.tied, *[rows.rubs] * rows.tangents])
         pull = scale[:, None] * u
         slope = np.where(stuck[..., None], one, cone_slope(r - pull, rows.rubbing))
         miss = np.where(stuck, pull, r - project_cone(r - pull, rows.rubbing))
-        return ShiftedCone(miss, scale[:, None, None] * slope, one - slope, scale)
-
-    @property
-    def none(self) -> Bools:
-        """Which forces (c, d) are zero by the law: in the polar cone."""
-        polar: Bools = np.all(self.by_motion == 0, axis=(1, 2))
-        return np.broadcast_to(polar[:, None], self.miss.shape)
+        polar = np.all(slope == 0, axis=(1, 2))
+        none = np.broadcast_to(polar[:, None], r.shape)
+        return Mapped(miss, scale[:, None, None] * slope, one - slope, scale, none)
 
     def value(self, motion: Floats, r: Floats) -> Floats:
-        """The value of the law (c, d), which must vanish, where it was linearised."""
+        """What must vanish (c, d), where it was linearised."""
         return self.miss
 
     def same(self, other: object) -> bool:
         """Whether the derivatives are the same."""
-        return isinstance(other, ShiftedCone) and np.array_equal(self.by_motion, other.by_motion)
+        return isinstance(other, Mapped) and np.array_equal(self.by_motion, other.by_motion)
 
 
-Law = Pieces | ShiftedCone
-"""A contact law linearised: its value (c, d), that by motion and by force (c, d, d), its scale."""
+Law = Pieces | Mapped
+"""A linearised contact law: value (c, d), derivatives by motion and force (c, d, d), scale, forces that are none."""
 
 L = TypeVar("L", bound=Law)
