@@ -8,10 +8,11 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     friction  - sum_c r_t . du_t,
 
 with f the forces of tools, loads and supports on what they move (of tools that turn, the points that candidates are at
-half the way), r those of the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or w_1 in the
-``paper`` configuration, whose strain is that of x_n. The term r_n dgap takes out what the mean force of a contact that
-opens or closes would do across its gap; it is zero elsewhere. Of one that comes to a curved tool from afar the work is
-f . du - r_t . du_t, of what the body takes up: the same where the tool is flat.
+half the way; of loads that are on at tau = 0, where a body is at rest, f_0 is zero: they come in no time), r those of
+the candidates, de_p as the states carry it, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose
+strain is that of x_n. The term r_n dgap takes out what the mean force of a contact that opens or closes would do across
+its gap; it is zero elsewhere. Of one that comes to a curved tool from afar the work is f . du - r_t . du_t, of what the
+body takes up: the same where the tool is flat.
 
 Of theta = 1/2 the elastic part is the energy sigma : C^-1 sigma/2 stored, but for what the change of volume does to it
 (a fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the

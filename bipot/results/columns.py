@@ -83,7 +83,7 @@ OVERLAP = Column(
 )
 UNFELT = Column(
     "unfelt",
-    "how far surface nodes that are no candidates of a flat tool came behind its plane over body size",
+    "how far surface nodes that are no candidates of a tool came behind its surface over body size",
     lambda system, a: unfelt(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),
