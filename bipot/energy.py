@@ -8,10 +8,11 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     friction  - sum_c r_t . du_t,
 
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
-are halfway), r those of the candidates, de_p the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper``
-configuration, whose strain is that of x_n. The term r_n dgap removes the work that the mean force of an opening or
-closing contact would do across its gap; it is zero elsewhere. For a candidate that comes to a curved tool through the
-air the work is f . du - r_t . du_t, which is what the body takes up; for a flat tool this is the same.
+are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
+the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configuration, whose strain is that of x_n. The
+term r_n dgap removes the work that the mean force of an opening or closing contact would do across its gap; it is zero
+elsewhere. For a candidate that comes to a curved tool through the air the work is f . du - r_t . du_t, which is what
+the body takes up; for a flat tool this is the same.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the

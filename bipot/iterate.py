@@ -77,10 +77,16 @@ class Increment:
         touching = supported.Touching(self.start.gap, self.start.nodes, self.tools.placed)
         return supported.torn(self.system.candidates, touching, self.travel, self.driven)
 
+    @property
+    def begins(self) -> bool:
+        """Whether the body is at rest: loads that are on at tau = 0 come in no time, in this increment."""
+        return self.start.tau == 0 and not self.start.stress.any()
+
     @cached_property
     def load_before(self) -> Floats:
-        """Nodal loads (a, d) at the start."""
-        return self.system.loading.forces(self.system.body.scene.origin(self.start.nodes), self.start.tau)
+        """Nodal loads (a, d) that the start carries."""
+        nodes = self.system.body.scene.origin(self.start.nodes)
+        return np.zeros(nodes.shape) if self.begins else self.system.loading.forces(nodes, self.start.tau)
 
     @cached_property
     def load_ahead(self) -> Floats:
@@ -90,8 +96,8 @@ class Increment:
     @cached_property
     def new_load(self) -> Floats:
         """The change of the load on the unknowns (n,), with the body at the start: nodal loads and driving forces."""
-        before = self.system.load(self.load_before, self.start.tau)
-        return self.system.load(self.load_ahead, self.tau) - before
+        ahead = self.system.load(self.load_ahead, self.tau)
+        return ahead if self.begins else ahead - self.system.load(self.load_before, self.start.tau)
 
     @property
     def travel(self) -> Floats:

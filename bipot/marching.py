@@ -38,11 +38,8 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Integration
 from bipot.response import State
 from bipot.scene.scene import Scene
-from bipot.schedule import Schedule
+from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
-
-ROUND_OFF = 1e-12
-"""Pseudo-times nearer to each other than this fraction of them are one: machines differ in the last bit of a sum."""
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
 

@@ -8,10 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.errors import require, require_count, require_number
-from bipot.typing import make_floats
+from bipot.typing import Floats, make_floats
 
 SAME = 1e-9
-"""Pseudo-times nearer to each other count as one."""
+"""Pseudo-times of a schedule nearer than this to each other, or to a corner of a path, count as one."""
+
+ROUND_OFF = 1e-12
+"""Pseudo-times nearer than this, absolutely or relatively, are the same: sums differ in the last bit."""
 
 MOST = 1_000_000
 """The largest number of pseudo-times: they are stored before the march, in some hundred megabytes."""
@@ -75,11 +78,16 @@ class Schedule:
         require(self.first == 0, "first", self.first, alone)
 
     def landing_on(self, kinks: Iterable[float]) -> list[float]:
-        """The scheduled pseudo-times and the ``kinks`` not among them: between two of these all rates are constant."""
-        times = self.times()
+        """The scheduled pseudo-times and the ``kinks`` not among them: between two of these all rates are constant.
+
+        A kink replaces the scheduled pseudo-time next to it, because a path may turn twice there.
+        """
+        times = np.array(self.times())
         # Zero is where the march starts: a rise in no time at all is one of the first increment.
-        known = np.array([0.0, *times])
-        return sorted([*times, *(kink for kink in kinks if np.abs(known - kink).min() > SAME)])
+        turns = np.array(sorted(kink for kink in kinks if kink > SAME))
+        off = _nearest(times, turns)
+        scheduled = times[(times == 1) | (off <= ROUND_OFF) | (off > SAME)]
+        return sorted([*scheduled.tolist(), *turns[_nearest(turns, times) > ROUND_OFF].tolist()])
 
     def times(self) -> list[float]:
         """The scheduled pseudo-times, the last one exactly 1; with an accuracy the landings and 1 alone."""
@@ -104,3 +112,9 @@ class Schedule:
                 allowed = f"such that the start-up has at most {MOST} increments"
                 require(len(start) <= MOST, "growth", self.growth, allowed)
         return start
+
+
+def _nearest(values: Floats, others: Floats) -> Floats:
+    """How far (n,) each of the ``values`` (n,) is from the nearest of the ``others`` (m,), which rise."""
+    around, after = np.concatenate([[-np.inf], others, [np.inf]]), np.searchsorted(others, values)
+    return np.minimum(values - around[after], around[after + 1] - values)

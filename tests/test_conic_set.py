@@ -57,8 +57,8 @@ def test_the_shipped_part_is_small_and_is_the_tables():
         assert (len(program.q), cones) == (int(row["variables"]), int(row["second_order_cones"]))
         assert all(block.count for block in program.rows)
         assert answer.error() < 1e-9
-        # A sum of products has another last bit on another machine.
-        assert program.cost(answer.x) == pytest.approx(float(row["optimum"]), rel=1e-14)
+        # How a product is summed depends on where in memory its numbers are.
+        assert program.cost(answer.x) == pytest.approx(float(row["optimum"]), rel=1e-13)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

@@ -117,3 +117,17 @@ def test_a_moment_on_a_roll_in_the_air_is_told_that_nothing_holds_it():
     aloft = replace(aloft, tools=(replace(aloft.tools[0], surface=Circle((0.9, 1.6), 1.0)),))
     with pytest.raises(IncrementFailed, match=r"tools\[0\] touches nothing that would hold its moment of"):
         list(march(aloft, Schedule(4), Control(Newton(), (Tangent(),), cuts=0)))
+
+
+@pytest.mark.parametrize(("beside", "words"), [(30.0, "meets none of its candidates on its way"), (0.5, "")])
+def test_a_tool_that_a_force_drives_past_the_body_is_told(beside, words):
+    ball = Circle((beside, 6.1), 5.0)
+    past = ShapedTool(ball, (0.0, 0.0), ("top",), 0.1, driven_by=Force((0.0, -1e-3)))
+    supports = tuple(Support("base", d) for d in range(2))
+    scene = Scene(block(1.0, 1.0, 2, 2), Geometry.PLANE_STRAIN, Elastic(Elasticity(1.0, 0.3)), supports, (past,))
+    steps = march(scene, Schedule(2), Control(Newton(), (Tangent(),), cuts=0))
+    if words:
+        with pytest.raises(IncrementFailed, match=words):
+            next(steps)
+    else:
+        assert next(steps).tool_forces[0, 1] < 0

@@ -17,12 +17,17 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, Schedule, march
 from bipot.meshes.sections import block
+from bipot.paths import Amplitude
+from bipot.scene.loads import Pressure, Traction
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
 from bipot.tools.circle import Circle
+from bipot.tools.driving import Force
 from bipot.tools.tool import FlatTool, ShapedTool
 from studies import energy as study
 from studies.tables import read_csv
+from tests.scenes import last, tool
+from tests.scenes import scene as under_punch
 from tests.test_landing import GAP, TRAVEL
 from tests.test_landing import scene as block_under_a_gap
 
@@ -164,3 +169,18 @@ def test_a_curved_tool_that_touches_nothing_takes_no_work_away(increments):
         found.append(list(march(scene, Schedule(increments)))[-1].energies)
     np.testing.assert_allclose(list(vars(found[1]).values()), list(vars(found[0]).values()), rtol=1e-9)
     assert found[0].friction > 0.4 * found[0].work
+
+
+PRESSED = {
+    "pressure": lambda on: under_punch(tools=(tool(travel=(0.0, 0.0)),), loads=(Pressure("right", 1.0, on),)),
+    "traction": lambda on: under_punch(tools=(), loads=(Traction("top", (0.1, 1.0), on),)),
+    "driven": lambda on: under_punch(tools=(tool(driven_by=Force((0.0, -1.0), on), travel=(0.0, 0.0)),)),
+}
+
+
+@pytest.mark.parametrize("pressed", PRESSED.values(), ids=PRESSED)
+def test_what_is_on_from_the_first_moment_does_the_work_of_what_rises_in_the_first_increment(pressed):
+    rising = Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 1.0)))
+    on, rises = (last(pressed(by), Schedule(2), Newton()) for by in (Amplitude(((0.0, 1.0), (1.0, 1.0))), rising))
+    assert on.energies.work == pytest.approx(rises.energies.work, rel=1e-9)
+    assert abs(on.energies.energy_error) < 1e-3

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from bipot.checks import refusals
+from bipot.checks.cornered import cornered
 from bipot.checks.diagnosis import free_motion
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
@@ -25,13 +26,16 @@ from bipot.forms import (
     delassus,
 )
 from bipot.increment import Limits
+from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block, cylinder
 from bipot.programs.delassus import Reduced
 from bipot.scene.scene import upsetting
 from bipot.scene.supports import Support
-from bipot.tools.tool import Sampling
+from bipot.tools.profiles import Union, wedge
+from bipot.tools.surfaces import Plane
+from bipot.tools.tool import Sampling, ShapedTool
 from studies import upsetting as study
 from tests.scenes import posed, scene, tool
 
@@ -234,3 +238,24 @@ def test_dissipation_and_tangent_do_weld():
     for form in (Tangent(), Dissipation(), Newton()):
         *_, last = march(scene(tools=(tool(mu=INF),)), Schedule(1, first=0.1, settling=1), Control(form, ()))
         assert last.state.tau == 1
+
+
+def in_a_die(face, travel):
+    """A cylinder, its base on the floor, in a die of that face that comes down."""
+    held = Support("axis", 0), Support("base", 1)
+    tools = (ShapedTool(face, (0.0, -travel), ("top", "side"), 0.0),)
+    return scene(mesh=cylinder(1.0, 1.0, 2, 2), geometry=Geometry.AXISYMMETRIC, supports=held, tools=tools)
+
+
+def test_a_node_in_a_sharp_corner_of_a_die_is_told():
+    """The top goes on, the wall stops it, and one surface pushes along one of their normals."""
+    die = Union((Plane((0.0, 1.0), (0.0, -1.0)), Plane((1.001, 0.0), (-1.0, 0.0))))
+    with pytest.raises(IncrementFailed, match=r"Node 8 is at a sharp corner of tools\[0\].*give the corner a fillet"):
+        list(march(in_a_die(die, 0.01), Schedule(4), Control(Newton(), (), cuts=1)))
+
+
+def test_a_sharp_tip_on_the_axis_is_not_told():
+    pressed = in_a_die(wedge((0.0, 1.0), 80.0, 4.0, 0.0), 0.004)
+    accepted = next(march(pressed, Schedule(2), Control(Newton())))
+    assert accepted.state.forces[:, 0].max() > 0
+    assert cornered(Increment(system_of(pressed), accepted.state, 1.0)) is None

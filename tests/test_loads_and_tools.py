@@ -23,7 +23,7 @@ from bipot.scene.loads import Load, PointForce, Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support
 from bipot.tools.tool import FlatTool
-from tests.scenes import FORMS, bar, last, named
+from tests.scenes import FORMS, bar, last, named, refused
 
 
 def pressed(*extra: Load, held: tuple[Support, ...] = ()) -> Scene:
@@ -149,6 +149,21 @@ def test_a_block_pulled_by_up_to_its_friction_stays_and_what_is_free_is_said(for
     np.testing.assert_allclose(end.tool_forces[0], [-6.0 * share, 20.0], rtol=1e-6)
     assert np.abs(end.state.nodes - mesh.nodes).max() < 1e-3
     assert end.unique == (share < 1 - 1e-8)
+
+
+@pytest.mark.parametrize("late", [1e-6, 5e-10, 1e-11])
+def test_a_corner_right_behind_a_scheduled_time_is_landed_on(late):
+    """A bar is drawn, pushed in no time and drawn again: it yields three times, in increments of any number."""
+    there_and_back = Amplitude(((0.0, 0.0), (0.5, 1.0), (0.5 + late, -1.0), (1.0, 1.0)))
+    steel = VonMises(Elasticity(1000.0, 0.3), Linear(10.0, 50.0))
+    scene = replace(bar(supports=(Prescribed("top", 1, 0.1, there_and_back),)), material=steel)
+    four, three = (last(scene, Schedule(number), Newton()).peeq.mean() for number in (4, 3))
+    assert four == pytest.approx(three, rel=1e-3)
+
+
+def test_points_of_a_path_that_no_march_can_tell_apart_are_refused():
+    jump = ((0.0, 0.0), (0.5, 1.0), (0.5 + 1e-15, -1.0), (1.0, 1.0))
+    refused(lambda: Amplitude(jump), "amplitude.points = .*: must be .* tau increasing from 0 to 1, by more than 1e-12")
 
 
 def test_a_march_lands_on_every_corner_of_an_amplitude():

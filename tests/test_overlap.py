@@ -15,7 +15,9 @@ from bipot.plot import curved
 from bipot.results.columns import UNFELT
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
-from bipot.tools.tool import FlatTool
+from bipot.tools.circle import Circle
+from bipot.tools.profiles import Profile
+from bipot.tools.tool import FlatTool, ShapedTool
 
 STEEL = upsetting(mu=0.3).material
 ROOT = np.sqrt(0.5)
@@ -113,17 +115,33 @@ def test_an_edge_that_passes_through_the_punch_between_its_nodes_is_seen():
     assert deepest == pytest.approx(sampled, rel=1e-4)
 
 
+HOLLOW = Circle((0.0, 1.0), np.hypot(4.0, 1.0), concave=True)
+WALLS = {
+    "flat": lambda candidates: FlatTool((4.0, 0.0), (-1.0, 0.0), (-0.05, 0.0), candidates, 0.0),
+    "hollow": lambda candidates: ShapedTool(HOLLOW, (-0.05, 0.0), candidates, 0.0),
+}
+
+
+@pytest.mark.parametrize("wall", WALLS.values(), ids=WALLS)
 @pytest.mark.parametrize("candidates", [("top",), ("top", "right")])
-def test_what_is_no_candidate_and_comes_behind_a_flat_tool_is_told(candidates):
+def test_what_is_no_candidate_and_comes_behind_a_tool_is_told(candidates, wall):
     """A wall comes upon the side of a block; the side feels it where it is a candidate, its upper end in any case."""
-    wall = FlatTool((4.0, 0.0), (-1.0, 0.0), (-0.05, 0.0), candidates, 0.0)
-    held = tuple(Support("left", d) for d in range(2))
-    scene = Scene(block(4.0, 2.0, 8, 4), Geometry.PLANE_STRAIN, STEEL, held, (wall,))
+    tool, held = wall(candidates), tuple(Support("left", d) for d in range(2))
+    scene = Scene(block(4.0, 2.0, 8, 4), Geometry.PLANE_STRAIN, STEEL, held, (tool,))
     *_, last = march(scene, Schedule(4), Control(Newton()))
     found = float(UNFELT.value(system_of(scene), last))
-    behind = float(last.state.nodes[:, 0].max() - 3.95) / scene.mesh.size
+    behind = max(-float(tool.distance(last.state.nodes, tool.pose(1.0)).min()), 0.0) / scene.mesh.size
     assert found == pytest.approx(behind, abs=1e-12)
     assert (found > 1e-3) == (candidates == ("top",))
+
+
+def test_what_is_past_an_open_end_is_not_behind_a_tool():
+    """A die's wall begins at a fifth of the side's height, and the side leans into it, the deeper the lower."""
+    die = ShapedTool(Profile(((4.0, 0.4), (4.0, 3.0), (5.0, 3.0)), 0.1), (0.0, 0.0), ("base",), 0.0)
+    mesh = block(4.0, 2.0, 1, 4)
+    scene = Scene(mesh, Geometry.PLANE_STRAIN, STEEL, (Support("left", 0),), (die,))
+    there = mesh.nodes + np.outer(0.25 - 0.1 * mesh.nodes[:, 1], [1.0, 0.0])
+    assert unfelt(scene, there, np.zeros((1, 3))) == pytest.approx(0.2 / 4, rel=1e-12)
 
 
 def test_what_was_behind_a_flat_tool_at_rest_is_no_matter():

@@ -2,8 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from bipot.control.course import Course
 from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.strain import Configuration
@@ -11,7 +13,10 @@ from bipot.forms import Newton, Penalty
 from bipot.laws.hardening import Perfect
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.paper import as_written
+from bipot.paths import Amplitude
+from bipot.scene.loads import BodyForce, Pressure
 from bipot.scene.scene import upsetting
+from bipot.tools.driving import Force
 from tests.scenes import refused, scene, tool
 
 NAN = float("nan")
@@ -101,6 +106,30 @@ def test_a_start_whose_forces_its_stress_does_not_carry_is_refused(configuration
     forces[:, row] *= factor
     with pytest.raises(SceneError, match=r"start.forces.*in balance with start.stress"):
         march(pressed, Schedule(2), start=replace(state, forces=forces))
+
+
+ON = Amplitude(((0.0, 1.0), (1.0, 1.0)))
+
+
+@pytest.mark.parametrize(
+    "pressing",
+    [
+        {"loads": (Pressure("right", 1.0, ON),)},
+        {"loads": (BodyForce((0.0, 1.0), ON),)},
+        {"tools": (tool(driven_by=Force((0.0, -10.0), ON), travel=(0.0, 0.0)),)},
+    ],
+    ids=["pressure", "body", "driven"],
+)
+def test_a_body_at_rest_is_a_start_whatever_is_on_from_the_first_moment(pressing):
+    """It is the first increment's: ``march(scene, schedule, start=recorder.start)`` is a march from rest."""
+    pressed = scene(**({"tools": (tool(travel=(0.0, 0.0)),)} | pressing))
+    own = next(march(pressed, Schedule(2)))
+    again = next(march(pressed, Schedule(2), start=Course.of(system_of(pressed).rest())))
+    assert np.array_equal(own.state.nodes, again.state.nodes)
+    later = replace(own.state, forces=2 * own.state.forces)
+    refused(lambda: march(pressed, Schedule(2), start=later), "start.forces = 'contact forces'")
+    # A body that carries them already may be at the beginning, too.
+    assert next(march(pressed, Schedule(2), start=replace(own.state, tau=0.0, length=0.0))).number == 1
 
 
 def test_a_start_with_forces_along_what_is_held_is_refused():

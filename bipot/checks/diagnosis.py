@@ -22,7 +22,11 @@ from bipot.response import State
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.poses import crossed, pose_size
+from bipot.tools.tool import Tool
 from bipot.typing import Floats
+
+FAR, STEPS, AIR = 100.0, 200, 1e-9
+"""How far a tool is followed, over sizes and gaps, in so many steps, and what is touched, over the size."""
 
 SPINS = 0.95
 """Fraction of the moment held by friction above which a tool may spin, as normal forces change in an increment."""
@@ -32,7 +36,7 @@ def diagnosis(system: System, state: State, tau: float) -> str | None:
     """A sentence why the increment from ``state`` to ``tau`` failed, None where the scene is not the cause."""
     found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
     found = found or _unheld(system, state, tau)
-    return found or _aloft(system, state, tau) or _spun(system, state, tau)
+    return found or _aloft(system, state, tau) or _past(system, state, tau) or _spun(system, state, tau)
 
 
 def _blocked(system: System, state: State, tau: float) -> str | None:
@@ -97,6 +101,39 @@ def _aloft(system: System, state: State, tau: float) -> str | None:
                 "bring it to the body before it has one."
             )
     return None
+
+
+def _past(system: System, state: State, tau: float) -> str | None:
+    """A tool that a force drives past the body, or off it."""
+    scene, contacts = system.body.scene, system.candidates
+    places, poses = contacts.means.places(state.nodes), scene.placed(tau, state.translation)
+    for k, (tool, pose) in enumerate(zip(scene.tools, poses, strict=True)):
+        if tool.driven_by is not None and _goes_past(tool, places[contacts.tool == k], pose, scene.mesh.size):
+            return (
+                f"tools[{k}] meets none of its candidates on its way along its force: "
+                "bring it to where the body is, or drive it by a path."
+            )
+    return None
+
+
+def _goes_past(tool: Tool, places: Floats, pose: Floats, size: float) -> bool:
+    """Whether a tool in the ``pose`` (p,) that goes along its force meets none of the ``places`` (c, d), for certain.
+
+    Gaps change by no more than the tool goes: it goes on by the least of them.
+    """
+    assert tool.driven_by is not None
+    way, gone = np.append(tool.driven_by.direction, np.zeros(len(pose) - places.shape[1])), 0.0
+    gap = tool.distance(places, pose)
+    far = FAR * (size + float(np.abs(gap).max(initial=0.0)))
+    for _ in range(STEPS):
+        least = float(gap.min(initial=np.inf))
+        if least <= AIR * size:
+            return False
+        gone += least
+        if gone > far:
+            return True
+        gap = tool.distance(places, pose + gone * way)
+    return False
 
 
 def _spun(system: System, state: State, tau: float) -> str | None:

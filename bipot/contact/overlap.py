@@ -51,16 +51,18 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
 
 
 def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
-    """How far surface nodes that are no candidates of a flat tool went behind its plane, over the body size; 0 if none.
+    """How far surface nodes that are no candidates of a tool went behind its surface, over the body size; 0 if none.
 
-    These are ``nodes`` (a, d), at the tools' poses ``placed`` (k, p), that were not behind it at rest. Beside a punch
-    that ends at its candidates this is right; where the tool extends further, they should have been candidates.
+    These are ``nodes`` (a, d), at the tools' poses ``placed`` (k, p), that were not behind it at rest and are not past
+    an open end. Beside a flat punch that ends at its candidates this is right; where the tool extends further, they
+    should have been candidates.
     """
     deepest, surface = 0.0, np.unique(scene.mesh.outline)
     for tool, at_rest, pose in zip(scene.tools, scene.at_rest, placed, strict=True):
-        others = np.setdiff1d(surface, scene.mesh.boundary_nodes(*tool.candidates)) if tool.flat else surface[:0]
+        others = np.setdiff1d(surface, scene.mesh.boundary_nodes(*tool.candidates))
         others = others[tool.distance(scene.mesh.nodes[others], at_rest) >= -PLANAR * scene.mesh.size]
-        deepest = max(deepest, -float(tool.distance(nodes[others], pose).min(initial=0.0)))
+        depth = np.where(tool.face.beyond(tool.own(nodes[others], pose)), 0.0, -tool.distance(nodes[others], pose))
+        deepest = max(deepest, float(depth.max(initial=0.0)))
     return deepest / scene.mesh.size
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bipot.checks.cornered import cornered
 from bipot.checks.diagnosis import diagnosis
 from bipot.control.carrying import Attempt
 from bipot.errors import IncrementFailed, InvertedElement, LimitPassed, Refused
@@ -33,7 +34,11 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> I
             fraction=given_way.carried,
             tau=tau,
         )
-    if system.loading.loads or system.body.scene.drives:
+    told = isinstance(attempt.last, Refused | InvertedElement)
+    corner = None if told else cornered(increment)
+    if corner is not None:
+        more = corner
+    elif system.loading.loads or system.body.scene.drives:
         top = pace.maximum(state)
         most = "may be next to, or past, its maximum"
         if top is not None and top - state.tau < NEXT * (tau - state.tau):

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from bipot.contact.candidates import ROUND_OFF
 from bipot.control.course import SHORTEST, Course
 from bipot.errors import LARGEST_STRESS, InvertedElement, SceneError, require, require_number, require_type
-from bipot.fem.assembly import element_force
+from bipot.fem.assembly import Space, element_force
 from bipot.fem.kinematics import gradients
 from bipot.iterate import Increment
 from bipot.laws.flow import Flow
@@ -60,8 +60,8 @@ def require_start(start: State, system: System, equilibrium: float) -> None:
     """Refuse a start state of another scene: its arrays, held nodes and gaps to tools must be those of this scene.
 
     Its contact forces must balance its stress within :data:`BALANCED`, or within the march's bound on ``equilibrium``
-    if that is larger. Where nothing may touch the body they set no scale: a stress out of balance relaxes in the first
-    increment.
+    if that is larger; with the loads, or at the beginning of the path without them. Where nothing may touch the body
+    they set no scale: a stress out of balance relaxes in the first increment.
 
     Raises:
         SceneError: a time outside [0, 1], an array of another shape or not finite, peeq below zero, a held node
@@ -140,10 +140,10 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     forces = element_force(placed, start.stress)
     loads = system.load(system.loading.forces(nodes, start.tau), start.tau)
     at = start.nodes, body.scene.placed(start.tau, start.translation)
-    residual = body.space.vector(forces) - loads - contacts.load(start.forces, *at)
-    # Of a tool that is driven, by the same scale: that it is near is all that is asked here.
-    off_tools = np.abs(body.space.beside(residual)).max(initial=0.0)
-    off = max(float(norm(body.space.spread(residual)).max()), float(off_tools))
+    pushed = body.space.vector(forces) - contacts.load(start.forces, *at)
+    # What is on at tau = 0 comes in no time, in the first increment: a start there carries it, or does not yet.
+    carried = [loads] if start.tau > 0 else [loads, np.zeros_like(loads)]
+    off = min(_size(body.space, pushed - load) for load in carried)
     scale = body.space.force_scale(forces, body.space.spread(loads))
     arrived = Increment(system, replace(start, tau=start.tau - start.length), start.tau)
     moved = float(norm(start.du).max()) + arrived.reach
@@ -151,6 +151,11 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
     # where nothing is asked of nothing at all, inf times 0 is no number
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
+
+
+def _size(space: Space, residual: Floats) -> float:
+    """The largest nodal residual of unknowns (n,); of tools that are driven by the same scale, which is near enough."""
+    return max(float(norm(space.spread(residual)).max()), float(np.abs(space.beside(residual)).max(initial=0.0)))
 
 
 def _require_like(given: ArrayLike, own: Floats | Bools, field: str) -> None:

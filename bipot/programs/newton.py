@@ -11,7 +11,7 @@ but has the pattern of K whatever the contacts do, so its ordering and every sca
 multipliers, no saddle point and no condensation. Contacts that share unknowns border the matrix by their forces
 (:mod:`bipot.programs.frames`).
 
-:func:`solved` repeats the step on a quadratic model, K and f constant: a tangent program or a penalised one.
+:func:`minimised` repeats the step on a quadratic model, K and f constant: a tangent program or a penalised one.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Best(NamedTuple):
     factors: int
 
 
-def solved(
+def minimised(
     model: Model,
     at: Callable[[Floats, Floats], Law],
     x: Floats,

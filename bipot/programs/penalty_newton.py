@@ -6,10 +6,10 @@ as unknowns too the same optimality conditions read, for any rho > 0 and per con
     K x - f - G' r = 0,    r = P(r - rho (m + (r - t_0)/K_c)),    m = (max(g0, 0) + du_n, du_t),
 
 P the projection on r_n >= 0 and on the disc |r_t| <= s, K_c the penalties: one more contact law for the Newton that
-all forms share (:func:`bipot.programs.newton.solved`). rho is the body's mean stiffness, so that sticking and sliding
-are told apart by forces of the body's size. Should whole steps not get there, Newton with line search on the convex
-Psi takes over. It looks for the sign change of the slope g(x + a d) . d, which stays meaningful down to round-off,
-where differences of Psi do not.
+all forms share (:func:`bipot.programs.newton.minimised`). rho is the body's mean stiffness, so that sticking and
+sliding are told apart by forces of the body's size. Should whole steps not get there, Newton with line search on the
+convex Psi takes over. It looks for the sign change of the slope g(x + a d) . d, which stays meaningful down to
+round-off, where differences of Psi do not.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from bipot.errors import ProgramError
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
 from bipot.programs.frames import Frames
-from bipot.programs.newton import Model, solved
+from bipot.programs.newton import Model, minimised
 from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.pieces import Mapped
 from bipot.typing import Floats
@@ -74,7 +74,7 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
     terms, model, rho = program.contact, Model(program.K, program.f, program.contact.rows), _scales(program)
     # A body that nothing holds runs away; its residual is then no number below LOST, and that is the answer.
     with np.errstate(over="ignore", invalid="ignore"):
-        found = solved(
+        found = minimised(
             model,
             lambda motion, r: regularised(terms, motion, r, rho),
             start,

@@ -7,7 +7,7 @@ gap). The natural map of the same program has no such trouble once the right pie
 
 with s frozen (or De Saxce's shift, :meth:`bipot.programs.pieces.Mapped.shifted_cone`), or s = mu (r_n)+ for exact
 Coulomb friction on the same quadratic model (then unsymmetric, and only a step of the fixed point on s: the result
-counts only if it is exact). The iteration is that of :func:`bipot.programs.newton.solved`.
+counts only if it is exact). The iteration is that of :func:`bipot.programs.newton.minimised`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy as np
 
 from bipot.programs.conic import TangentProgram
 from bipot.programs.frames import SOFTENED, Frames
-from bipot.programs.newton import EXACT, Model, solved
+from bipot.programs.newton import EXACT, Model, minimised
 from bipot.programs.pieces import Law, Mapped, Pieces
 from bipot.typing import Floats
 
@@ -30,14 +30,14 @@ def polish(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None 
             return Mapped.shifted_cone(terms.rows, motion, r, scale, terms.shift)
         return Pieces.of(terms.rows, motion, r, scale, threshold=terms.threshold)
 
-    best = solved(_model(program), at, x, r, frames)
+    best = minimised(_model(program), at, x, r, frames)
     return best.x, best.r
 
 
 def couple(program: TangentProgram, x: Floats, r: Floats, frames: Frames | None = None) -> tuple[Floats, Floats] | None:
     """Exact Coulomb on the program's quadratic model, from (x, r); None when Newton does not reach it."""
     rows, scale = program.contact.rows, _scale(program)
-    best = solved(_model(program), lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
+    best = minimised(_model(program), lambda motion, r: Pieces.of(rows, motion, r, scale), x, r, frames)
     return (best.x, best.r) if best.error <= EXACT else None
 
 

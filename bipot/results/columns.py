@@ -97,7 +97,7 @@ OVERLAP = Column(
 )
 UNFELT = Column(
     "unfelt",
-    "how far surface nodes that are not candidates of a flat tool went behind its plane, over body size",
+    "how far surface nodes that are not candidates of a tool went behind its surface, over body size",
     lambda system, a: unfelt(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),

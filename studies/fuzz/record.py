@@ -148,7 +148,12 @@ def _loads(scene: Scene, setting: Setting, start: State, end: State) -> tuple[Fl
     s, paper = setting, scene.configuration is Configuration.PAPER
     begun, ended = (s.rest, s.rest) if s.small else (start.nodes, start.nodes if paper else end.nodes)
     at = [loads_at(scene, s, nodes, tau) for tau, nodes in ((start.tau, begun), (end.tau, ended))]
-    return at[0][0], *at[1]
+    return carried(start, at[0][0]), *at[1]
+
+
+def carried(start: State, loads: Floats) -> Floats:
+    """What of the ``loads`` (a, d) at the start of an increment a body carries there: at rest none."""
+    return loads if start.tau > 0 or start.stress.any() else np.zeros_like(loads)
 
 
 def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Floats, Floats]:

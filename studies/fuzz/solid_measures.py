@@ -34,6 +34,7 @@ from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
 from bipot.typing import Floats
+from studies.fuzz.record import carried
 from studies.fuzz.solid_between import between
 from studies.fuzz.solid_contacts import touching
 from studies.fuzz.solid_held import freed, misplaced, planes_of
@@ -159,7 +160,7 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     start, end, elements = accepted.start, accepted.state, scene.mesh.elements
     s, contact = _strained(scene, accepted), touching(scene, accepted)
     count, pushes = len(scene.mesh.nodes), contact.vectors(end.forces)
-    begun, ended = loads_at(scene, accepted, 0), loads_at(scene, accepted, 1)
+    begun, ended = carried(start, loads_at(scene, accepted, 0)), loads_at(scene, accepted, 1)
     residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes, count)
     residual = np.einsum("aij,aj->ai", freed(scene), residual)
     sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)

@@ -2,7 +2,8 @@ r"""How deep tools are in the body, and the body in tools, anywhere on their sur
 
 The body is what the closed line through the nodes of its surface goes around, with its mirror images; the tool's
 outline is sampled densely. Of a place of the one in the other the depth is its distance from the surface of that: no
-more than a quarter of the surface's edge there, nor of the tool's thickness.
+more than a quarter of the surface's edge there, nor of the tool's thickness. On a meridian no place beyond the axis is
+asked: what is there is the mirror image of what goes around.
 """
 
 from __future__ import annotations
@@ -26,7 +27,9 @@ def between(s: Setting, tools: tuple[Rigid, ...], nodes: Floats) -> float:
     if not convex:
         return 0.0
     ends = whole(s, nodes)
-    return max(max(_in_body(ends, tool), _in_tool(ends, tool)) for tool in convex)
+    ring = s.axisymmetric
+    own = ends[ends[:, :, 0].min(axis=1) >= 0] if ring else ends
+    return max(max(_in_body(ends, tool, ring), _in_tool(own, tool)) for tool in convex)
 
 
 def whole(s: Setting, nodes: Floats) -> Floats:
@@ -55,7 +58,7 @@ def surface_of(elements: Ints, mirrors: list[Ints]) -> Ints:
     return np.vstack([outer[:, k : k + 2] for k in range(outer.shape[1] - 1)])
 
 
-def _in_body(ends: Floats, tool: Rigid) -> float:
+def _in_body(ends: Floats, tool: Rigid, ring: bool) -> float:
     """Of places of the tool."""
     reach = 2 * float(np.ptp(ends.reshape(-1, 2), axis=0).max())
     worst = 0.0
@@ -63,6 +66,7 @@ def _in_body(ends: Floats, tool: Rigid) -> float:
         if not (outline.turn > 0).any():
             continue
         x = tool.placed(outline.places(COUNT, reach), tool.ended)
+        x = x[x[:, 0] >= 0] if ring else x
         # What another outline of the tool covers is none of its surface, but no less in the body.
         out = ends[:, None] - x[:, None]
         turned = angle_of(out[:, :, 0], out[:, :, 1]).sum(axis=0)
