@@ -6,7 +6,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from bipot.certificate import Bounds
+from bipot.certificate import EPS, Bounds
 from bipot.checks.examined import Examined
 from bipot.errors import InvertedElement, NotConverged
 from bipot.forms.memory import Pace
@@ -65,6 +65,9 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     same = np.array_equal(rows.gap, start.gap) and not increment.new_load.any()
     if same and not rows.slip.any() and not increment.driven.any():
         return np.zeros_like(x)
-    carried = float(start.forces[:, 0] @ start.gap)
-    going_on, staying = (float(np.vdot(start.forces, rows.motion(y))) - carried for y in (x, np.zeros_like(x)))
-    return np.zeros_like(x) if going_on > staying > 0 else x
+    carried, rest = start.forces[:, 0] * start.gap, np.zeros_like(x)
+    moved, resting = (start.forces * rows.motion(y) for y in (x, rest))
+    going_on, staying = (float(part.sum() - carried.sum()) for part in (moved, resting))
+    # Where tools rest, what they do over no motion is round-off of this, of either sign.
+    noise = EPS * float(np.abs(resting).sum() + np.abs(carried).sum())
+    return rest if going_on > staying > noise else x
