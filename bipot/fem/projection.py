@@ -1,15 +1,16 @@
 r"""The volume change of an element, projected on what its pressure can be held against: a cure for volumetric locking.
 
-With theta = tr e of the strain as it is at the points of an element, weights w where equilibrium is asked, and phi_k
-what spans the volume change,
+With theta = tr e of the strain as it is at the points of an element, weights w where that is taken (in ``midpoint``
+w_1 exp(-theta/2), of the volumes w_1 at the end), and phi_k what spans the volume change,
 
     e' = e + (Pi theta - theta) 1/3,    Pi = phi (phi' w phi)^-1 phi' w,
 
 so that sum_q w phi_k (Pi theta - theta) = 0. phi is 1 (``p0``, the mean dilatation) or 1 and the coordinates at rest
 (``p1``). Points keep theirs for good, so that the pressure, which follows from tr e' alone where plastic flow keeps the
-volume, stays in span phi from a start in it. Then Pi p = p, and the force that e' asks for, sum_q w B'(s + Pi p 1), is
-that of the stress at the points: nothing of it needs to be projected. As elements are refined their maps become affine,
-and what is linear at rest is linear where they have come to.
+volume, stays in span phi from a start in it. Then Pi p = p at any weights, and the force where equilibrium is asked,
+sum_q w_1 B'(s + Pi p 1), is that of the stress at the points: nothing of it needs to be projected. By the weights of
+the middle changes of volume add up to order two in the increment, by those of the end to order one. As elements are
+refined their maps become affine, and what is linear at rest is linear where they have come to.
 """
 
 from __future__ import annotations
