@@ -15,7 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
-from bipot.coulomb.definite import ROUGHLY, asymmetry, by_diagonal, by_units, definite
+from bipot.basics.definite import definite
+from bipot.coulomb.definite import asymmetry, by_diagonal, by_units, semidefinite
 from bipot.errors import ProgramError, require, require_count
 from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
@@ -151,7 +152,7 @@ class CoulombProblem(Affine):
 
         It costs a factorisation.
         """
-        return definite(self._by_units, ROUGHLY)
+        return semidefinite(self._by_units)
 
     @cached_property
     def _by_units(self) -> sparse.csr_array:
@@ -235,7 +236,7 @@ class GlobalCoulombProblem:
     @property
     def semidefinite(self) -> bool:
         """Whether the symmetric part of M is positive definite: W is semidefinite then. It costs a factorisation."""
-        return definite(by_diagonal(self.M))
+        return definite(sparse.csc_matrix(by_diagonal(self.M)))
 
     def reduced(self) -> CoulombProblem:
         """Eliminate v: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w, by one sparse factorisation of M.
