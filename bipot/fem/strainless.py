@@ -46,7 +46,7 @@ def alone(mesh: Mesh) -> Bools:
     opposite = mesh.element.opposite
     if opposite is None:
         return ~shared.any(axis=1)
-    return shared[:, opposite].any(axis=2).sum(axis=1) < 2
+    return np.asarray(shared[:, opposite].any(axis=2).sum(axis=1) < 2)
 
 
 def require_strained(
