@@ -164,7 +164,7 @@ def test_caps_are_those_of_the_library(element):
 
 def test_paths_whose_components_go_apart_are_turned_with_their_tools():
     path = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (1.0, (1.0, 1.0, 1.0)))
-    mesh = brick(2.0, 2.0, 2.0, 1, 1, 1, element=Element.H20)
+    mesh = brick(2.0, 2.0, 2.0, 1, 1, 1, element=Element.H8)
     scene = Scene(mesh, Geometry.SOLID, STEEL, PLANES[2:], (punch(path=path, travel=(0.03, 0.01, -0.02)),))
     tool, other = scene.tools[0], turned(scene, Q).scene.tools[0]
     for tau in (0.2, 0.5, 0.8, 1.0):

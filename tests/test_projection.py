@@ -7,7 +7,8 @@ import pytest
 
 from bipot.errors import InfeasibleProgram, SceneError
 from bipot.fem.assembly import element_force
-from bipot.fem.elements import RULES
+from bipot.fem.elements import RULES, tabulated
+from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -19,10 +20,12 @@ from bipot.marching import Control, Schedule, march
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, ring
+from bipot.meshes.solids import brick
 from bipot.response import Body, body_space, rest
 from bipot.scene.loads import Pressure
 from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
+from bipot.tensors import trace
 from studies.fuzz.record import setting_of
 from studies.independent.volume import fitted
 from tests.scenes import PLANES
@@ -103,6 +106,33 @@ def test_a_rigid_turn_strains_nothing_and_a_linear_field_evenly(element, volume)
         kin = measure.increment(mesh.nodes, du, mesh.elements, table, Geometry.PLANE_STRAIN, body.projection)
         expected = kin.strain[0, 0] if even is None else even
         np.testing.assert_allclose(kin.strain, np.broadcast_to(expected, kin.strain.shape), atol=1e-14)
+
+
+@pytest.mark.parametrize(("element", "volume"), [(e, v) for e in VOLUMES for v in VOLUMES[e] if v.value != "as_is"])
+def test_changes_of_volume_add_up_to_order_two_in_the_increment(element, volume):
+    """Of a constant to the logarithm of the element's volume. By the weights of the end the order is one."""
+    solid = element.dimension == 3
+    mesh = brick(1.0, 1.0, 1.0, 1, 1, 1, element=element) if solid else block(1.0, 1.0, 1, 1, element=element)
+    geometry = Geometry.SOLID if solid else Geometry.PLANE_STRAIN
+    table = tabulated(element, RULES[element][0])
+    projection = Projection.of(volume, mesh.nodes, mesh.elements, table)
+    way = 0.1 * np.random.default_rng(4).uniform(-1, 1, mesh.nodes.shape)
+
+    def changed(parts):
+        each = [
+            Configuration.MIDPOINT.measure.increment(
+                mesh.nodes + k / parts * way, way / parts, mesh.elements, table, geometry, projection
+            )
+            for k in range(parts)
+        ]
+        return sum(trace(kin.strain) for kin in each)
+
+    once, twice, fine = (changed(parts) for parts in (4, 8, 16))
+    assert np.abs(once - twice).max() == pytest.approx(4 * np.abs(twice - fine).max(), rel=0.2)
+    if volume is VolumeChange.P0:
+        ends = [gradients(x, mesh.elements, table, geometry).volume.sum(axis=1) for x in (mesh.nodes, mesh.nodes + way)]
+        expected = np.log(ends[1] / ends[0])
+        np.testing.assert_allclose((4 * fine - twice)[:, 0] / 3, expected, rtol=1e-4, atol=1e-7)
 
 
 @pytest.mark.parametrize(("element", "volume"), PROJECTED)

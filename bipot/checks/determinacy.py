@@ -25,6 +25,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import null_space
 
+from bipot.basics.definite import definite
 from bipot.checks.examined import Examined
 from bipot.checks.opening import openable
 from bipot.conic.clarabel import solve
@@ -33,7 +34,6 @@ from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries, touches
 from bipot.iterate import Iterate
 from bipot.laws.projections import unit
-from bipot.programs.condensation import factorise
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints
@@ -187,8 +187,7 @@ def branches(iterate: Iterate, r: Floats) -> bool:
     stopped = sp.vstack([rows_of(rows.G_n, active.closed), held])
     K = iterate.increment.system.body.space.matrix(iterate.tangent(r))
     stiff = STIFF * float(np.abs(K.diagonal()).max(initial=0.0))
-    lu = factorise(sp.csc_matrix((K + K.T) / 2 + stiff * (stopped.T @ stopped)))
-    return not np.array_equal(lu.perm_r, lu.perm_c) or bool((lu.U.diagonal() <= 0).any())
+    return not definite(sp.csc_matrix(K + stiff * (stopped.T @ stopped)))
 
 
 def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.coulomb.conic import ConicSettings, force_program, polish
+from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.functions import ConeMap
 from bipot.coulomb.problem import CoulombProblem
 from bipot.coulomb.scaling import scale
 from bipot.errors import require, require_type
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
-
-_SYMMETRIC = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,12 +52,13 @@ class AssociatedSolution:
 def solve_associated(problem: CoulombProblem, settings: ConicSettings | None = None) -> AssociatedSolution:
     """Solve the relaxation by one conic program and its polish.
 
-    Raises SceneError for an unsymmetric W, InfeasibleProgram where the program is unbounded.
+    Raises SceneError for an unsymmetric W or an indefinite one, InfeasibleProgram where the program is unbounded.
     """
     require_type(problem, CoulombProblem, "problem")
     require_type(settings, ConicSettings, "settings", optional=True)
     asymmetry, settings = problem.asymmetry, settings or ConicSettings()
-    require(asymmetry <= _SYMMETRIC, "asymmetry of W", asymmetry, f"<= {_SYMMETRIC}: the relaxation is an energy")
+    require(asymmetry <= ROUGHLY, "asymmetry of W", asymmetry, f"<= {ROUGHLY}: the relaxation is an energy")
+    require(problem.semidefinite, "W", "indefinite", "positive semidefinite: the relaxation is a convex energy")
     scaled = scale(problem)
     program = force_program(scaled, scaled.mu, settings)
     r = program.solve(scaled.q, np.zeros_like(scaled.mu))

@@ -1,10 +1,11 @@
-"""The existence test before a problem is solved; its verdict has three values.
+"""Whether a solution can exist, asked before any is sought; the answer has three values.
 
 Both tests maximise the margin t by which some velocity, a point of {H v + w} or {W x + q}, satisfies
     u_n >= t              t* < 0: no velocity is admissible, none exists (Farkas forces prove it)
     u_n >= mu |u_t| + t   t* > 0: a velocity inside the dual cone, one exists (the theorem of Acary, Cadoux,
                           Lemaréchal and Malick)
-and decide nothing in between. The second needs W symmetric and positive semidefinite, as in their theorem.
+and say nothing in between. The second needs W symmetric and positive semidefinite, as theirs is; in the global form
+M symmetric and positive definite.
 """
 
 from __future__ import annotations
@@ -19,13 +20,13 @@ from scipy import sparse
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
 from bipot.conic.solver import Accuracy
+from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
 from bipot.errors import ProgramError
 from bipot.tensors import FloatArray
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7
-_SYMMETRIC = 1e-6
 _BALANCED = 1e-6
 _ACCURACY = Accuracy(1e-10, 200)
 
@@ -56,7 +57,7 @@ def _largest_margin(
     A: sparse.csr_array, b: FloatArray, cone: FloatArray | None, seconds: float, dim: int
 ) -> tuple[float, FloatArray]:
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
-    multipliers; nan if not solved.
+    multipliers. What is not solved is nan.
     """
     n, on_t = columns(A), np.ones(b.size)
     if cone is not None:
@@ -113,19 +114,23 @@ def existence(problem: CoulombProblem | GlobalCoulombProblem, seconds: float = m
         )
         forces = np.maximum(multiplier, 0.0) / unit[::dim]
         return ExistenceReport(Existence.NONE, reason, opening, forces / forces.sum())
-    if local is not None and local.asymmetry > _SYMMETRIC:
-        return ExistenceReport(Existence.UNKNOWN, "W is not symmetric, the sufficient condition supposes it", np.nan)
+    name = "M" if local is None else "W"
+    if problem.asymmetry > ROUGHLY:
+        reason = f"{name} is not symmetric, the sufficient condition supposes it"
+        return ExistenceReport(Existence.UNKNOWN, reason, np.nan)
     inside, _ = _largest_margin(A, b, mu, seconds, dim)
-    if inside > _CERTAIN:
-        reason = "some velocity lies inside the dual cone (W taken as positive semidefinite)"
-        return ExistenceReport(Existence.EXISTS, reason, inside)
-    return ExistenceReport(Existence.UNKNOWN, "neither condition decides", inside)
+    if not inside > _CERTAIN:
+        return ExistenceReport(Existence.UNKNOWN, "neither condition decides", inside)
+    if not problem.semidefinite:
+        reason = f"{name} is not positive {'definite' if local is None else 'semidefinite'}, "
+        return ExistenceReport(Existence.UNKNOWN, reason + "the sufficient condition supposes it", inside)
+    return ExistenceReport(Existence.EXISTS, "some velocity lies inside the dual cone", inside)
 
 
 def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
     """Whether y >= 0 (sum y = 1) balances itself, |Aᵀ y| <= 1e-6 |b · y|, and does negative work b · y < 0.
 
-    The remainder of Aᵀ y could only matter for x above 1e6 in scaled units.
+    What is left of Aᵀ y could only be used by x above 1e6 in scaled units.
     """
     y = np.maximum(y, 0.0)
     work = float(b @ y)

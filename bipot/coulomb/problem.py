@@ -15,6 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import sparse
 from scipy.sparse import linalg as sparse_linalg
 
+from bipot.basics.definite import definite
+from bipot.coulomb.definite import asymmetry, by_diagonal, by_units, semidefinite
 from bipot.errors import ProgramError, require, require_count
 from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
@@ -141,10 +143,20 @@ class CoulombProblem(Affine):
 
     @property
     def asymmetry(self) -> float:
-        """Max |W - Wᵀ| / max |W|, 0 for W = 0."""
-        largest = np.abs(self.W.data).max(initial=0.0)
-        difference = sparse.csr_array(self.W - self.W.T)
-        return float(np.abs(difference.data).max(initial=0.0) / largest) if largest else 0.0
+        """Max |W' - W'ᵀ| / max |W'|, W' by the units of contacts; 0 for W = 0."""
+        return asymmetry(self._by_units)
+
+    @property
+    def semidefinite(self) -> bool:
+        """Whether the symmetric part of W is positive semidefinite, to single precision and by the units of contacts.
+
+        It costs a factorisation.
+        """
+        return semidefinite(self._by_units)
+
+    @cached_property
+    def _by_units(self) -> sparse.csr_array:
+        return by_units(self.W, np.repeat(self.contact_unit, self.dim))
 
     @property
     def force_scale(self) -> float:
@@ -215,6 +227,16 @@ class GlobalCoulombProblem:
         object.__setattr__(self, "f", _vector(self.f, "f", dofs))
         object.__setattr__(self, "w", _vector(self.w, "w", contact_rows))
         object.__setattr__(self, "mu", _friction(self.mu, contact_rows // self.dim))
+
+    @property
+    def asymmetry(self) -> float:
+        """Max |M' - M'ᵀ| / max |M'|, M' by the roots of its diagonal; 0 for M = 0."""
+        return asymmetry(by_diagonal(self.M))
+
+    @property
+    def semidefinite(self) -> bool:
+        """Whether the symmetric part of M is positive definite: W is semidefinite then. It costs a factorisation."""
+        return definite(sparse.csc_matrix(by_diagonal(self.M)))
 
     def reduced(self) -> CoulombProblem:
         """Eliminate v: W = Hᵀ M⁻¹ H, q = Hᵀ M⁻¹ f + w, by one sparse factorisation of M.

@@ -49,13 +49,6 @@ class Gradients:
             B[:, :, :3] += self.projector.left(trace_rows(D, self.reduction))[:, :, None] / 3
         return B
 
-    def strained(self, strain: Floats) -> Floats:
-        """The Mandel strain (e, q, s) with its trace projected."""
-        if self.projector is None:
-            return strain
-        own = trace(strain)
-        return strain + (self.projector.of(own) - own)[..., None] / 3 * identity(self.reduction.mandel)
-
     def gradient_operator(self, D: Floats) -> None:
         """Write D (e, q, m, dk), which maps displacements to g; entries not written remain zero."""
         for a, (i, row) in enumerate(self.reduction.places):
@@ -73,12 +66,14 @@ class Gradients:
 class Kinematics(Gradients):
     """The kinematics of an increment at the points, and the gradients in its configuration of equilibrium.
 
-    Strain increment (e, q, s); ``middle`` (e, q, m) is g where the strain is taken; ``half`` the half rotation of
-    tensors as in :mod:`bipot.fem.plane` or :mod:`bipot.fem.solid`, None where nothing rotates or moves.
+    Strain increment (e, q, s); ``middle`` (e, q, m) is g where the strain is taken; ``straining`` projects the volume
+    change of the strain, by the weights there; ``half`` is the half rotation of tensors as in :mod:`bipot.fem.plane` or
+    :mod:`bipot.fem.solid`, None where nothing rotates or moves.
     """
 
     strain: Floats
     middle: Floats
+    straining: Projector | None = None
     half: Floats | None = None
 
     @property
@@ -88,7 +83,7 @@ class Kinematics(Gradients):
 
     def part(self, elements: slice) -> Kinematics:
         """The part of some elements."""
-        projector, half = self.projector, self.half
+        projector, straining, half = self.projector, self.straining, self.half
         return Kinematics(
             reduction=self.reduction,
             shape=self.shape[elements],
@@ -96,6 +91,7 @@ class Kinematics(Gradients):
             projector=None if projector is None else projector.part(elements),
             strain=self.strain[elements],
             middle=self.middle[elements],
+            straining=None if straining is None else straining.part(elements),
             half=None if half is None else CLOSED_FORMS[self.reduction.dimension].part(half, elements),
         )
 
@@ -119,6 +115,14 @@ class Kinematics(Gradients):
         if self.half is None:
             return self.volume
         return self.volume * np.exp(-self.divergence)
+
+
+def strained(strain: Floats, projector: Projector | None) -> Floats:
+    """The Mandel strain (e, q, s) with its trace projected."""
+    if projector is None:
+        return strain
+    own = trace(strain)
+    return strain + (projector.of(own) - own)[..., None] / 3 * identity(strain.shape[-1])
 
 
 def trace_rows(D: Floats, reduction: Reduction) -> Floats:

@@ -1,15 +1,18 @@
 r"""The volume change of an element, projected on a small space of functions: a cure for volumetric locking.
 
-With theta = tr e the unprojected volume change at the points of an element, weights w in the configuration of
-equilibrium, and functions phi_k that span the projected volume change,
+With theta = tr e the unprojected volume change at the points of an element, weights w in the configuration where the
+strain is taken (in ``midpoint`` w_1 exp(-theta/2), w_1 the volumes at the end), and functions phi_k that span the
+projected volume change,
 
     e' = e + (Pi theta - theta) 1/3,    Pi = phi (phi' w phi)^-1 phi' w,
 
 so that sum_q w phi_k (Pi theta - theta) = 0. phi is 1 (``p0``, the mean dilatation) or 1 and the coordinates at rest
 (``p1``). The values of phi at the points never change. The pressure, which follows from tr e' alone where plastic flow
-preserves the volume, therefore stays in span phi if it starts there. Then Pi p = p, and the force dual to e', sum_q w
-B'(s + Pi p 1), is that of the stress at the points, which needs no projection. As elements are refined their maps
-become affine, and functions linear at rest are linear in the current configuration.
+preserves the volume, therefore stays in span phi if it starts there. Then Pi p = p at any weights, and the force dual
+to e' in the configuration of equilibrium, sum_q w_1 B'(s + Pi p 1), is that of the stress at the points, which needs no
+projection. With the weights of the middle the error of accumulated volume changes is of order two in the increment,
+with those of the end of order one. As elements are refined their maps become affine, and functions linear at rest are
+linear in the current configuration.
 """
 
 from __future__ import annotations

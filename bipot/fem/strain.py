@@ -26,7 +26,7 @@ import numpy as np
 
 from bipot.fem.assembly import element_stiffness
 from bipot.fem.elements import Reference
-from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted, trace_rows
+from bipot.fem.kinematics import CLOSED_FORMS, Kinematics, gradients, refuse_inverted, strained, trace_rows
 from bipot.fem.projection import Projection, Projector
 from bipot.fem.reduction import Geometry, Reduction
 from bipot.tensors import contract, trace
@@ -138,7 +138,8 @@ class Fixed:
         """See :class:`Measure`."""
         start = gradients(nodes, elements, reference, geometry, projection)
         g = start.of(du.take(elements, axis=0))
-        return Kinematics(**vars(start), strain=start.strained(contract(g, start.reduction.symmetric.T)), middle=g)
+        strain = strained(contract(g, start.reduction.symmetric.T), start.projector)
+        return Kinematics(**vars(start), strain=strain, middle=g, straining=start.projector)
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """That of (25)."""
@@ -178,7 +179,12 @@ class Midpoint:
             refuse_inverted(determinant, f"{what} at the middle over that at the end", nodes, elements)
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
-        return Kinematics(**vars(end), strain=end.strained(strain), middle=middle, half=half)
+        # Volumes at the middle: of those at the end the change of volume would be off by first order in the increment.
+        weight = end.volume * np.exp(-trace(strain) / 2)
+        straining = None if projection is None else projection.at(weight)
+        return Kinematics(
+            **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
+        )
 
     def tangent(self, kin: Kinematics, stresses: Stresses, scratch: Scratch) -> Floats:
         """In ``scratch.K``."""
@@ -213,19 +219,19 @@ def _moving_tangent(kin: Kinematics, s: Stresses, scratch: Scratch) -> None:
     np.matmul(Z, scratch.D, out=scratch.ZD)
     e, n, _ = scratch.K.shape
     np.matmul(scratch.D.reshape(e, -1, n).transpose(0, 2, 1), scratch.ZD.reshape(e, -1, n), out=scratch.K)
-    if kin.projector is not None:
+    if kin.straining is not None:
         theta_by_g = by_g[:, :, 0] + by_g[:, :, 1] + by_g[:, :, 2]
-        scratch.K[...] += _projected(kin, kin.projector, theta_by_g, scratch.D, s.bulk)
+        scratch.K[...] += _projected(kin, kin.straining, theta_by_g, scratch.D, s.bulk)
 
 
 def _projected(kin: Kinematics, projector: Projector, by_g: Floats, D: Floats, bulk: float) -> Floats:
     """The term that projecting the volume change adds to K_e (e, dk, dk); ``by_g`` (e, q, m) is d tr e/dg.
 
-    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by w V
-    move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) V.
+    K_e gains sum_q w V' K (d(Pi theta) - d theta), K the ``bulk`` modulus, V the trace of D. Weights that move by
+    w (V - d theta/2) move Pi theta by phi (phi' w phi)^-1 phi' w (theta - Pi theta) (V - d theta/2).
     """
     V, by_motion = trace_rows(D, kin.reduction), (by_g[:, :, None] @ D)[:, :, 0]
-    left = (kin.divergence - trace(kin.strain))[..., None] * V
+    left = (kin.divergence - trace(kin.strain))[..., None] * (V - by_motion / 2)
     moved = projector.of(left + by_motion) - by_motion
     return ((bulk * kin.volume)[..., None] * V).transpose(0, 2, 1) @ moved
 

@@ -134,6 +134,18 @@ class Element(Enum):
         return np.hstack([faces, middle])
 
     @cached_property
+    def opposite(self) -> Ints | None:
+        """Which facets of a hexahedron lie opposite to each other (3, 2); None of other shapes.
+
+        >>> Element.H8.opposite.tolist()
+        [[5, 3], [2, 4], [0, 1]]
+        """
+        if self.shape is not CUBE:
+            return None
+        middle = self.places[np.array(self.shape.faces)].mean(axis=1)
+        return np.array([[int(np.argmin(way)), int(np.argmax(way))] for way in middle.T])
+
+    @cached_property
     def ends(self) -> Ints:
         """Which columns of :attr:`facets` are corners: the ends of an edge, or the corners of a face."""
         return np.flatnonzero((self.facets < self.corners).all(axis=0))

@@ -26,7 +26,7 @@ from bipot.meshes.cells import Parts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
-from bipot.typing import Floats, Ints, as_array, read_only
+from bipot.typing import Bools, Floats, Ints, as_array, read_only
 
 PLACES = "numbers of shape (nodes, 2) in a plane, (nodes, 3) in space"
 
@@ -171,6 +171,11 @@ class Mesh:
     def outline(self) -> Ints:
         """Facets (f, n) of one element each, run anticlockwise around it: the body's whole surface."""
         return self._facets.nodes[~self._facets.shared]
+
+    @cached_property
+    def shared(self) -> Bools:
+        """Which facets of every element are another's, too (e, m), in the order of :attr:`Element.facets`."""
+        return self._facets.shared[self._facets.number]
 
     def surface(self, name: str) -> tuple[Ints, Ints]:
         """Facets (f, n) of the boundary ``name``, run anticlockwise around their elements, and these (f,)."""

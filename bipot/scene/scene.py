@@ -26,6 +26,7 @@ from bipot.fem.orientation import AXIS, refuse_folded
 from bipot.fem.projection import VOLUMES, VolumeChange
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
+from bipot.fem.strainless import require_strained
 from bipot.laws.hardening import Hardening, Perfect
 from bipot.laws.material import Material
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -85,6 +86,8 @@ class Scene:
         free = bool((~self.holding.held).any())
         require(free, "scene.supports", self.supports, "such that they leave a node free")
         self._check_axis()
+        held = self.holding.numbers, self.holding.axes
+        require_strained(self.mesh, self.geometry, self.rule, self.volume_change, *held)
         for k, load in enumerate(self.loads):
             require(isinstance(load, Dead | Pressure), f"scene.loads[{k}]", load, "a load that gives its forces")
             load.check(self.mesh)

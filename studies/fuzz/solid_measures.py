@@ -134,7 +134,9 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
     spin = spin / 2 * midpoint
     strain = turned((G + G.swapaxes(-1, -2)) / 2, rotation(spin, 0.5))
     trace = np.trace(strain, axis1=-2, axis2=-1)
-    held_trace = fitted(trace, ended.volume, scene.mesh.nodes[elements], rule, scene.volume_change.value)
+    # The volume where the strain is taken, as the displacement gradient G has it.
+    midway = ended.volume * (np.exp(-trace / 2) if midpoint else 1.0)
+    held_trace = fitted(trace, midway, scene.mesh.nodes[elements], rule, scene.volume_change.value)
     strain = strain + (held_trace - trace)[..., None, None] / 3 * np.eye(3)
     stiff = 3 * elastic.bulk + 2 * elastic.shear
     last = np.einsum("eai,eqaj->eq", np.abs(end.du[elements]), np.abs(strained.slopes))

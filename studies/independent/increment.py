@@ -93,7 +93,9 @@ def measure(setting: Setting, step: Step) -> Measures:
     G = displacement_gradient(strained, u)
     spin = (G[..., 1, 0] - G[..., 0, 1]) / 2 if s.midpoint else np.zeros(G.shape[:2])
     angle = 2 * np.arctan(spin / 2)
-    strain = turned(with_fitted_trace(s, (G + G.swapaxes(-1, -2)) / 2, ended.volume), rotation(angle / 2))
+    # The volume where the strain is taken, as the displacement gradient G has it.
+    midway = ended.volume * (np.exp(-np.trace(G, axis1=-2, axis2=-1) / 2) if s.midpoint else 1.0)
+    strain = turned(with_fitted_trace(s, (G + G.swapaxes(-1, -2)) / 2, midway), rotation(angle / 2))
     Q = rotation(angle)
     blur = _blur(s, step, strained, u)
     contact = contact_measures(s, step, ended)
