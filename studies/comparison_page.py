@@ -94,6 +94,7 @@ PAGES: dict[str, dict[str, Callable[[Path], str]]] = {
         "upsetting": tabled(mesh_tables.of_meshes),
         "scatter": tabled(mesh_tables.of_scatter),
         "rolling": tabled(mesh_tables.of_rolling),
+        "block_pressure": tabled(mesh_tables.of_block_pressure),
         "sampling": tabled(mesh_tables.of_sampling),
     },
 }

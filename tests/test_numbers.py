@@ -37,6 +37,7 @@ GIVEN = {
         "reach 5 %",
     ),
     "docs/coulomb.md": ("4 s a problem",),
+    "docs/elements.md": ("increments of 1 %", "from 2 % on"),
     "docs/howto/choosing.md": ("0.1 % of the height",),
     "docs/howto/unloading.md": ("a block by 5 %",),
     "docs/robustness.md": ("after 200 passes", "first or last 2 %", "to 1 %, equilibrium"),

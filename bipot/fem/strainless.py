@@ -45,7 +45,7 @@ def alone(mesh: Mesh) -> Bools:
     shared = mesh.shared
     opposite = mesh.element.opposite
     if opposite is None:
-        return ~shared.any(axis=1)
+        return np.asarray(~shared.any(axis=1))
     return np.asarray(shared[:, opposite].any(axis=2).sum(axis=1) < 2)
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
 from bipot.tools.tool import Sampling
-from studies.accuracy import rolling
+from studies.accuracy import block_pressure, rolling
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import NAME
 from studies.accuracy.row import Row
@@ -115,6 +116,31 @@ def of_rolling(results: Path) -> Lines:
         for row in read_rows(results / f"{rolling.NAME}.csv", rolling.Row)
     ]
     return head, lines
+
+
+def of_block_pressure(results: Path) -> Lines:
+    """Pressure on the upper face of the cube: where runs end, and the largest values on the way."""
+    head = ["mu", "layout", "a side", "reached", "line", "edge", "inner", "largest line", "largest edge"]
+    head += ["largest inner", "least Jacobian", "passes an increment"]
+    lines = [
+        [
+            f"{row.mu:g}",
+            row.layout,
+            str(row.elements),
+            f"{100 * row.reached:.1f} %",
+            *map(_three, (row.line, row.edge, row.inner)),
+            f"{_three(row.largest_line)} at {100 * row.at:.0f} %",
+            *map(_three, (row.largest_edge, row.largest_inner, row.min_jacobian)),
+            f"{row.passes_an_increment:.1f}",
+        ]
+        for row in read_rows(results / f"{block_pressure.NAME}.csv", block_pressure.Row)
+    ]
+    return head, lines
+
+
+def _three(value: float) -> str:
+    """Three digits, or what stands for none."""
+    return f"{value:.3g}" if math.isfinite(value) else NONE
 
 
 def _by_series(rows: Sequence[Row] | Sequence[Scatter]) -> list[Mesh]:

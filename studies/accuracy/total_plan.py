@@ -70,8 +70,10 @@ FORMS = (Method.TANGENT, Method.DISSIPATION, Method.UZAWA, Method.PENALTY)
 OWN = (
     Series(ElementType.Q8),
     Series(ElementType.Q8, quadrature=Quadrature.GAUSS2, paces=BOTH),
+    Series(ElementType.Q8, quadrature=Quadrature.GAUSS2, sides=(2, 8, 12)),
     Series(ElementType.Q8, contact=Sampling.WEIGHTED, sides=COARSE),
     Series(ElementType.Q4P0, sides=(*COARSE, 14, 20), paces=BOTH),
+    Series(ElementType.Q4P0, sides=(1, 2, 4)),
     Series(ElementType.Q4P0, Layout.FANNED),
     Series(ElementType.Q8P1, sides=COARSE, paces=BOTH),
     Series(ElementType.Q8P1, Layout.FANNED),

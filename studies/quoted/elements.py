@@ -117,6 +117,38 @@ def _needed(results: Results) -> str:
     return digits(80 * max(_edges(results, 80, "scatter")) / 0.005, 1)
 
 
+CUBE = "block_pressure"
+
+
+def _cube(results: Results, column: str, layout: str, mu: float = 0.3) -> list[float]:
+    """Of the runs of the cube in a layout, where known."""
+    return [value for value in results.column(CUBE, column, layout=layout, mu=mu) if math.isfinite(value)]
+
+
+def _arrive(results: Results) -> bool:
+    """No fanned mesh folds; in the other layout one does."""
+    fanned = min(min(_cube(results, "reached", "fanned", mu)) for mu in (0.1, 0.3))
+    return fanned > 0.2999 > min(_cube(results, "reached", "tensor"))
+
+
+def _peaks(results: Results) -> bool:
+    """The largest ``edge`` would make more of ``line`` than was found."""
+    rows = [row for row in results.rows(CUBE, layout="fanned", mu=0.3) if float(row["elements"]) > 4]
+    made = [0.29 * (float(row["largest_edge"]) - 1) / math.sqrt(float(row["elements"]) - 3) for row in rows]
+    return all(float(row["largest_line"]) < peak for row, peak in zip(rows, made, strict=True))
+
+
+def _alike(results: Results) -> bool:
+    """At mu = 0.1 ``inner`` is small in both layouts, ``edge`` and ``line`` are higher fanned."""
+    one, other = ([_cube(results, name, layout, 0.1) for name in ("inner", "edge", "line")] for layout in LAYOUTS)
+    higher = all(
+        b > a for own, theirs in zip(one[1:], other[1:], strict=True) for a, b in zip(own, theirs, strict=True)
+    )
+    return higher and max(*one[0], *other[0]) < 0.02
+
+
+LAYOUTS = "tensor", "fanned"
+
 WEIGHTED = PAPER | {"sampling": "weighted"}
 FANNED = DEFAULT | {"layout": "fanned"}
 
@@ -160,12 +192,23 @@ QUOTED = Quoted(
         "nodes_20": lambda results: percent(off(results, 0.1, 0.2, **PAPER)),
         "weighted_40": lambda results: percent(within(off(results, 0.1, 0.4, **WEIGHTED), 1)),
         "nodes_40": lambda results: percent(off(results, 0.1, 0.4, **PAPER), 1),
+        "block_fold": lambda results: digits(100 * min(_cube(results, "reached", "tensor")), 3),
+        **{
+            f"inner_{layout}": lambda results, layout=layout: digits(max(_cube(results, "largest_inner", layout)))
+            for layout in LAYOUTS
+        },
         **{
             f"mean_square_{name}": lambda results, name=name: percent(_mean_square(results, name, 20.0))
             for name in ("q8", "q8p1", "q9p1")
         },
     },
     claims={
+        "and all its meshes in the table reach the end": _arrive,
+        "would give a larger *line* than was found, with 8, 12 and 16 a side alike": _peaks,
+        "at mu = 0.1 in the `tensor` layout or after a landing": lambda results: (
+            max(_cube(results, "largest_line", "tensor", 0.1)) < 0.05
+        ),
+        "the two layouts have about the same *inner*": _alike,
         "there is no published number, but `q9p1` and `t6` extrapolate to the same four digits": _agree,
         "come to 45 % on all meshes but the coarsest of `q9p1` at mu = 0.1, in `newton` form without a cut": _lacking,
         "all its contact pressures are positive": lambda results: (
