@@ -57,7 +57,7 @@ def test_between_planes_it_folds_inside_the_block_however_short_increments_are()
 
 
 def test_fanned_out_it_does_not():
-    scene, accepted, words = marched(4, 0.5, 10, "fanned")
+    scene, accepted, words = marched(4, 0.47, 10, "fanned")
     assert words == "at the end of the path"
     check(accepted)
     assert not any(step.cuts for step in accepted)

@@ -126,14 +126,15 @@ def test_a_punch_that_turns_shears_by_no_more_than_the_body_carries():
 
 @pytest.mark.parametrize("centre", [pytest.param(None, marks=pytest.mark.slow), (0.0, 2.0)])
 def test_energies_balance_in_the_limit(centre):
+    """From 20 increments on: the error of 10 has another sign, and may be anything small."""
     errors = []
-    for increments in (10, 20, 80):
+    for increments in (20, 160):
         scene = spun(centre=centre, angle=0.1)
         *_, last = march(scene, Schedule(increments, first=0.01), Control(Newton()))
         energies = last.course.energies
         assert energies.friction > 0
         errors.append(abs(energies.energy_error))
-    assert errors[2] < errors[0] / 4 < 1e-4
+    assert errors[1] < errors[0] / 4 < 1e-4
 
 
 @pytest.mark.parametrize("mu", [0.2, np.inf])

@@ -2,7 +2,7 @@ r"""Pressure on the upper face of the upset cube, mesh by mesh and in both layou
 
     python -m studies.accuracy.block_pressure [--fast] [--resume | --overwrite] [--out DIR]
 
-The study's eighth of a cube in H8/P0, ``newton``, in increments of 1 % after the start-up, towards 30 %.
+The study's eighth of a cube in H8/P0, by ``newton`` alone, in increments of 1 % after the start-up, towards 30 %.
 ``DIR/block_pressure.csv`` has a row a run: the reduction it ``reached``; ``line``, ``edge`` and ``inner``
 (:mod:`studies.block_line`) where it ended; the largest of each from :data:`ONSET` on, with the reduction ``at`` which
 ``line`` was largest; the least Jacobian over its mean, passes an increment and seconds. A run ends early where an
@@ -95,7 +95,7 @@ def run(mu: float, layout: str, elements: int) -> Row:
     scene = block.scene()
     system, found, jacobian, passes, cuts, seconds = system_of(scene), list[list[float]](), 1.0, 0, 0, 0.0
     try:
-        for accepted in march(scene, block.schedule(), replace(block.control(), cuts=CUTS)):
+        for accepted in march(scene, block.schedule(), replace(block.control(), fallbacks=(), cuts=CUTS)):
             found.append([REDUCTION * accepted.state.tau, *(measure(system, accepted) for measure in MEASURES)])
             jacobian = float(MIN_JACOBIAN.value(system, accepted))
             passes, cuts, seconds = passes + accepted.passes, cuts + accepted.cuts, seconds + accepted.seconds
