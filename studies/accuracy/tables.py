@@ -130,7 +130,8 @@ def of_block_pressure(results: Path) -> Lines:
             f"{100 * row.reached:.1f} %",
             *map(_three, (row.line, row.edge, row.inner)),
             f"{_three(row.largest_line)} at {100 * row.at:.0f} %",
-            *map(_three, (row.largest_edge, row.largest_inner, row.min_jacobian)),
+            # Zero to round-off where the corner lies down on the platen.
+            *map(_three, (row.largest_edge, row.largest_inner, round(row.min_jacobian, 9) + 0.0)),
             f"{row.passes_an_increment:.1f}",
         ]
         for row in read_rows(results / f"{block_pressure.NAME}.csv", block_pressure.Row)
