@@ -126,7 +126,7 @@ def test_a_punch_that_turns_shears_by_no_more_than_the_body_carries():
 
 @pytest.mark.parametrize("centre", [pytest.param(None, marks=pytest.mark.slow), (0.0, 2.0)])
 def test_energies_balance_in_the_limit(centre):
-    """From 20 increments on: the error of 10 has another sign, and may be anything small."""
+    """Errors are not monotone: about the centre that of 10 increments is a quarter of that of 20 (1.0e-5, 4.4e-5)."""
     errors = []
     for increments in (20, 160):
         scene = spun(centre=centre, angle=0.1)

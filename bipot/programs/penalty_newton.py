@@ -63,7 +63,9 @@ def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float
 
 
 def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None) -> Minimum:
-    """Minimise from ``start`` (n,) until the residual stops falling at round-off.
+    """Minimise from ``start`` (n,) until the conditions in x and r stop falling at round-off.
+
+    Where the residual in x alone is then above 1e-9 of the largest force, the line search goes on from there.
 
     ``frames`` are those of the contacts, where they are known.
 
