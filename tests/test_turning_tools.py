@@ -126,15 +126,20 @@ def test_a_punch_that_turns_shears_by_no_more_than_the_body_carries():
 
 @pytest.mark.parametrize("centre", [pytest.param(None, marks=pytest.mark.slow), (0.0, 2.0)])
 def test_energies_balance_in_the_limit(centre):
-    """Errors are not monotone: about the centre that of 10 increments is a quarter of that of 20 (1.0e-5, 4.4e-5)."""
+    """After the first increments, whose lengths the schedule does not refine and which err by 4e-6 at any number.
+
+    The rest errs with both signs, most where the punch lets the body go: about the centre the sum is -1.3e-5, -4.7e-5,
+    -3.2e-5, -1.7e-5, -4.1e-6 and -9.4e-7 of the work in 10, 20, 40, 80, 160 and 320 increments.
+    """
     errors = []
     for increments in (20, 160):
         scene = spun(centre=centre, angle=0.1)
-        *_, last = march(scene, Schedule(increments, first=0.01), Control(Newton()))
-        energies = last.course.energies
-        assert energies.friction > 0
-        errors.append(abs(energies.energy_error))
-    assert errors[1] < errors[0] / 4 < 1e-4
+        found = [a.course for a in march(scene, Schedule(increments, first=0.01), Control(Newton()))]
+        begun = max((c for c in found if c.state.tau <= 0.1 + 1e-9), key=lambda c: c.state.tau)
+        last = found[-1].energies
+        assert last.friction > 0
+        errors.append(abs(last.imbalance - begun.energies.imbalance) / last.work)
+    assert errors[1] < errors[0] / 8 < 1e-4
 
 
 @pytest.mark.parametrize("mu", [0.2, np.inf])
