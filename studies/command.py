@@ -11,6 +11,7 @@ from functools import wraps
 from typing import Any, ParamSpec, TextIO
 
 from bipot.errors import BipotError
+from bipot.progress import Progress, terminal
 from studies import INTERRUPTED, STOPPED
 from studies.stopping import stoppable
 
@@ -76,6 +77,17 @@ def say(text: str, to: TextIO | None = None) -> None:
         print(text.encode(encoding, "backslashreplace").decode(encoding), file=stream, flush=True)
     except BrokenPipeError:
         _mute(stream)
+
+
+@contextmanager
+def progressing(title: str) -> Iterator[Progress]:
+    """A bar of this title where the terminal can show one, closed when the block ends."""
+    progress = terminal()
+    progress.start(title)
+    try:
+        yield progress
+    finally:
+        progress.close()
 
 
 @contextmanager

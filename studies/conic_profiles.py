@@ -28,9 +28,8 @@ from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.conic.stored import load
 from bipot.conic.through_cvxpy import Cvxpy, cone_solvers
 from bipot.errors import ProgramError, ResultsError, require
-from bipot.progress import terminal
-from studies.command import command, say
-from studies.outputs import Table, add_options, opened
+from studies.command import command, progressing, say
+from studies.outputs import Table, opened, parser_of
 from studies.performance import DERIVED, solved_table, write
 
 NAME = "conic_profiles"
@@ -89,11 +88,9 @@ def files(folder: Path) -> list[Path]:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog=f"studies.{NAME}", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    p = parser_of(NAME, (__doc__ or "").splitlines()[0])
     p.add_argument("--set", type=Path, default=DEFAULT_SET, help="folder of programs (default: those of the tests)")
     p.add_argument("--solvers", nargs="+", help="by name (default: all that are installed)")
-    p.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    add_options(p)
     return p
 
 
@@ -103,9 +100,7 @@ def fill(table: Table[Row], paths: Sequence[Path], solvers: Mapping[str, ConicSo
     Raises:
         ResultsError: a file without an answer.
     """
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, path in enumerate(paths):
             program, answer = load(path)
             if answer is None:
@@ -114,8 +109,6 @@ def fill(table: Table[Row], paths: Sequence[Path], solvers: Mapping[str, ConicSo
                 if (path.stem, name) not in table:
                     progress.advance(done / len(paths), f"{path.stem}, {name}")
                     table.add(measure(path.stem, program, program.cost(answer.x), name, solver))
-    finally:
-        progress.close()
 
 
 @command

@@ -10,7 +10,6 @@ of the coarse meshes, which are the tests' data.
 
 from __future__ import annotations
 
-import argparse
 import shutil
 import sys
 from collections.abc import Iterable, Sequence
@@ -22,11 +21,10 @@ from bipot.conic.problem import Cone, ConicProgram, ConicSolution
 from bipot.conic.solver import Accuracy
 from bipot.control.accepted import Accepted
 from bipot.errors import ProgramError
-from bipot.progress import terminal
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.conic_scenes import COURSES, Course, Pick
 from studies.files import replacing
-from studies.outputs import Table, add_options, opened
+from studies.outputs import Table, opened, parser_of
 from studies.tables import text
 
 NAME = "conic_set"
@@ -104,26 +102,19 @@ def best(program: ConicProgram) -> ConicSolution:
 def made(courses: Iterable[Course], table: Table[Row]) -> None:
     """March, solve and write, program by program."""
     missing = [course for course in courses if any(course.name(pick) not in table for pick in course.picks)]
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, course in enumerate(missing):
             progress.advance(done / len(missing), f"{course.scene}, {course.elements}")
             for pick, accepted, program in course.programs():
                 answer = best(program)
                 program.save(table.folder / f"{course.name(pick)}.npz", answer)
                 table.add(row_of(course, pick, accepted, answer))
-    finally:
-        progress.close()
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Make what is missing, print the table."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="A conic test set.", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="programs of the coarse meshes alone")
-    add_options(parser)
+    parser = parser_of(NAME, "A conic test set.", fast="programs of the coarse meshes alone")
     asked = parser.parse_args(argv)
     courses = [course for course in COURSES if course.small or not asked.fast]
     names = [course.name(pick) for course in courses for pick in course.picks]

@@ -9,21 +9,18 @@ shrink. F at 45 % for mu = 0.3 follows a landing of side nodes on the punch and 
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
-from pathlib import Path
 
 import numpy as np
 
 from bipot.forms import Tangent
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.progress import terminal
 from bipot.scene.scene import upsetting
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.options import coefficient
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.upsetting_columns import JOULE, force
 from studies.upsetting_march import FIRST
 
@@ -116,14 +113,10 @@ def planned(mus: Iterable[float], plan: Plan) -> list[Key]:
 
 def measures(runs: Sequence[Key], plan: Plan) -> Iterator[Row]:
     """All rows, one run each, with progress."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, (mu, knob, value) in enumerate(runs):
             yield measure(mu, knob, value, plan)
             progress.advance((done + 1) / len(runs), f"mu = {mu:g}, {value} {knob}")
-    finally:
-        progress.close()
 
 
 def table(rows: list[Row]) -> str:
@@ -143,13 +136,8 @@ def table(rows: list[Row]) -> str:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write ``convergence.csv`` row by row, print the tables."""
-    parser = argparse.ArgumentParser(
-        prog="studies.convergence", description="Increment and mesh convergence.", allow_abbrev=False
-    )
+    parser = parser_of(NAME, "Increment and mesh convergence.", fast="small meshes and few increments")
     parser.add_argument("--mu", type=coefficient, nargs="+", default=[0.1, 0.3])
-    parser.add_argument("--out", type=Path, default=Path("results/convergence"))
-    parser.add_argument("--fast", action="store_true", help="small meshes and few increments")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     runs = planned(asked.mu, plan)

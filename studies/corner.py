@@ -24,11 +24,9 @@ element's volumetric strains at its points, 2 being ideal and less than 1 meanin
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -40,14 +38,12 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
-from bipot.progress import terminal
 from bipot.scene.scene import Scene, upsetting
 from bipot.tensors import identity, trace
 from bipot.traction import consistent_tractions, contact_edges, edge_tractions
 from bipot.typing import Floats
-from studies.command import command, say
-from studies.outputs import add_options, opened
-from studies.tables import text
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
 from studies.upsetting_march import FIRST
 
 NAME = "corner"
@@ -224,25 +220,16 @@ def planned(plan: Plan) -> list[Key]:
 
 def measures(runs: Sequence[Key], increments: int) -> Iterator[tuple[Row, Profile]]:
     """These runs, with progress."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, (mu, rule, n) in enumerate(runs):
             yield measure(mu, Quadrature(rule), n, increments)
             progress.advance((done + 1) / len(runs), f"mu = {mu:g}, {rule}, {n} elements")
-    finally:
-        progress.close()
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog="studies.corner", description="Pressure oscillation by quadrature rule.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="one small mesh and few increments")
-    add_options(parser)
+    parser = parser_of(NAME, "Pressure oscillation by quadrature rule.", fast="one small mesh and few increments")
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     runs, fixed = planned(plan), {"increments": plan.increments}
@@ -251,8 +238,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     )
     for row, along in measures([run for run in runs if run not in table], plan.increments):
         table.add(row, curves={curve_name(*key(row)): vars(along)})
-    say(text(table.rows, SHOWN))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words(SHOWN))
     return 0
 
 

@@ -26,8 +26,7 @@ import numpy as np
 
 from bipot import coulomb
 from bipot.errors import InfeasibleProgram, ResultsError
-from bipot.progress import terminal
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.options import count, positive, processes
 from studies.outputs import Table, add_options, opened
 from studies.performance import DERIVED, TOLERANCES, solved_table, write
@@ -105,14 +104,10 @@ def key(row: Row) -> tuple[str, str]:
 
 def recorded(rows: Iterable[Row], total: int, table: Table[Row]) -> None:
     """Put each row into the table and show it as progress before the next one comes."""
-    progress = terminal()
-    progress.start("coulomb_profiles")
-    try:
+    with progressing("coulomb_profiles") as progress:
         for done, row in enumerate(rows, 1):
             table.add(row)
             progress.advance(done / total, row.id)
-    finally:
-        progress.close()
 
 
 def missed(rows: Iterable[Row], required: Sequence[int]) -> list[str]:

@@ -10,7 +10,6 @@ largest contraction seen in an increment, and how many increments ended by which
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections import Counter
@@ -18,7 +17,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -30,8 +28,7 @@ from bipot.programs.fixed_point import Coupled, Frozen, Safeguard
 from bipot.scene.scene import upsetting
 from studies.command import command, say
 from studies.hard_programs import DISCRETE, SETTLED, passes_of
-from studies.outputs import add_options, opened
-from studies.tables import text
+from studies.outputs import opened, parser_of
 from studies.upsetting_march import FIRST
 
 NAME = "coupling"
@@ -140,12 +137,7 @@ def planned(settings: Settings) -> dict[Key, Callable[[], Row]]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run all, rewriting the table after each."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.{NAME}", description="The fixed point of friction.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="two coefficients on a small mesh")
-    add_options(parser)
+    parser = parser_of(NAME, "The fixed point of friction.", fast="two coefficients on a small mesh")
     asked = parser.parse_args(argv)
     settings = FAST if asked.fast else Settings()
     fixed = {name: value for name, value in vars(settings).items() if name != "mu"}
@@ -162,8 +154,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for key, run in runs.items():
         if key not in table:
             table.add(run())
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

@@ -19,23 +19,20 @@ happened to.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from bipot.errors import ProgramError
 from bipot.fem.elements import Quadrature
-from bipot.progress import terminal
 from bipot.system import system_of
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.convergence import observed_order
 from studies.element_scenes import PROBLEMS, Choice, Problem
 from studies.element_types import ElementType
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.tables import text, write_csv
 
 NAME, ORDERS = "elements", "orders"
@@ -158,25 +155,16 @@ def side(rows: Sequence[Row]) -> str:
 
 def measures(runs: Sequence[tuple[Problem, Choice, int]]) -> Iterator[Row]:
     """These meshes, with progress."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, (problem, choice, n) in enumerate(runs):
             yield measure(problem, choice, n)
             progress.advance((done + 1) / len(runs), f"{problem.name}, {choice.type.value}, n = {n}")
-    finally:
-        progress.close()
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, rewriting the table after each mesh; then the orders."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.{NAME}", description="Element types against closed answers.", allow_abbrev=False
-    )
-    parser.add_argument("--fast", action="store_true", help="coarse series, no refined meshes")
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    add_options(parser)
+    parser = parser_of(NAME, "Element types against closed answers.", fast="coarse series, no refined meshes")
     asked = parser.parse_args(argv)
     plan = planned(asked.fast)
     derived = (f"{ORDERS}.csv",)

@@ -10,11 +10,9 @@ increments.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -28,8 +26,7 @@ from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march
 from bipot.scene.scene import Scene, upsetting
 from studies.command import command, say
-from studies.outputs import Table, add_options, opened
-from studies.tables import text
+from studies.outputs import Table, opened, parser_of
 from studies.upsetting_march import FIRST
 
 NAME = "energy"
@@ -122,12 +119,7 @@ def with_orders(rows: list[Row]) -> list[Row]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog="studies.energy", description="How the energy balance closes.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="one coefficient, a small mesh, few increments")
-    add_options(parser)
+    parser = parser_of(NAME, "How the energy balance closes.", fast="one coefficient, a small mesh, few increments")
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     configurations = (Configuration.MIDPOINT, Configuration.PAPER)
@@ -139,8 +131,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for row in measures(case, plan, table):
             table.add(row)
             table.add(*with_orders([table[run] for run in planned(case, plan) if run in table]))
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

@@ -18,7 +18,6 @@ or did not resume to the same table (``unreadable``), a study ended in a traceba
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import os
@@ -40,7 +39,7 @@ from bipot.results import open as open_results
 from studies import upsetting
 from studies.command import command, say
 from studies.fault_process import FOLDER, RUN, Study, killing, limited
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.tables import text
 
 NAME = "faults"
@@ -214,10 +213,7 @@ FAULTS: dict[str, Callable[[Bench, Plan, Row], None]] = {
 @command
 def main(argv: list[str] | None = None) -> int:
     """Do all, rewriting the table after each kind."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Kills and full disks.", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="a few of each")
-    add_options(parser)
+    parser = parser_of(NAME, "Kills and full disks.", fast="a few of each")
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     found = opened(asked.out, NAME, Row, lambda row: row.fault, asked.policy, parameters=vars(plan), order=FAULTS)

@@ -16,7 +16,6 @@ import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from pathlib import Path
 
 from bipot.control.accepted import Accepted
 from bipot.errors import BipotError, IncrementFailed, SceneError
@@ -28,7 +27,7 @@ from studies.hard_loads import load_cases
 from studies.hard_programs import ProgramCase, program_cases
 from studies.hard_scenes import Case, Outcome, Run, Settings, cases
 from studies.options import count
-from studies.outputs import Table, add_options, opened
+from studies.outputs import Table, opened, parser_of
 
 NAME = "hard_cases"
 Key = tuple[str, str]
@@ -141,14 +140,11 @@ def of_programs(chosen: Sequence[ProgramCase], table: Table[Row]) -> Iterator[Ro
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog="studies.hard_cases", description="Scenes that defeat others.", allow_abbrev=False)
+    p = parser_of(NAME, "Scenes that defeat others.", fast="small meshes, and the cases that are then quick")
     p.add_argument("--forms", nargs="+", choices=[f.value for f in FORMS], default=[f.value for f in FORMS])
     p.add_argument("--only", default="", help="cases whose name contains this")
     p.add_argument("--elements", type=count(1), help=f"elements a side (default {FULL.elements})")
     p.add_argument("--increments", type=count(1), help=f"uniform increments (default {FULL.increments})")
-    p.add_argument("--out", type=Path, default=Path("results/hard_cases"))
-    p.add_argument("--fast", action="store_true", help="small meshes, and the cases that are then quick")
-    add_options(p)
     return p
 
 

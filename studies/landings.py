@@ -11,11 +11,9 @@ closes from more than a thousandth of the travel.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -25,12 +23,11 @@ from bipot.forms import Dissipation, Newton, Tangent
 from bipot.increment import System
 from bipot.laws.flow import Integration
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.progress import terminal
 from bipot.scene.scene import upsetting
 from bipot.typing import Floats
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.options import count
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.tables import text
 from studies.upsetting_march import FIRST
 
@@ -178,14 +175,10 @@ def planned(plan: Plan) -> list[Key]:
 
 def courses(runs: Sequence[Key], elements: int) -> Iterator[Course]:
     """These runs, with progress."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, (integration, located, increments) in enumerate(runs):
             yield course(Integration(integration), bool(located), increments, elements)
             progress.advance((done + 1) / len(runs), f"{integration}, {increments} increments")
-    finally:
-        progress.close()
 
 
 def scatter(rows: list[Row], least: int) -> str:
@@ -204,13 +197,8 @@ def scatter(rows: list[Row], least: int) -> str:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog="studies.landings", description="Landings inside increments or located.", allow_abbrev=False
-    )
+    parser = parser_of(NAME, "Landings inside increments or located.", fast="a small mesh and few increments")
     parser.add_argument("--elements", type=count(1), help="elements a side")
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     plan = plan if asked.elements is None else replace(plan, elements=asked.elements)

@@ -11,12 +11,10 @@ The command fails when an optimiser differs by more than ``ALLOWED`` on any pass
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
@@ -26,8 +24,7 @@ from bipot.increment import Trial
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.scene.scene import upsetting
 from studies.command import command, say
-from studies.outputs import add_options, opened
-from studies.tables import text
+from studies.outputs import opened, parser_of
 from studies.upsetting_march import FIRST
 
 NAME = "optimisers"
@@ -116,20 +113,14 @@ def disagreements(found: list[Row]) -> list[str]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog="studies.optimisers", description="Ways to minimise the penalised program.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-    add_options(parser)
+    parser = parser_of(NAME, "Ways to minimise the penalised program.", fast="a small mesh and few increments")
     asked = parser.parse_args(argv)
     elements, increments = (2, 1) if asked.fast else (10, 4)
     fixed = {"elements": elements, "increments": increments}
     table = opened(asked.out, NAME, Row, lambda row: row.optimiser, asked.policy, parameters=fixed)
     if not all(optimiser.value in table for optimiser in Optimiser):
         table.add(*rows(compare(elements, increments)))
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     for disagreement in disagreements(table.rows):
         say(f"error: {disagreement}", sys.stderr)
     return 1 if disagreements(table.rows) else 0

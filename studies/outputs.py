@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from bipot.errors import ResultsError
 from bipot.hdf5.checked import Checked
@@ -24,7 +24,7 @@ from bipot.hdf5.checked import opened as checked
 from bipot.results import Existing
 from studies.files import replacing, require_writable, sentence
 from studies.stopping import checkpoint
-from studies.tables import LARGEST, read_rows, write_csv, write_hdf5
+from studies.tables import LARGEST, read_rows, text, write_csv, write_hdf5
 
 Row = TypeVar("Row")
 Curves = dict[str, dict[str, Any]]
@@ -33,6 +33,25 @@ Stat = tuple[int, int, int] | None
 
 
 CHOICES = "--resume goes on with them, --overwrite starts afresh"
+
+
+def parser_of(
+    name: str,
+    about: str,
+    fast: str | None = None,
+    out: Path | None = None,
+    policy: Existing = Existing.REFUSE,
+) -> argparse.ArgumentParser:
+    """The command line of ``studies.NAME``, ``about`` in one line: ``--out`` (default ``results/NAME``) and its policy.
+
+    With ``--fast``, if it says what that leaves of the study.
+    """
+    parser = argparse.ArgumentParser(prog=f"studies.{name}", description=about, allow_abbrev=False)
+    parser.add_argument("--out", type=Path, default=out or Path("results", name.replace(".", "_")))
+    if fast is not None:
+        parser.add_argument("--fast", action="store_true", help=fast)
+    add_options(parser, policy)
+    return parser
 
 
 def add_options(parser: argparse.ArgumentParser, default: Existing = Existing.REFUSE) -> None:
@@ -95,6 +114,12 @@ class Table(Generic[Row]):
             write_hdf5(self.folder / f"{self.name}.h5", self.rows, self.curves)
         write_csv(path, self.rows)
         self._seen = _stat(path)
+
+    def words(self, names: Sequence[str] | None = None) -> str:
+        """The rows, all columns or those of these names, and where they are."""
+        rows = self.rows
+        shown = text(rows, names or [column.name for column in fields(cast(Any, rows[0]))]) + "\n" if rows else ""
+        return f"{shown}results in {self.folder.resolve()}"
 
     def _begin(self) -> None:
         """With the first row what was there goes, and the parameters are said before there is a table of them."""

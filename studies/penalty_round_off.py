@@ -9,11 +9,9 @@ and where a run stopped. A force that does not follow the tolerance owes its err
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from bipot.certificate import Bounds
 from bipot.forms import Penalty, contact_penalty
@@ -21,9 +19,8 @@ from bipot.increment import Limits
 from bipot.marching import Control, Schedule, system_of
 from bipot.scene.scene import upsetting
 from studies.command import command, say
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.runs import record
-from studies.tables import text
 from studies.upsetting_march import FIRST
 
 NAME = "penalty_round_off"
@@ -60,10 +57,7 @@ def measure(factor: float, tolerance: float, elements: int, reference: float | N
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, rewriting the table after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Round-off or tolerance?", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="a small mesh, one penalty, two tolerances")
-    add_options(parser)
+    parser = parser_of(NAME, "Round-off or tolerance?", fast="a small mesh, one penalty, two tolerances")
     asked = parser.parse_args(argv)
     factors, tolerances, elements = (FACTORS[:1], TOLERANCES[::4], 2) if asked.fast else (FACTORS, TOLERANCES, 10)
     runs = [(factor, tolerance) for factor in factors for tolerance in tolerances]
@@ -79,8 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for run in runs:
         if run not in table:
             table.add(measure(*run, elements, table[runs[0]].force_N if runs[0] in table else None))
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

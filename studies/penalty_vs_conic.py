@@ -15,13 +15,11 @@ equilibrium ``tolerance``, and ``order`` = minus the slope of log error over log
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -30,11 +28,10 @@ from bipot.forms import FormName
 from studies.command import command, say
 from studies.expected import Expected
 from studies.options import processes
-from studies.outputs import Curves, Table, add_options, exact, opened
+from studies.outputs import Curves, Table, exact, opened, parser_of
 from studies.penalty_cases import EARLY, FAST, REDUCTION, Case, Done, Plan, cases, schedule_of, solve, system_at
 from studies.pool import completed
 from studies.runs import Run, stick_creep, traction_errors
-from studies.tables import text
 
 NAME = "penalty_vs_conic"
 SHOWN = ("mu", "reduction", "form", "K_over_E_h", "force_N", "force_error", "order", "condition", "passes", "outcome")
@@ -171,11 +168,8 @@ def curves(done: list[Done]) -> Curves:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run all cases, rewriting the table after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="What the penalties cost.", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
+    parser = parser_of(NAME, "What the penalties cost.", fast="a small mesh, one mu, two penalties")
     parser.add_argument("--workers", type=processes(0), default=2, help="processes; 0 runs in this one")
-    parser.add_argument("--fast", action="store_true", help="a small mesh, one mu, two penalties")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     fixed = {name: getattr(plan, name) for name in ("elements", "increments", "start")}
@@ -200,8 +194,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             clock.done()
             case = one.case
             say(f"{len(done)}/{len(todo)}, {clock}: {case.form.value} {case.factor:g}, mu {case.mu:g}", sys.stderr)
-    say(text(table.rows, SHOWN))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words(SHOWN))
     return 0
 
 

@@ -10,7 +10,6 @@ measures itself, and the median seconds of a program (statement or transfer, and
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,7 @@ from bipot.forms import Dissipation, FormName, Tangent
 from bipot.marching import Control, Schedule, march
 from bipot.scene.scene import upsetting
 from studies.command import command, say
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.tables import text
 from studies.upsetting_march import FIRST
 
@@ -97,10 +96,7 @@ def compared(programs: list[ConicProgram], form: str, solvers: Iterable[str] = S
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, rewriting the table after each solver."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Conic solvers compared.", allow_abbrev=False)
-    parser.add_argument("--fast", action="store_true", help="a small mesh and few increments")
-    parser.add_argument("--out", type=Path, default=Path("results"))
-    add_options(parser)
+    parser = parser_of(NAME, "Conic solvers compared.", fast="a small mesh and few increments", out=Path("results"))
     asked = parser.parse_args(argv)
     elements, increments = (2, 3) if asked.fast else (10, INCREMENTS)
     forms = (FormName.TANGENT, FormName.DISSIPATION)

@@ -21,13 +21,11 @@ proportion to wall time), ``other_s`` the rest with failed attempts.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -37,7 +35,7 @@ from bipot.marching import system_of
 from studies.command import command, say
 from studies.expected import Expected
 from studies.methods import Method, Setting, configured
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.pool import processes
 from studies.runs import Run, curve_error, record, traction_errors
 from studies.speed_jobs import EARLY, FAST, Course, Job, Knob, Plan, cost, finer, jobs, key
@@ -187,10 +185,7 @@ def told(row: Row) -> str:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run all jobs, rewriting the tables after each."""
-    parser = argparse.ArgumentParser(prog=f"studies.{NAME}", description="Time against error.", allow_abbrev=False)
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="small meshes, few increments, one repetition")
-    add_options(parser)
+    parser = parser_of(NAME, "Time against error.", fast="small meshes, few increments, one repetition")
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     every = sorted(jobs(plan), key=lambda job: aside(job, plan))

@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from bipot.errors import require
-from bipot.progress import terminal
 from studies import upsetting_case
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.executors import Executors, chosen
 from studies.options import coefficients, count, positive, processes
 from studies.outputs import Table, add_options
@@ -83,16 +82,11 @@ def points(asked: argparse.Namespace, others: Sequence[str]) -> list[Point]:
 
 def computed(missing: Sequence[Point], table: Table[Any], executors: Executors, ahead: int | None) -> None:
     """Put each point into the table as it comes, and show it as progress."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
-        with closing(lasting(missing, executors, solve, ahead)) as found:
-            for done, (point, outcome) in enumerate(found, 1):
-                lost = Outcome.none(point, Status.LOST, outcome.reason) if isinstance(outcome, Lost) else outcome
-                table.add(row_of(point, lost))
-                progress.advance(done / len(missing), "mu = {:g}, {} elements a side".format(*point.key))
-    finally:
-        progress.close()
+    with progressing(NAME) as progress, closing(lasting(missing, executors, solve, ahead)) as found:
+        for done, (point, outcome) in enumerate(found, 1):
+            lost = Outcome.none(point, Status.LOST, outcome.reason) if isinstance(outcome, Lost) else outcome
+            table.add(row_of(point, lost))
+            progress.advance(done / len(missing), "mu = {:g}, {} elements a side".format(*point.key))
 
 
 @command

@@ -11,26 +11,22 @@ element folds.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from bipot.errors import IncrementFailed
 from bipot.marching import march, system_of
 from bipot.meshes.layout import Layout
-from bipot.progress import terminal
 from bipot.results.columns import MIN_JACOBIAN
 from bipot.typing import Floats
 from studies.accuracy.alone import CUTS
 from studies.block import Block, cases, parser
 from studies.block_line import edge, inner, line
-from studies.command import command, say
-from studies.outputs import add_options, opened
-from studies.tables import text
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
 
 NAME = "block_pressure"
 REDUCTION, ONSET = 0.3, 0.02
@@ -133,27 +129,17 @@ def _largest(values: Floats) -> float:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run mesh by mesh, rewriting the table after each row."""
-    options = argparse.ArgumentParser(
-        prog=f"studies.accuracy.{NAME}", description="Pressure on an upset cube.", allow_abbrev=False
-    )
-    options.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
-    options.add_argument("--fast", action="store_true", help="one small mesh in both layouts")
-    add_options(options)
+    options = parser_of(f"accuracy.{NAME}", "Pressure on an upset cube.", fast="one small mesh in both layouts")
     asked = options.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     fixed = {"reduction": REDUCTION, "onset": ONSET, "cuts": CUTS}
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=plan.keys())
-    progress = terminal()
-    progress.start(f"accuracy.{NAME}")
-    try:
+    with progressing(f"accuracy.{NAME}") as progress:
         for done, (mu, layout, elements) in enumerate(plan.keys(), 1):
             if (mu, layout, elements) not in table:
                 table.add(run(mu, layout, elements))
             progress.advance(done / len(plan.keys()), f"mu = {mu:g}, {layout}, {elements} a side")
-    finally:
-        progress.close()
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

@@ -11,11 +11,9 @@ row a run, ``DIR/block_ratio.csv`` what both programs cost at the same error.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from bipot.tools.tool import Sampling
 from studies.accuracy.block_alone import run as march
@@ -28,7 +26,7 @@ from studies.accuracy.total_plan import Foreign, Plan, Series
 from studies.accuracy.total_row import Row, key, ratios
 from studies.command import command, say
 from studies.element_types import SolidType
-from studies.outputs import Existing, add_options, opened
+from studies.outputs import Existing, opened, parser_of
 from studies.tables import text, write_csv
 
 NAME, RATIOS, LIMITS = "block_total", "block_ratio.csv", "block_limits.csv"
@@ -87,12 +85,7 @@ def limits(mu: float, plan: BlockPlan) -> list[Limit]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.accuracy.{NAME}", description="The block: error over time, and CalculiX.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="tiny meshes, once")
-    add_options(parser)
+    parser = parser_of(f"accuracy.{NAME}", "The block: error over time, and CalculiX.", fast="tiny meshes, once")
     asked = parser.parse_args(argv)
     plan, reached = SHORT if asked.fast else PLAN, asked.out / LIMITS
     fixed = {"repeats": plan.repeats, "row": plan.row, "sides": list(plan.sides), "accuracy": plan.accuracy}

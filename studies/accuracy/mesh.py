@@ -17,7 +17,6 @@ over nodes that carry. ``passes``, ``cuts``, ``fallbacks`` and ``seconds`` are o
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -30,7 +29,6 @@ from bipot.control.accepted import Accepted
 from bipot.errors import IncrementFailed
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
-from bipot.progress import terminal
 from bipot.scene.scene import Scene
 from bipot.system import System
 from bipot.typing import Floats, Ints
@@ -40,8 +38,8 @@ from studies.accuracy.plan import FAST, Job, Plan
 from studies.accuracy.row import Discretisation, Row
 from studies.accuracy.scatter import scatters
 from studies.accuracy.smooth import AT, QUANTITIES
-from studies.command import command, say
-from studies.outputs import add_options, opened
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
 from studies.pool import completed
 from studies.tables import text, write_csv
 from studies.upsetting_march import FIRST
@@ -166,28 +164,24 @@ def run(job: Job) -> list[tuple[Row, dict[str, Floats]]]:
 
 def runs(jobs: Sequence[Job], workers: int) -> Iterator[list[tuple[Row, dict[str, Floats]]]]:
     """These runs, with progress."""
-    progress = terminal()
-    progress.start(f"accuracy.{NAME}")
-    try:
+    with progressing(f"accuracy.{NAME}") as progress:
         for done, rows in enumerate(completed(run, jobs, workers)):
             yield rows
             last = rows[-1][0] if rows else None
             told = last and f"mu = {last.mu:g}, {last.of}, {last.elements} elements"
             progress.advance((done + 1) / len(jobs), told or "")
-    finally:
-        progress.close()
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog="studies.accuracy.mesh", description="Errors of the mesh, element by element.", allow_abbrev=False
+    parser = parser_of(
+        "accuracy.mesh",
+        "Errors of the mesh, element by element.",
+        fast="two small meshes, four discretisations, few increments",
+        out=Path("results/accuracy"),
     )
-    parser.add_argument("--out", type=Path, default=Path("results/accuracy"))
     parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument("--fast", action="store_true", help="two small meshes, four discretisations, few increments")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     order = [(j.mu, j.of, j.elements, mark) for j in plan.jobs() for mark in MARKS]

@@ -14,27 +14,23 @@ is found. ``ratio`` is passes over ``uniform_passes``.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 
 from bipot.contact.closeness import carries
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march
-from bipot.progress import terminal
 from bipot.scene.scene import Scene
 from bipot.typing import Floats
 from studies.accuracy.paced_scenes import SCENES
-from studies.command import command, say
-from studies.outputs import add_options, opened
-from studies.tables import text
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
 
 NAME = "paced"
 CONTROL = Control(Newton(), (Tangent(), Dissipation()))
@@ -142,28 +138,20 @@ def rows(name: str, accuracies: Sequence[float], most: int) -> Iterator[Row]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run scene by scene, rewriting the table after each row."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.accuracy.{NAME}", description="Increments by accuracy beside equal ones.", allow_abbrev=False
+    parser = parser_of(
+        f"accuracy.{NAME}", "Increments by accuracy beside equal ones.", fast="one scene, few equal increments"
     )
-    parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="one scene, few equal increments")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     fixed = {"finer": FINER, "fewest": FEWEST, "most": plan.most}
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=plan.keys())
-    progress = terminal()
-    progress.start(f"accuracy.{NAME}")
-    try:
+    with progressing(f"accuracy.{NAME}") as progress:
         for done, name in enumerate(plan.scenes, 1):
             missing = [accuracy for accuracy in plan.accuracies if (name, accuracy) not in table]
             for row in rows(name, missing, plan.most):
                 table.add(row)
             progress.advance(done / len(plan.scenes), name)
-    finally:
-        progress.close()
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

@@ -11,7 +11,6 @@ in :mod:`studies.accuracy.scatter`, the force at 20 and 45 % over its limit (``l
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import astuple, dataclass, replace
@@ -26,15 +25,14 @@ from bipot.marching import Control, march, system_of
 from bipot.meshes.cells import Fine
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import cylinder
-from bipot.progress import terminal
 from bipot.scene.scene import Scene, upsetting
 from bipot.schedule import Schedule
 from studies.accuracy.limits import Limit
 from studies.accuracy.mesh import MARKS, REDUCTION, beside
 from studies.accuracy.scatter import Largest
-from studies.command import command, say
-from studies.outputs import add_options, opened
-from studies.tables import read_rows, text
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
+from studies.tables import read_rows
 from studies.upsetting_march import FIRST
 
 NAME = "rolling"
@@ -144,31 +142,21 @@ def forces(mu: float) -> Iterator[float]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run mesh by mesh, rewriting the table after each row."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.accuracy.{NAME}",
-        description="Jumps of the force on meshes fine where it lands.",
-        allow_abbrev=False,
+    parser = parser_of(
+        f"accuracy.{NAME}", "Jumps of the force on meshes fine where it lands.", fast="one small mesh, few increments"
     )
-    parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
-    parser.add_argument("--fast", action="store_true", help="one small mesh, few increments")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     runs = plan.runs()
     fixed = {"increments": plan.increments, "landing": LANDING, "edge": EDGE}
     order = [(mu, mesh.radial, mesh.axial) for mesh, mu in runs]
     table = opened(asked.out, NAME, Row, key, asked.policy, parameters=fixed, order=order)
-    progress = terminal()
-    progress.start(f"accuracy.{NAME}")
-    try:
+    with progressing(f"accuracy.{NAME}") as progress:
         for done, (mesh, mu) in enumerate(runs, 1):
             if (mu, mesh.radial, mesh.axial) not in table:
                 table.add(run(mesh, mu, plan.increments, tuple(forces(mu))))
             progress.advance(done / len(runs), f"mu = {mu:g}, {mesh.radial} x {mesh.axial}")
-    finally:
-        progress.close()
-    say(text(table.rows, list(Row.__dataclass_fields__)))
-    say(f"results in {asked.out.resolve()}")
+    say(table.words())
     return 0
 
 

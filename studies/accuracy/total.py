@@ -15,7 +15,6 @@ those of increments that it cut, too.
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 from collections.abc import Iterator, Sequence
@@ -24,7 +23,6 @@ from importlib.metadata import version
 from pathlib import Path
 from statistics import median
 
-from bipot.progress import terminal
 from studies.accuracy import calculix
 from studies.accuracy.alone import Came
 from studies.accuracy.calculix import Calculation
@@ -33,8 +31,8 @@ from studies.accuracy.deck import Deck
 from studies.accuracy.spent import ended
 from studies.accuracy.total_plan import FAST, Plan
 from studies.accuracy.total_row import SOLVED, Row, errors, key, limits_of, named, ratios
-from studies.command import command, say
-from studies.outputs import add_options, opened
+from studies.command import command, progressing, say
+from studies.outputs import opened, parser_of
 from studies.tables import text, write_csv
 
 NAME, RATIOS = "total", "total_ratio.csv"
@@ -106,14 +104,10 @@ def foreign(deck: Deck, plan: Plan, ccx: str) -> tuple[Calculation, float]:
 
 def runs(tasks: Sequence[Task]) -> Iterator[Row]:
     """These runs, with progress."""
-    progress = terminal()
-    progress.start(f"accuracy.{NAME}")
-    try:
+    with progressing(f"accuracy.{NAME}") as progress:
         for done, row in enumerate(map(run, tasks), 1):
             yield row
             progress.advance(done / len(tasks), f"mu = {row.mu:g}, {row.program}, {named(row)}")
-    finally:
-        progress.close()
 
 
 def tasks_of(plan: Plan, limits: Path) -> list[Task]:
@@ -128,13 +122,8 @@ def tasks_of(plan: Plan, limits: Path) -> list[Task]:
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, write, print."""
-    parser = argparse.ArgumentParser(
-        prog=f"studies.accuracy.{NAME}", description="Total error over time, and CalculiX.", allow_abbrev=False
-    )
-    parser.add_argument("--out", type=Path, default=Path(f"results/accuracy_{NAME}"))
+    parser = parser_of(f"accuracy.{NAME}", "Total error over time, and CalculiX.", fast="tiny meshes, two forms, once")
     parser.add_argument("--limits", type=Path, default=LIMITS, help=f"of studies.accuracy.mesh (default {LIMITS})")
-    parser.add_argument("--fast", action="store_true", help="tiny meshes, two forms, once")
-    add_options(parser)
     asked = parser.parse_args(argv)
     plan = FAST if asked.fast else Plan()
     tasks, fixed = tasks_of(plan, asked.limits), {"repeats": plan.repeats, "row": plan.row}

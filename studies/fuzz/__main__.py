@@ -30,7 +30,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
 from bipot.progress import terminal
 from bipot.results import Existing
@@ -38,7 +37,7 @@ from studies.command import command, say
 from studies.fuzz.row import Outcome, Table
 from studies.fuzz.tasks import study
 from studies.options import count, processes
-from studies.outputs import add_options
+from studies.outputs import parser_of
 
 OPTIONS = {
     "scene": "scenes",
@@ -60,7 +59,12 @@ def counts(table: Table) -> str:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog="studies.fuzz", description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    p = parser_of(
+        "fuzz",
+        (__doc__ or "").splitlines()[0],
+        fast="at most 10 scenes of a kind, 5 solid ones, 50 problems",
+        policy=Existing.RESUME,
+    )
     p.add_argument("--scenes", type=count(0), default=600, help="random scenes (default %(default)s)")
     p.add_argument("--shaped", type=count(0), default=300, help="those with curved tools (default %(default)s)")
     p.add_argument("--solid", type=count(0), default=100, help="bodies in space (default %(default)s)")
@@ -68,9 +72,6 @@ def parser() -> argparse.ArgumentParser:
     p.add_argument("--coulomb", type=count(0), default=2000, help="random discrete problems (default %(default)s)")
     p.add_argument("--seed", type=count(0), default=0, help="of the first scene and problem (default %(default)s)")
     p.add_argument("--jobs", type=processes(1), default=1, help="processes (default %(default)s)")
-    p.add_argument("--out", type=Path, default=Path("results/fuzz"))
-    p.add_argument("--fast", action="store_true", help="at most 10 scenes of a kind, 5 solid ones, 50 problems")
-    add_options(p, Existing.RESUME)
     return p
 
 

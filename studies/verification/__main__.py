@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from bipot.progress import terminal
-from studies.command import command, say
+from studies.command import command, progressing, say
 from studies.files import replacing
-from studies.outputs import add_options, opened
+from studies.outputs import opened, parser_of
 from studies.tables import text
 from studies.verification.case import NO, Case, Row
 from studies.verification.cases import all_cases
@@ -22,28 +20,19 @@ SHOWN = ("case", "quantity", "mesh", "reference", "value", "error", "tolerance",
 
 def measures(runs: Sequence[tuple[Case, int]], *, others: bool) -> Iterator[list[Row]]:
     """These runs, with progress; ``others``, with what other forms find."""
-    progress = terminal()
-    progress.start(NAME)
-    try:
+    with progressing(NAME) as progress:
         for done, (case, mesh) in enumerate(runs, 1):
             yield list(measured(case, mesh, others=others))
             progress.advance(done / len(runs), f"{case.name}, {mesh}")
-    finally:
-        progress.close()
 
 
 @command
 def main(argv: Sequence[str] | None = None) -> int:
     """Run, rewriting the table after each mesh."""
     cases = {case.name: case for case in all_cases()}
-    parser = argparse.ArgumentParser(
-        prog=f"studies.{NAME}", description="Cases with known answers.", allow_abbrev=False
-    )
+    parser = parser_of(NAME, "Cases with known answers.", fast="the coarsest mesh of each case")
     parser.add_argument("--only", nargs="+", choices=cases, default=list(cases), metavar="NAME", help=", ".join(cases))
-    parser.add_argument("--fast", action="store_true", help="the coarsest mesh of each case")
-    parser.add_argument("--out", type=Path, default=Path(f"results/{NAME}"))
     parser.add_argument("--page", type=Path, help="page to write from the table")
-    add_options(parser)
     asked = parser.parse_args(argv)
     keys = [
         (case.name, mesh, one.quantity)
