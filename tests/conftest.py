@@ -24,9 +24,9 @@ def pytest_collection_modifyitems(items):
     for item in items:
         every = THINNED.get(item.path.stem, {}).get(item.originalname)
         if every is not None and not item.get_closest_marker("slow"):
-            if seen[item.originalname] % every:
+            if seen[item.path, item.originalname] % every:
                 item.add_marker("slow")
-            seen[item.originalname] += 1
+            seen[item.path, item.originalname] += 1
 
 
 @pytest.fixture(scope="session")

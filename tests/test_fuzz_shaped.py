@@ -186,6 +186,7 @@ def test_a_weld_without_a_lever_beside_a_tool_that_a_moment_turns_is_diagnosed_i
     assert fuzz_judge.judge_shaped(910011).outcome is Outcome.REFUSED
 
 
+@pytest.mark.slow
 def test_shaped_tools_of_all_sorts_are_drawn():
     scenes = [drawn for seed in range(750000, 750050) if (drawn := taken(seed)) is not None]
     kinds = " ".join(drawn.kind for drawn in scenes)

@@ -226,6 +226,7 @@ def in_means(scene):
     return [t for t in scene.tools if isinstance(t, ShapedTool) and t.sampling is WEIGHTED]
 
 
+@pytest.mark.slow
 def test_shaped_tools_in_means_are_drawn_with_the_library_s_candidates():
     found = [scene for scene in drawn(range(3300000, 3300060)).values() if in_means(scene)]
     tools = [tool for scene in found for tool in in_means(scene)]

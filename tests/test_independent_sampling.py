@@ -253,6 +253,7 @@ def test_the_stiffness_of_a_point_is_that_of_its_node_or_of_its_nodes_together()
     assert point_stiffness(contact_of(third), K, ~free) == pytest.approx(16.0)
 
 
+@pytest.mark.slow
 def test_weighted_contact_is_drawn_without_changing_other_scenes(monkeypatch):
     seeds = range(710100, 710180)
     drawn = [draw(seed) for seed in seeds]
