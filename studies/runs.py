@@ -80,7 +80,7 @@ def condition(trial: Trial, x: Floats) -> float:
         posed = trial.form.program(trial.iterate, trial.r, trial.state)
     else:
         rows = trial.iterate.rows.take(np.zeros(trial.iterate.rows.count, dtype=bool))
-        terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), 1.0, 1.0)
+        terms = PenaltyTerms(rows, np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.ones(0), np.ones(0))
         posed = PenaltyProgram(trial.iterate.stiffness(TangentKind.CONSISTENT), np.zeros(len(x)), terms)
     try:
         return posed.condition(x)

@@ -45,7 +45,8 @@ def program(seed, d):
     t_0 = rng.normal(size=(COUNT, d))
     t_0[:, 0] = np.abs(t_0[:, 0])
     threshold = rng.uniform(0.0, 2.0, len(FRICTIONAL))
-    terms = PenaltyTerms(rows, rng.normal(size=COUNT), t_0, threshold, *rng.uniform(1.0, 50.0, 2))
+    k_n, k_t = rng.uniform(1.0, 50.0, COUNT), rng.uniform(1.0, 50.0, len(FRICTIONAL))
+    terms = PenaltyTerms(rows, rng.normal(size=COUNT), t_0, threshold, k_n, k_t)
     return PenaltyProgram(A @ A.T + np.eye(n), rng.normal(size=n), terms)
 
 
@@ -53,7 +54,7 @@ def smooth(terms, x, margin=1e-3):
     """Whether no candidate is within ``margin`` of a kink of its traction."""
     du, f = terms.motion(x), terms.rows.frictional
     push = terms.t_0[:, 0] - terms.k_n * (np.maximum(terms.start_gap, 0) + du[:, 0])
-    pull = np.linalg.norm(terms.t_0[f, 1:] - terms.k_t * du[f, 1:], axis=1) - terms.threshold
+    pull = np.linalg.norm(terms.t_0[f, 1:] - terms.k_t[:, None] * du[f, 1:], axis=1) - terms.threshold
     return min(np.abs(push).min(), np.abs(pull).min()) > margin
 
 
@@ -105,9 +106,8 @@ def test_the_fictitious_increments_of_29_give_the_envelopes(d, seed):
 def test_condensing_changes_nothing():
     given = posed(0.3)
     t_0 = np.tile([40.0, -5.0], (given.rows.count, 1))
-    terms = PenaltyTerms(
-        given.rows, np.zeros(given.rows.count), t_0, np.full(len(given.rows.frictional), 9.0), 1e4, 1e4
-    )
+    points, ones = len(t_0), np.ones(len(given.rows.frictional))
+    terms = PenaltyTerms(given.rows, np.zeros(points), t_0, 9 * ones, np.full(points, 1e4), 1e4 * ones)
     psi = PenaltyProgram(
         given.tangent.K * given.units.force / given.units.length, np.zeros(len(given.tangent.f)), terms
     )

@@ -127,7 +127,7 @@ def test_the_standard_form_of_a_penalised_increment_has_the_minimum_of_its_envel
     x = answer.block("dU")
     assert program.value(x) == pytest.approx(answer.program.cost(answer.x) + program.statement().constant(), rel=1e-10)
     r, pushed = program.contact.forces(x), answer.dual["fictitious"].ravel()
-    most = program.contact.k_n * TIGHT.tolerance
+    most = program.contact.k_n.max() * TIGHT.tolerance
     allowed = np.minimum(most / pushed, np.sqrt(most))
     assert (np.abs(pushed - r[:, 0]) < allowed + 1e-10 * np.abs(r).max()).all()
     assert np.abs(program.gradient(x)).max() < allowed.max() + 1e-10 * program.largest(x)

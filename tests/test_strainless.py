@@ -33,6 +33,8 @@ RUBBER = Elastic(Elasticity(1e3, 0.3))
 CLAMPED = tuple(Support("base", k) for k in range(3))
 CUT = (Symmetry("left", 0), Symmetry("front", 1), Symmetry("base", 2))
 ROW = brick(1.0, 1.0, 4.0, 1, 1, 4, element=Element.H20)
+PAIR = brick(1.0, 1.0, 2.0, 1, 1, 2, element=Element.H20)
+BETWEEN = (*CLAMPED, *(Support("top", k) for k in range(3)))
 ONE = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]], {"base": [[0, 1, 2]]}).to(Element.T10)
 
 
@@ -61,11 +63,29 @@ def moved(mesh: Mesh, far: float) -> Mesh:
             r"'GAUSS2 with P1': must be of \['GAUSS3 with P1', .*row of single ones, as element 0 at \(0\.5, 0\.5",
         ),
         (moved(ROW, 0.01), CLAMPED, "GAUSS2 with P1"),
+        (moved(ROW, 0.05), CLAMPED, "GAUSS2 with P1"),
+        (moved(ROW, 0.1), CLAMPED, "GAUSS2 with P1"),
+        (moved(ROW, 0.05), (Support("base", 2),), "GAUSS2 with P1"),
+        (moved(PAIR, 0.05), BETWEEN, "GAUSS2 with P1"),
+        (ring_3d(1.0, 1.2, 0.1, 3, 1, 1, element=Element.H20), (Symmetry("left", 0), Symmetry("front", 1)), "GAUSS2"),
         (ROW, (Support("base", 2),), "GAUSS2 with P1"),
         (boss(), CLAMPED, "as element 4 at"),
+        (moved(boss(), 0.1), CLAMPED, "as element 4 at"),
         (ONE, (Support("base", 2),), r"'TETRAHEDRON4 with P0': must be of \['TETRAHEDRON4 with AS_IS'"),
     ],
-    ids=["row", "distorted row", "row on a plane", "boss", "tetrahedron"],
+    ids=[
+        "row",
+        "distorted row",
+        "row distorted by a twentieth",
+        "row distorted by a tenth",
+        "distorted row on a plane",
+        "distorted pair",
+        "ring",
+        "row on a plane",
+        "boss",
+        "distorted boss",
+        "tetrahedron",
+    ],
 )
 def test_what_integration_points_do_not_see_is_refused(mesh, supports, said):
     with pytest.raises(SceneError, match=r"scene\.quadrature, scene\.volume = .*" + said):
@@ -115,7 +135,7 @@ def test_no_motion_is_without_strain_where_elements_are_beside_each_other(mesh, 
     holding = Holding.of((Support("base", 2),), mesh)
     for volume in {VOLUMES[mesh.element][0], VolumeChange.AS_IS}:
         at = mesh, Geometry.SOLID, RULES[mesh.element][0], volume, holding.numbers, holding.axes
-        assert all_strained(*at)
+        assert all_strained(*at, np.arange(len(mesh.elements)), least=5e-3)
 
 
 def test_a_slice_of_a_thin_ring_is_taken():

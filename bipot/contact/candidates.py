@@ -34,6 +34,7 @@ from bipot.contact.tangents import along_what_is_held
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
+from bipot.scene.symmetry import shares
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
@@ -72,6 +73,14 @@ class Candidates:
     def capped(self) -> bool:
         """Whether the shear yield stress caps the friction of any (:mod:`bipot.contact.shear`)."""
         return bool(np.isfinite(self.shear).any())
+
+    @cached_property
+    def share(self) -> Floats:
+        """What part (c,) of points of the whole body they are: less than one in planes of symmetry."""
+        x, out = self.scene.mesh.nodes[self.node], np.empty(len(self.node))
+        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
+            out[mine] = shares(self.scene.planes, tool, x[mine])
+        return out
 
     @property
     def changes(self) -> bool:

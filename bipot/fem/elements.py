@@ -82,11 +82,10 @@ def radon7() -> tuple[Floats, Floats]:
     return points, weights
 
 
-def gauss(count: int, dimension: int) -> tuple[Floats, Floats]:
-    """Gauss' rule of ``count`` points along every axis of [-1, 1]^d: points (q, d), weights (q,)."""
-    line, weight = np.polynomial.legendre.leggauss(count)
-    points, weights = product(line.tolist(), repeat=dimension), product(weight.tolist(), repeat=dimension)
-    return np.array(list(points)), np.array([prod(some) for some in weights])
+def gauss(counts: Iterable[int]) -> tuple[Floats, Floats]:
+    """Gauss' rule of so many points along each axis of [-1, 1]^d: points (q, d), weights (q,)."""
+    points, weights = zip(*(np.polynomial.legendre.leggauss(count) for count in counts), strict=True)
+    return np.array(list(product(*points))), np.array([prod(some) for some in product(*weights)])
 
 
 def triangle(count: int) -> tuple[Floats, Floats]:
@@ -132,8 +131,8 @@ WALKINGTON = (
 
 RULE: dict[Quadrature, Callable[[int], tuple[Floats, Floats]]] = {
     Quadrature.RADON7: lambda _: radon7(),
-    Quadrature.GAUSS2: lambda dimension: gauss(2, dimension),
-    Quadrature.GAUSS3: lambda dimension: gauss(3, dimension),
+    Quadrature.GAUSS2: lambda dimension: gauss((2,) * dimension),
+    Quadrature.GAUSS3: lambda dimension: gauss((3,) * dimension),
     Quadrature.TRIANGLE1: lambda _: triangle(1),
     Quadrature.TRIANGLE3: lambda _: triangle(3),
     Quadrature.TRIANGLE7: lambda _: triangle(7),
@@ -148,9 +147,13 @@ RULE: dict[Quadrature, Callable[[int], tuple[Floats, Floats]]] = {
 def tabulated(element: Element, rule: Quadrature) -> Reference:
     """The element at the points of a rule of its shape."""
     points, weights = RULE[rule](element.dimension)
-    if element.shape.cube:
-        points, weights = (points + 1) / 2, weights / 2**element.dimension
-    return _reference(element, points, weights)
+    return _on_cube(element, points, weights) if element.shape.cube else _reference(element, points, weights)
+
+
+@cache
+def tabulated_along(element: Element, counts: tuple[int, ...]) -> Reference:
+    """A square or cube at the points of Gauss' rule with so many along each axis."""
+    return _on_cube(element, *gauss(counts))
 
 
 def tabulated_at(element: Element, points: Floats) -> Reference:
@@ -185,6 +188,11 @@ def line(nodes: int) -> Reference:
     points, weights = np.polynomial.legendre.leggauss(3)
     element, order = {2: (skfem.ElementLineP1, (0, 1)), 3: (skfem.ElementLineP2, (0, 2, 1))}[nodes]
     return Reference.of(element(), (points[:, None] + 1) / 2, weights / 2, order)
+
+
+def _on_cube(element: Element, points: Floats, weights: Floats) -> Reference:
+    """A square or cube at the points of a rule for [-1, 1]^d."""
+    return _reference(element, (points + 1) / 2, weights / 2**element.dimension)
 
 
 def _reference(element: Element, points: Floats, weights: Floats) -> Reference:

@@ -28,6 +28,7 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
+from bipot.scene.symmetry import shares
 from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
@@ -62,8 +63,9 @@ _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
 class Penalty:
     """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
 
-    ``K_n``, ``K_t`` are forces per length of one node (:func:`contact_penalty` scales them). The answer must
-    meet the law that is posed, t_t within mu t_n; the certificate of the exact law is only reported.
+    ``K_n``, ``K_t`` are forces per length of one node of the whole body (:func:`contact_penalty` scales them), halved
+    for what a plane of symmetry leaves of one. The answer must meet the law that is posed, t_t within mu t_n; the
+    certificate of the exact law is only reported.
 
     Raises:
         SceneError: a penalty that is not finite and positive.
@@ -87,7 +89,8 @@ class Penalty:
         """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
         start, state = iterate.increment.start, state.at(iterate)
         t_0, start_gap = start.forces[state.near], start.gap[state.near]
-        t_0[:, 0] = np.where(t_0[:, 0] == 0, self.K_n * np.maximum(-start_gap, 0), t_0[:, 0])
+        k_n = self.K_n * iterate.increment.system.candidates.share[state.near]
+        t_0[:, 0] = np.where(t_0[:, 0] == 0, k_n * np.maximum(-start_gap, 0), t_0[:, 0])
         return _program(iterate, r, state, self.kind, start_gap, t_0, (self.K_n, self.K_t))
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
@@ -143,7 +146,8 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
 
     A and m are area and number of points of the initial contact line (edges of candidates closed at rest; of all
     candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
-    penetration of factor E/h on average. Tributary areas would do no better: they vanish at the axis.
+    penetration of factor E/h on average. A point in a plane of symmetry counts as its share of the whole body's.
+    Tributary areas would do no better: they vanish at the axis.
 
     Raises:
         SceneError: a factor that is not finite and positive, a scene without tools.
@@ -162,17 +166,18 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 
 
-def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, int]]:
+def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]]:
     """Edges (f, n), as node numbers, and their points: of closed candidates, of all candidates, of all that may touch.
 
     Tools may be of nodes and of weighted points: what they have in common are nodes of edges.
     """
-    tools = range(len(candidates.points))
+    tools, scene = range(len(candidates.points)), candidates.scene
     closed_or_all = [[on_line(candidates, k, chosen) for k in tools] for chosen in (closed, np.ones_like(closed))]
     for chosen in (*closed_or_all, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
         pairs = list(zip(candidates.points, chosen, strict=True))
         lines = np.concatenate([own.lines[mine] for own, mine in pairs])
-        yield lines, sum(len(np.unique(own.edges[mine])) for own, mine in pairs)
+        places = [scene.mesh.nodes[own.node[np.unique(own.edges[mine])]] for own, mine in pairs]
+        yield lines, sum(shares(scene.planes, *at).sum() for at in zip(scene.tools, places, strict=True))
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
@@ -194,8 +199,10 @@ def _program(
     if state.rows.tied.any():
         raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
     K, threshold = iterate.stiffness(kind), state.terms(iterate, r).threshold
-    f = K @ iterate.x - iterate.residual
-    return PenaltyProgram(K, f, PenaltyTerms(state.rows, start_gap, t_0, threshold, *penalties))
+    f, (K_n, K_t) = K @ iterate.x - iterate.residual, penalties
+    share = iterate.increment.system.candidates.share[state.near]
+    terms = PenaltyTerms(state.rows, start_gap, t_0, threshold, K_n * share, K_t * share[state.rows.frictional])
+    return PenaltyProgram(K, f, terms)
 
 
 def _minimised(

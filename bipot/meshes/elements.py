@@ -135,14 +135,14 @@ class Element(Enum):
 
     @cached_property
     def opposite(self) -> Ints | None:
-        """Which facets of a hexahedron lie opposite to each other (3, 2); None of other shapes.
+        """Which facets of a square or cube lie opposite to each other, axis by axis (d, 2); None of other shapes.
 
         >>> Element.H8.opposite.tolist()
         [[5, 3], [2, 4], [0, 1]]
         """
-        if self.shape is not CUBE:
+        if not self.shape.cube:
             return None
-        middle = self.places[np.array(self.shape.faces)].mean(axis=1)
+        middle = self.places[np.array(self.shape.faces or self.shape.edges)].mean(axis=1)
         return np.array([[int(np.argmin(way)), int(np.argmax(way))] for way in middle.T])
 
     @cached_property

@@ -40,15 +40,15 @@ class Minimum(NamedTuple):
 class PenaltyTerms:
     """Penalised contact of c candidates: rows, gap g0 (c,) from which du_n is measured, forces t_0 (c, d).
 
-    ``threshold`` (f,) is the frozen mu t_n of the friction rows, ``k_n`` and ``k_t`` forces per length.
+    ``threshold`` (f,) is the frozen mu t_n of the friction rows, ``k_n`` (c,) and ``k_t`` (f,) forces per length.
     """
 
     rows: ContactRows
     start_gap: Floats
     t_0: Floats
     threshold: Floats
-    k_n: float
-    k_t: float
+    k_n: Floats
+    k_t: Floats
 
     def motion(self, x: Floats) -> Floats:
         """du (c, d): the gap at the end, as given by the rows, minus g0 at the start, and the slip."""
@@ -80,7 +80,7 @@ class PenaltyTerms:
         du, f = self.motion(x), self.rows.frictional
         r = np.zeros_like(du)
         r[:, 0] = normal_traction(du[:, 0], self.start_gap, self.t_0[:, 0], self.k_n)
-        r[f, 1:] = project_disc(self.t_0[f, 1:] - self.k_t * du[f, 1:], threshold)
+        r[f, 1:] = project_disc(self.t_0[f, 1:] - self.k_t[:, None] * du[f, 1:], threshold)
         return r
 
     def scaled(self, units: Units) -> PenaltyTerms:
@@ -162,7 +162,7 @@ class PenaltyProgram:
         B = sp.vstack([contact.G_n, contact.G_t], format="csr")
         B = sp.hstack([B, -sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))], format="csr")
         w = np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])
-        k = np.repeat([terms.k_n, terms.k_t], [contact.count, contact.slip.size])
+        k = np.concatenate([terms.k_n, np.repeat(terms.k_t, width)])
         t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
         P = sp.csc_matrix(padded(self.K, layout.size) + B.T @ (sp.diags_array(k) @ B))
         q = B.T @ (k * w - t_0)
@@ -198,10 +198,10 @@ class PenaltyProgram:
         length = cp.abs(v_t[:, 0]) if rows.tangents == 1 else cp.norm(v_t, 2, axis=1)
         cost = (
             -terms.t_0[:, 0] @ lag_n
-            + cp.sum_squares(np.sqrt(terms.k_n / 2) * lag_n)
+            + cp.sum_squares(cp.multiply(np.sqrt(terms.k_n / 2), lag_n))
             - cp.sum(cp.multiply(terms.t_0[f, 1:], lag_t))
             + terms.threshold @ length
-            + cp.sum_squares(np.sqrt(terms.k_t / 2) * lag_t)
+            + cp.sum_squares(cp.multiply(np.repeat(np.sqrt(terms.k_t / 2)[:, None], rows.tangents, axis=1), lag_t))
         )
         closed = v_n >= -np.maximum(terms.start_gap, 0.0)
         energy = cp.sum_squares(_square_root(self.K) @ dU) / 2 - self.f @ dU

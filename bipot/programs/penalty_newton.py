@@ -52,12 +52,12 @@ def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float
     lag = motion[:, 0] + np.maximum(-terms.start_gap, 0.0) + (r[:, 0] - terms.t_0[:, 0]) / terms.k_n
     closed, miss = r[:, 0] > rho_n * lag, r.copy()
     miss[closed, 0], none[closed, 0] = rho_n * lag[closed], False
-    by_motion[closed, 0, 0], by_force[closed, 0, 0] = rho_n, rho_n / terms.k_n
-    z = r[f, 1:] - rho_t * (motion[f, 1:] + (r[f, 1:] - terms.t_0[f, 1:]) / terms.k_t)
+    by_motion[closed, 0, 0], by_force[closed, 0, 0] = rho_n, rho_n / terms.k_n[closed]
+    z = r[f, 1:] - rho_t * (motion[f, 1:] + (r[f, 1:] - terms.t_0[f, 1:]) / terms.k_t[:, None])
     slope = DiscSlope.at(z, terms.threshold).by_point
     miss[f, 1:] -= project_disc(z, terms.threshold)
     by_motion[f, 1:, 1:] = rho_t * slope
-    by_force[f, 1:, 1:] -= (1 - rho_t / terms.k_t) * slope
+    by_force[f, 1:, 1:] -= (1 - rho_t / terms.k_t)[:, None, None] * slope
     none[f, 1:] = (terms.threshold == 0)[:, None]
     return Mapped(miss, by_motion, by_force, np.full(count, rho_n), none)
 
@@ -125,9 +125,9 @@ def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
 
 
 def _scales(program: PenaltyProgram) -> tuple[float, float]:
-    """rho for normal and tangential rows: the mean stiffness, at most the penalty."""
-    mean = float(program.K.diagonal().mean())
-    return min(mean, program.contact.k_n), min(mean, program.contact.k_t)
+    """rho for normal and tangential rows: the mean stiffness, at most the least penalty."""
+    mean, contact = float(program.K.diagonal().mean()), program.contact
+    return float(contact.k_n.min(initial=mean)), float(contact.k_t.min(initial=mean))
 
 
 def _searches(program: PenaltyProgram, best: _Best) -> None:

@@ -34,7 +34,8 @@ class Whitened:
         self.program = program
         terms = program.contact
         G_n, G_t = terms.rows.G_n.toarray(), terms.rows.G_t.toarray()
-        metric = program.K + terms.k_n * G_n.T @ G_n + terms.k_t * G_t.T @ G_t
+        k_t = np.repeat(terms.k_t, terms.rows.tangents)
+        metric = program.K + G_n.T @ (terms.k_n[:, None] * G_n) + G_t.T @ (k_t[:, None] * G_t)
         self.L = la.cholesky(metric, lower=True)
         self.level = program.value(start)
 
