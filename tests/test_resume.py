@@ -34,7 +34,7 @@ EACH = [pytest.param(*one, marks=[pytest.mark.slow] * (one[1] in LONG), id=one[1
 def test_every_study_with_a_table_has_both_options():
     """Those that read results, and a run whose answer another study keeps, have none to lose."""
     scripts = [path for path in (ROOT / "studies").rglob("*.py") if "__main__" in path.read_text(encoding="utf-8")]
-    adding = ("add_options(", "OPTIONS.parser()")
+    adding = ("parser_of(", "add_options(", "OPTIONS.parser()")
     without = [path for path in scripts if not any(word in path.read_text(encoding="utf-8") for word in adding)]
     lacking = {path.parent.name if path.stem == "__main__" else path.stem for path in without}
     assert len(scripts) > 12
