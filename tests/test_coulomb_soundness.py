@@ -244,6 +244,16 @@ def test_a_singular_mode_holds_two_velocities_and_all_between():
     assert coulomb.multiplicity(no_solution()).reason.startswith("No solution")
 
 
+@pytest.mark.parametrize("q", [(0.0, 1.0), (0.0, 0.0)])
+def test_a_range_of_velocities_without_an_end_is_a_range(q):
+    # sliding one way costs the normal force nothing and is sped up by it: every r = f (1, -1) solves, u_t = q_t + 2 f
+    problem = coulomb.CoulombProblem([[1, 1], [3, 1]], q, 1.0, 2)
+    assert all(coulomb.residual(problem, np.array([f, -f])) < 1e-14 for f in (0.0, 0.1, 1.0, 10.0))
+    report = coulomb.multiplicity(problem)
+    assert report.multiple
+    assert report.continuum
+
+
 def test_forces_beyond_the_resolution_are_not_converged():
     # two contacts on one degree of freedom: self-balanced forces of any size change nothing but the round-off
     problem = coulomb.CoulombProblem(np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2)), [-1.0, 0, 1.0, 0], 0.3, 2)

@@ -2,8 +2,9 @@
 
 A mode is open, stick or slip either way at each contact, 4^c systems in all. In it the law is linear, E r = e and G r
 <= g, a polyhedron of forces. Where E is regular it is one point or empty. Where E is singular, a linear program says
-whether it is empty, and two more give the range of each velocity that E leaves free. All numbers are those of the
-scaled problem; a point counts if it passes the residual.
+whether it is empty, and two more give the range of each velocity that E leaves free. A range without an end, which W
+has only where it is not that of an energy, is cut off at the length of the load. All numbers are those of the scaled
+problem; a point counts if it passes the residual.
 """
 
 from __future__ import annotations
@@ -32,6 +33,10 @@ _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP,
 _RANK = 1e-12
 # What a linear program leaves open of its rows, and what a row may miss of 0 to count as active.
 _FEASIBLE, _ACTIVE = 1e-10, 1e-8
+# How far beyond a point an endless range of velocities is cut off; the load is of length one.
+_BEYOND = 1.0
+# What linprog returns where there is no least cost: found unbounded, or unbounded or infeasible without telling which.
+_ENDLESS = (3, 4)
 
 Mode = tuple[tuple[Status, int], ...]
 
@@ -48,7 +53,8 @@ class Polyhedron(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class MultiplicityReport:
     """Solutions with different velocities u. ``exhaustive`` says whether every mode was tried, ``continuum``
-    whether some mode holds a whole range of velocities; the ends of the range are then among the solutions.
+    whether some mode holds a whole range of velocities; its ends are then among the solutions, or of a range without
+    an end a velocity farther along it.
 
     Forces may differ at the same u where W is singular: that is hyperstatic, not multiple, and not counted.
     """
@@ -98,8 +104,11 @@ def polyhedron(W: FloatArray, q: FloatArray, mu: FloatArray, mode: Mode) -> Poly
     return Polyhedron(E, e, G, g)
 
 
-def _vertex(region: Polyhedron, cost: FloatArray) -> FloatArray | None:
-    """A force of least cost, sharpened on the rows that are active there; None where there is none."""
+def _vertex(region: Polyhedron, cost: FloatArray, within: FloatArray | None = None) -> FloatArray | None:
+    """A force of least cost, sharpened on the rows that are active there; None where there is none.
+
+    Where the cost has no least, the force costs less than that ``within`` the region by the length of the load.
+    """
     # scipy.optimize takes long to import, and only small problems that a solver failed on come here.
     from scipy.optimize import linprog
 
@@ -107,6 +116,9 @@ def _vertex(region: Polyhedron, cost: FloatArray) -> FloatArray | None:
     found: Any = linprog(
         cost, region.G, region.g, region.E, region.e, bounds=(None, None), method="highs", options=options
     )
+    if found.status in _ENDLESS and within is not None:
+        cut = region._replace(G=np.vstack([region.G, -cost]), g=np.r_[region.g, _BEYOND - cost @ within])
+        return _vertex(cut, cost)
     if found.status != 0:
         return None
     r = np.asarray(found.x, dtype=np.float64)
@@ -128,7 +140,7 @@ def _points(W: FloatArray, region: Polyhedron) -> Iterator[FloatArray]:
     yield first
     free = np.abs(W @ linalg.null_space(E, rcond=_RANK)).max(axis=1, initial=0.0)
     for row in W[free > _ACTIVE]:
-        for end in (_vertex(region, row), _vertex(region, -row)):
+        for end in (_vertex(region, row, first), _vertex(region, -row, first)):
             if end is not None:
                 yield end
 
