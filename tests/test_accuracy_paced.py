@@ -103,3 +103,16 @@ def test_a_tool_that_goes_away_out_of_reach_sets_no_increments(away):
         for tools in ((pressing,), (pressing, leaving))
     ]
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-12, atol=1e-9)
+
+
+def test_a_large_yield_strain_does_not_make_one_increment_of_the_whole_path():
+    punch = FlatTool((0.0, 1.0), (0.0, -1.0), (0.05, -0.075), ("top",), 0.3)
+    material, held = VonMises(Elasticity(1000.0, 0.3), Linear(50.0, 100.0)), (Support("base", 0), Support("base", 1))
+    scene = Scene(block(2.5, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, (punch,))
+    coarse, fine = (
+        [(a.state.tau, *a.tool_force(0)) for a in march(scene, schedule)]
+        for schedule in (Schedule(accuracy=3e-4), Schedule(64))
+    )
+    taus, *forces = np.array(fine).T
+    missed = [[np.interp(tau, taus, of) - own for of, own in zip(forces, step, strict=True)] for tau, *step in coarse]
+    assert np.abs(missed).max() < 3 * 3e-4 * np.abs(forces).max()

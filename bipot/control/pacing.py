@@ -18,12 +18,12 @@ within the stability of BDF2, and an increment with an error REFUSED times the a
 factors one half and one tenth are calibrated: with them the largest error of the curve, accumulated errors of motion
 included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
-At rest and at a kink, the first increment has a strain of ONSET sqrt(accuracy), and of at least YIELDING yield strains,
-judged by the travel of tools and supports over the body's extent. If flow begins in it, the next one is shorter, BEGUN
-of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first yield, which decays soon.
-A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not
-contain. A body with a yield strain of one hundredth would need more strain than an increment may have, and its error is
-larger there.
+At rest and at a kink, the first increment has a strain of YIELDING yield strains, at least ONSET sqrt(accuracy) and at
+most GROWTH times that, judged by the travel of tools and supports over the body's extent. If flow begins in it, the
+next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
+yield, which decays soon. A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal,
+which the estimate does not contain. A body with a yield strain of one hundredth would need more strain than an
+increment may have, and its error is larger there.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
 
 ONSET, YIELDING, BEGUN = 1.4, 12.0, 0.4
-"""First strain over sqrt(accuracy), and over yield stress by Young's modulus; the second increment over the first."""
+"""Least first strain over sqrt(accuracy), and first strain over yield stress by Young's modulus; the second increment
+over the first."""
 
 RESTS = 1e-6
 """A body rests if all its nodes move by less than this fraction of the motion expected in the increment."""
@@ -56,7 +57,8 @@ UNDRIVEN = 0.05
 """First length in pseudo-time where no tool or support follows a path."""
 
 AIMED, GROWTH, SHRINK = 1.05, 2.0, 0.2
-"""Length aimed at over the one that the estimate allows; longest and shortest next one over the last.
+"""Length aimed at over the one that the estimate allows; longest and shortest next one over the last, the longest also
+the first strain over the least.
 
 BDF2 is stable below 1 + sqrt(2).
 """
@@ -136,8 +138,10 @@ class Pacer:
         if strained == 0:
             return UNDRIVEN
         at_yield = float(scene.material.yield_stress(0.0)) / scene.material.elasticity.young
-        length = max(ONSET * math.sqrt(self.aim), YIELDING * at_yield) / strained * (target - state.tau)
-        return max(length, SHORTEST)
+        # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.
+        least = ONSET * math.sqrt(self.aim)
+        strain = min(max(least, YIELDING * at_yield), GROWTH * least)
+        return max(strain / strained * (target - state.tau), SHORTEST)
 
 
 def at_kink(system: System, tau: float) -> bool:
