@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bipot.errors import require, require_magnitude, require_number
-from bipot.schedule import ROUND_OFF
+from bipot.schedule import ROUND_OFF, SAME
 from bipot.typing import Floats
 
 Multiple = float | tuple[float, ...]
@@ -53,13 +53,22 @@ def multiples(path: Path, dimension: int) -> tuple[Floats, Floats]:
 def corners(path: Path) -> tuple[float, ...]:
     """Pseudo-times in (0, 1) at which the rate changes.
 
+    What is there at once at the beginning, and changes from there, has a corner right behind it, at :data:`SAME`.
+
     >>> corners(((0.0, 0.0), (0.2, 0.2), (0.5, 0.5), (1.0, 0.0)))
     (0.5,)
+    >>> corners(((0.0, 1.0), (1.0, 1.0))), corners(((0.0, 1.0), (1.0, 0.0)))
+    ((), (1e-09,))
     """
     taus, values = multiples(path, max(np.size(multiple) for _, multiple in path))
+    least = STRAIGHT * np.abs(values).max()
     part = ((taus[1:-1] - taus[:-2]) / (taus[2:] - taus[:-2]))[:, None]
     off = np.abs(values[1:-1] - (values[:-2] + part * (values[2:] - values[:-2]))).max(axis=1)
-    return tuple(taus[1:-1][off > STRAIGHT * np.abs(values).max()].tolist())
+    turns = taus[1:-1][off > least]
+    begun = np.flatnonzero(taus <= ROUND_OFF)[-1]
+    change = float(np.abs(values[begun + 1] - values[begun]).max())
+    at_once = [SAME] if values[begun].any() and change > least else []
+    return (*at_once, *turns[turns > ROUND_OFF].tolist())
 
 
 def pair(value: object, field: str, allowed: str) -> tuple[float, float]:

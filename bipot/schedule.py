@@ -83,8 +83,7 @@ class Schedule:
         A kink replaces the scheduled pseudo-time next to it, because a path may turn twice there.
         """
         times = np.array(self.times())
-        # Zero is where the march starts: a rise in no time at all is one of the first increment.
-        turns = np.array(sorted(kink for kink in kinks if kink > SAME))
+        turns = np.array(sorted(kinks))
         off = _nearest(times, turns)
         scheduled = times[(times == 1) | (off <= ROUND_OFF) | (off > SAME)]
         return sorted([*scheduled.tolist(), *turns[_nearest(turns, times) > ROUND_OFF].tolist()])

@@ -161,6 +161,22 @@ def test_a_corner_right_behind_a_scheduled_time_is_landed_on(late):
     assert four == pytest.approx(three, rel=1e-3)
 
 
+FIRST_DRAWN = Amplitude(((0, 0), (0.5, 1), (1, 0)))
+
+
+@pytest.mark.parametrize(
+    "points", [((0, 1), (1, 0)), *(((0, 0), (early, 1), (1, 0)) for early in (5e-10, 1e-11, 5e-324))]
+)
+def test_what_falls_from_the_first_moment_on_has_been_there(points):
+    """A bar that is drawn at once and let off yields as one that is drawn first."""
+    steel, amplitudes = VonMises(Elasticity(1000.0, 0.3), Linear(10.0, 50.0)), (Amplitude(points), FIRST_DRAWN)
+    bars = (replace(bar((Traction("top", (0.0, 12.0), a),)), material=steel) for a in amplitudes)
+    let_off, drawn = (last(scene, Schedule(1), Newton()) for scene in bars)
+    assert drawn.peeq.min() > 0.01
+    np.testing.assert_allclose(let_off.peeq, drawn.peeq, rtol=1e-6)
+    assert let_off.energies.plastic == pytest.approx(drawn.energies.plastic, rel=1e-6)
+
+
 def test_points_of_a_path_that_no_march_can_tell_apart_are_refused():
     jump = ((0.0, 0.0), (0.5, 1.0), (0.5 + 1e-15, -1.0), (1.0, 1.0))
     refused(lambda: Amplitude(jump), "amplitude.points = .*: must be .* tau increasing from 0 to 1, by more than 1e-12")
