@@ -11,6 +11,8 @@ from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Schedule, march
 from bipot.meshes.sections import block
+from bipot.paths import Amplitude
+from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support
 from bipot.tools.tool import FlatTool
@@ -105,14 +107,27 @@ def test_a_tool_that_goes_away_out_of_reach_sets_no_increments(away):
     np.testing.assert_allclose(seen[1], seen[0], rtol=1e-12, atol=1e-9)
 
 
+def error_of(scene, accuracy, increments):
+    """The largest error of the force at ends of increments over the largest force, beside so many equal increments."""
+    coarse, fine = (
+        [(a.state.tau, *a.tool_force(0)) for a in march(scene, schedule)]
+        for schedule in (Schedule(accuracy=accuracy), Schedule(increments))
+    )
+    taus, *forces = np.array([(0.0, 0.0, 0.0), *fine]).T
+    missed = [[np.interp(tau, taus, of) - own for of, own in zip(forces, step, strict=True)] for tau, *step in coarse]
+    return np.abs(missed).max() / np.abs(forces).max()
+
+
+def test_a_load_that_changes_while_a_tool_presses_sets_increments_too():
+    pressing = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.025), ("top",), 0.2)
+    material, held = VonMises(Elasticity(1000.0, 0.3), Linear(1.5, 100.0)), (Support("left", 0), Support("base", 1))
+    pull = Traction("right", (2.4, 0.0), Amplitude(((0.0, 0.0), (0.5, 1.0), (1.0, 0.0))))
+    scene = Scene(block(2.5, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, (pressing,), loads=(pull,))
+    assert error_of(scene, 1e-3, 100) < 1e-3
+
+
 def test_a_large_yield_strain_does_not_make_one_increment_of_the_whole_path():
     punch = FlatTool((0.0, 1.0), (0.0, -1.0), (0.05, -0.075), ("top",), 0.3)
     material, held = VonMises(Elasticity(1000.0, 0.3), Linear(50.0, 100.0)), (Support("base", 0), Support("base", 1))
     scene = Scene(block(2.5, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, (punch,))
-    coarse, fine = (
-        [(a.state.tau, *a.tool_force(0)) for a in march(scene, schedule)]
-        for schedule in (Schedule(accuracy=3e-4), Schedule(64))
-    )
-    taus, *forces = np.array(fine).T
-    missed = [[np.interp(tau, taus, of) - own for of, own in zip(forces, step, strict=True)] for tau, *step in coarse]
-    assert np.abs(missed).max() < 3 * 3e-4 * np.abs(forces).max()
+    assert error_of(scene, 3e-4, 64) < 3 * 3e-4
