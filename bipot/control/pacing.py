@@ -19,12 +19,12 @@ factors one half and one tenth are calibrated: with them the largest error of th
 included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
 At rest and at a kink, the first increment has a strain of YIELDING yield strains, at least ONSET sqrt(accuracy) and at
-most GROWTH times that, judged by the travel of tools and supports over the body's extent. Where a load changes, what it
-strains is not known, and the first increment is at most UNDRIVEN of the way to the next kink. If flow begins in it, the
-next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the force of 1e-3 at first
-yield, which decays soon. A first increment that passes first yield has the smallest error, 1e-4 to 3e-4 in a metal,
-which the estimate does not contain. A body with a yield strain of one hundredth would need more strain than an
-increment may have, and its error is larger there.
+most GROWTH times that, judged by the travel of tools and supports over the body's extent. Where a load changes or a
+tool turns, what that strains is not known, and the first increment is at most UNDRIVEN of the way to the next kink. If
+flow begins in it, the next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the
+force of 1e-3 at first yield, which decays soon. A first increment that passes first yield has the smallest error, 1e-4
+to 3e-4 in a metal, which the estimate does not contain. A body with a yield strain of one hundredth would need more
+strain than an increment may have, and its error is larger there.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ SHORTEST = 1e-9
 """The least first length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
-"""Longest first length where a load changes, or no tool or support follows a path, over that of constant rates."""
+"""Longest first length where a load changes, a tool turns or nothing follows a path, over that of constant rates."""
 
 AIMED, GROWTH, SHRINK = 1.05, 2.0, 0.2
 """Length aimed at over the one that the estimate allows; longest and shortest next one over the last, the longest also
@@ -134,11 +134,12 @@ class Pacer:
         """The first length of a stretch of constant rates."""
         whole, scene = Increment(system, state, target), system.body.scene
         # Tools out of reach of the body strain nothing.
-        ways = [whole.driven, whole.travel[system.candidates.reached(whole.rows.gap)]]
+        near = system.candidates.reached(whole.rows.gap)
+        ways = [whole.driven, whole.travel[near]]
         strained = float((np.abs(np.concatenate(ways)) / np.ptp(scene.mesh.nodes, axis=0)).sum(axis=1).max(initial=0.0))
-        # What a load strains is not known beforehand.
-        stretch = target - state.tau
-        most = UNDRIVEN * stretch if strained == 0 or whole.new_load.any() else stretch
+        # What a load or a turn strains is not known beforehand.
+        stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
+        most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
         if strained == 0:
             return max(most, SHORTEST)
         at_yield = float(scene.material.yield_stress(0.0)) / scene.material.elasticity.young
