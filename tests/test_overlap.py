@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from bipot.contact.overlap import overlap, unfelt
+from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
+from bipot.meshes.solids import brick
 from bipot.plot import curved
 from bipot.results.columns import UNFELT
 from bipot.scene.scene import Scene, upsetting
@@ -149,3 +151,15 @@ def test_what_was_behind_a_flat_tool_at_rest_is_no_matter():
     scene = under(0.0, 1.0, point=(0.0, 1.0), candidates=("right",))
     assert unfelt(scene, scene.mesh.nodes, REST) == 0.0
     assert unfelt(scene, scene.mesh.nodes - [0.0, 1.5], REST) == pytest.approx(1.5 / scene.mesh.size)
+
+
+@pytest.mark.parametrize(("element", "share"), [(Element.H8, 0.0), (Element.H20, 1.0), (Element.T10, 1 / 3)])
+def test_a_face_that_goes_into_a_tool_between_its_edges_is_seen(element, share):
+    """Of corners clear of a platen that the middles of edges touch, a face has -1/4 in its middle, or -1/9."""
+    mesh, clear = brick(1.0, 1.0, 1.0, 1, 1, 1, element=element), 0.01
+    platen = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.1)
+    held = (Support("base", 2),)
+    scene = Scene(mesh, Geometry.SOLID, STEEL, held, (platen,), quadrature=RULES[element][-1])
+    nodes = mesh.nodes.copy()
+    nodes[(mesh.nodes[:, 2] == 1) & (mesh.nodes % 1 == 0).all(axis=1), 2] -= clear
+    assert overlap(scene, nodes, scene.at_rest) == pytest.approx(share * clear, rel=0.02)

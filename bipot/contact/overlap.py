@@ -1,4 +1,4 @@
-r"""Overlap: the largest penetration anywhere on the edges that may touch a tool, not only at their nodes.
+r"""Overlap: the largest penetration anywhere on the edges and faces that may touch a tool, not only at their nodes.
 
 The law is posed at nodes. A straight edge of two nodes is nearest to a flat tool at one of them. An edge of three is
 the parabola through them, and its gap, n . x(s) - n . x_tool, the parabola through their gaps g_0, g_m, g_1,
@@ -9,43 +9,47 @@ is least at an end or, where a > 0, at s = -b/(2 a): exact, without sampling. Th
 such form: it is sampled, and at its minimum the slope n . x'(s) is bisected to zero. Overlap is a discretisation error
 that a certificate of the nodal law does not contain.
 
-In space the edges are those of the faces. A face with straight edges is a mean of its nodes everywhere, so it is
-nearest to a flat tool at one of them; the inside of faces with curved edges is not checked. For a curved tool the gap
-is sampled between edges too, on the triangles of :mod:`bipot.scene.between_faces`.
+In space the edges are those of the faces. A face without middle nodes is a mean of its nodes everywhere, so it is
+nearest to a flat tool at one of them. Others, and all under a curved tool, are sampled between their edges too: a face
+of eight nodes is at -1/4 of its corners and 1/2 of its middle nodes in its middle, which goes into a flat tool where
+corners are clear of it and middle nodes touch it.
 """
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
+from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.scene.between_faces import points_between
 from bipot.scene.scene import Scene
 from bipot.scene.symmetry import PLANAR
 from bipot.tools.tool import Tool
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, read_only
 
 SAMPLES = 17
-"""Of the gap along an edge to a curved tool: it has one dip at most between three of them."""
+"""Of the gap along an edge to a curved tool: it has one dip at most between three of them; along each axis of a face.
+"""
 
 HALVINGS = 52
 """Of the bracket around a dip, to the round-off of s."""
 
 
 def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
-    """Largest penetration of ``nodes`` (a, d) and edges into the tools, over the body size; 0 if none.
+    """Largest penetration of ``nodes`` (a, d), edges and faces into the tools, over the body size; 0 if none.
 
     The tools are in the poses ``placed`` (k, p).
 
-    All edges of a tool's candidate boundaries count, whether their nodes are open, closed or held.
+    All facets of a tool's candidate boundaries count, whether their nodes are open, closed or held.
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
         edges = nodes[edges_of(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
-        if scene.mesh.dimension == 3 and not tool.flat:
-            points = points_between(nodes, scene.mesh.edges(*tool.candidates))
+        if scene.mesh.dimension == 3 and (scene.mesh.element.quadratic or not tool.flat):
+            points = _across(nodes[scene.mesh.edges(*tool.candidates)])
             deepest = max(deepest, -float(tool.distance(points, pose).min()))
     return deepest / scene.mesh.size
 
@@ -64,6 +68,20 @@ def unfelt(scene: Scene, nodes: Floats, placed: Floats) -> float:
         depth = np.where(tool.face.beyond(tool.own(nodes[others], pose)), 0.0, -tool.distance(nodes[others], pose))
         deepest = max(deepest, float(depth.max(initial=0.0)))
     return deepest / scene.mesh.size
+
+
+def _across(faces: Floats) -> Floats:
+    """Points (f, p, 3) all over faces (f, n, 3)."""
+    return _shapes(Element.of(faces.shape[1])) @ faces
+
+
+@cache
+def _shapes(element: Element) -> Floats:
+    """The shape functions (p, n) of a face, a plane ``element``, at these points."""
+    line = np.linspace(0.0, 1.0, SAMPLES)
+    places = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    within = places if element.shape.cube else places[places.sum(axis=1) <= 1]
+    return read_only(tabulated_at(element, within).values, np.float64)
 
 
 def edges_of(mesh: Mesh, tool: Tool) -> Ints:

@@ -42,7 +42,7 @@ from bipot.typing import Bools, Floats, Ints
 
 LEAST, SHIFT = 0.015, 1e-11
 
-ASKEW = 1e-6
+ASKEW = 1e-3
 """The most of a facet's normal, as the sine of an angle, along which nodes may move that are held along it."""
 
 NONE = np.empty(0, dtype=np.intp)

@@ -6,13 +6,23 @@ Above a triangle with corners a < b < c stand prisms, each of the three tetrahed
 
 with primes at the top. Every upright face is cut from its lower corner of smaller number to its upper corner of larger
 number, so neighbours, which have the same numbers, cut it alike.
+
+The middles of edges follow the circle as their ends do. A corner at rho c + (what does not), with c on the unit circle
+and rho what of the radius it follows, makes the middle of an edge between two such corners
+
+    x_m = (x_1 + x_2)/2 + rho_m (c_m/|c_m| - c_m),    rho_m and c_m the means of those of the ends,
+
+which is on the circle where both are. Were arcs curved on the boundary alone, layers next to it would be distorted the
+more the thinner they are.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from bipot.meshes.cells import Parts
+from bipot.meshes.cells import Parts, converted
 from bipot.meshes.elements import Element
 from bipot.meshes.layout import cells_between, edges_along
 from bipot.typing import Floats, Ints
@@ -23,8 +33,36 @@ PRISM = np.array([(0, 1, 2, 5), (0, 1, 4, 5), (0, 3, 4, 5)])
 CORE, BULGE = 0.6, 0.5
 """Half the width of a disc's inner square, over the radius; how much its sides are curved towards arcs."""
 
+ROUND_OFF = 1e-14
+"""Of the length of a direction, from one; that of a middle between two directions is shorter."""
+
 FLAT = {Element.H8.shape: Element.Q4, Element.T4.shape: Element.T3}
 """The plane elements above which solids of a shape are made."""
+
+
+class Round(NamedTuple):
+    """Plane ``parts`` with nodes (n, 2), and by these ``arcs`` (n, 3), rho and c."""
+
+    parts: Parts
+    arcs: Floats
+
+
+def rounded(base: Round, heights: Floats, ends: tuple[str, str], element: Element, curved: bool) -> Parts:
+    """Solids as :func:`extruded`, of another ``element`` of their shape, whose middle nodes follow arcs if ``curved``.
+
+    The heights are (m,).
+    """
+    corners = extruded(base.parts, heights, ends)
+    out = converted(corners, element)
+    if not curved:
+        return out
+    arcs = converted(corners._replace(nodes=np.tile(base.arcs, (len(heights), 1))), element).nodes
+    rho, c = arcs[:, :1], arcs[:, 1:]
+    length = np.linalg.norm(c, axis=1, keepdims=True)
+    between = (rho > 0) & (length < 1 - ROUND_OFF)
+    nodes = out.nodes.copy()
+    nodes[:, :2] += np.where(between, rho * c * (1 / np.where(between, length, 1.0) - 1), 0.0)
+    return out._replace(nodes=nodes)
 
 
 def extruded(base: Parts, heights: Floats, ends: tuple[str, str]) -> Parts:
@@ -55,7 +93,7 @@ def _upright(edges: Ints, low: Ints, count: int, solid: bool) -> Ints:
     return (np.column_stack([a, b, b + count, a, a + count, b + count]) + low).reshape(-1, 3)
 
 
-def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Element) -> Parts:
+def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Element) -> Round:
     """Q4 or T3 of a disc, or of its ``quarter`` x, y >= 0: a square of so many along a quarter's side, and rings.
 
     ``rings`` (m + 1,) go from 0 at the square to 1 at the circle. Boundaries are ``side`` and, of a quarter, ``left``
@@ -71,14 +109,17 @@ def disc(radius: float, square: int, rings: Floats, quarter: bool, element: Elem
     far = _circle(core[own])
     near = _core(core[own])
     nodes = np.vstack([_core(core), *((1 - t) * near + t * far for t in rings[1:])]) * radius
+    arcs = np.zeros((len(nodes), 3))
+    arcs[around[: len(own)], 1:] = far
+    arcs[inner.size :] = np.vstack([np.column_stack([np.full(len(own), t * radius), far]) for t in rings[1:]])
     cells = np.vstack([cells_between(inner, element), cells_between(layers, element)])
     if not quarter:
-        return Parts(nodes, cells, edges_along(("side",), (layers[-1],)))
+        return Round(Parts(nodes, cells, edges_along(("side",), (layers[-1],))), arcs)
     front, left = np.append(inner[:-1, 0], layers[:, 0]), np.append(inner[0, :-1], layers[:, -1])
-    return Parts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left)))
+    return Round(Parts(nodes, cells, edges_along(("side", "front", "left"), (layers[-1], front, left))), arcs)
 
 
-def annulus(radii: Floats, count: int, element: Element) -> Parts:
+def annulus(radii: Floats, count: int, element: Element) -> Round:
     """Q4 or T3 of a quarter of a ring x, y >= 0 between ``radii`` (n + 1,), ``count`` of them around it.
 
     Boundaries are ``bore``, ``side``, ``front`` and ``left``.
@@ -87,8 +128,9 @@ def annulus(radii: Floats, count: int, element: Element) -> Parts:
     circle = _circle(np.minimum(np.column_stack([2 - along, along]), 1.0))
     number = np.arange(len(radii) * (count + 1)).reshape(len(radii), -1)
     nodes = (radii[:, None, None] * circle).reshape(-1, 2)
+    arcs = np.column_stack([np.repeat(radii, len(circle)), np.tile(circle, (len(radii), 1))])
     names, lines = ("bore", "side", "front", "left"), (number[0], number[-1], number[:, 0], number[:, -1])
-    return Parts(nodes, cells_between(number, element), edges_along(names, lines))
+    return Round(Parts(nodes, cells_between(number, element), edges_along(names, lines)), arcs)
 
 
 def _around(inner: Ints, quarter: bool) -> Ints:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from bipot.errors import require, require_count, require_number, require_positive, require_type
 from bipot.meshes.boxes import fanned_box
-from bipot.meshes.cells import Parts, converted, graded, require_room
+from bipot.meshes.cells import converted, graded, require_room
 from bipot.meshes.elements import Element, elements_of
-from bipot.meshes.extrusion import FLAT, annulus, disc, extruded
+from bipot.meshes.extrusion import FLAT, annulus, disc, extruded, rounded
 from bipot.meshes.layout import Layout, rectangle, require_layout_room
 from bipot.meshes.mesh import Mesh
 
@@ -77,7 +75,8 @@ def cylinder_3d(
     A square around the axis has ``n_square`` elements along each side in a quarter, so that 2 ``n_square`` segments
     make a quarter of the circle; ``n_r`` rings are around it, graded as the first of the ``grading`` says, the second
     being that of z. A quarter has the boundaries left, x = 0, and front, y = 0, besides. Middle nodes of quadratic
-    elements are on the circle too where it is ``curved``; between nodes of others it is straight. Nodes of the side are
+    elements are on the circle too where it is ``curved``, and those of inner rings follow it; between nodes of others
+    it is straight. Nodes of the side are
     at the ``radius`` where it is ``inscribed``; else a little farther out, so that the volume is the cylinder's.
 
     Raises:
@@ -98,8 +97,7 @@ def cylinder_3d(
     arcs = curved and element.quadratic
     outer = float(radius) * (1.0 if inscribed else _widened(2 * n_square, arcs))
     flat = disc(outer, n_square, graded(0.0, 1.0, n_r, grading[0]), quarter, FLAT[element.shape])
-    parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
-    return Mesh(*(_rounded(parts, {"side": outer}) if arcs else parts))
+    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top"), element, arcs))
 
 
 def ring_3d(
@@ -141,8 +139,7 @@ def ring_3d(
     wider = 1.0 if inscribed else _widened(n_around, arcs)
     bore, side = float(inner) * wider, float(outer) * wider
     flat = annulus(graded(bore, side, n_r, grading[0]), n_around, FLAT[element.shape])
-    parts = converted(extruded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top")), element)
-    return Mesh(*(_rounded(parts, {"bore": bore, "side": side}) if arcs else parts))
+    return Mesh(*rounded(flat, graded(0.0, height, n_z, grading[1]), ("base", "top"), element, arcs))
 
 
 def _counts(**counts: int) -> dict[str, int]:
@@ -161,15 +158,6 @@ def _widened(count: int, arcs: bool) -> float:
     half = np.pi / 4 / count
     area = np.cos(half) + (4 / 3 * (1 - np.cos(half)) if arcs else 0.0)
     return float(np.sqrt(half / (np.sin(half) * area)))
-
-
-def _rounded(parts: Parts, radii: Mapping[str, float]) -> Parts:
-    """The parts with all nodes of these boundaries on circles of these radii."""
-    nodes = parts.nodes.copy()
-    for name, radius in radii.items():
-        on = np.unique(parts.boundaries[name])
-        nodes[on, :2] *= radius / np.linalg.norm(nodes[on, :2], axis=1, keepdims=True)
-    return parts._replace(nodes=nodes)
 
 
 def _require_solid(element: Element, grading: Gradings, axes: int) -> None:

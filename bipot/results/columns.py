@@ -90,7 +90,7 @@ ERROR_ESTIMATE = Column(
 )
 OVERLAP = Column(
     "overlap",
-    "largest penetration anywhere on the edges that may touch a tool over body size",
+    "largest penetration anywhere on the edges and faces that may touch a tool over body size",
     lambda system, a: overlap(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),

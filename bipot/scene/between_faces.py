@@ -113,11 +113,6 @@ def require_thick(mesh: Mesh, tool: Tool, label: str) -> None:
     require(thickness >= THIN * longest, f"{label}.surface", tool.face, allowed)
 
 
-def points_between(nodes: Floats, faces: Ints) -> Floats:
-    """Points (f, m, p, 3) of the triangles that faces (f, n) are where nodes are at ``nodes`` (a, 3)."""
-    return _points(_triangles(nodes, faces[:, _around(faces.shape[1])]))
-
-
 def _triangles(nodes: Floats, rings: Ints) -> Floats:
     """Triangles (f, m, 3, 3) between outlines (f, m) and their middles."""
     ring = nodes[rings]
