@@ -38,14 +38,24 @@ BETWEEN = (*CLAMPED, *(Support("top", k) for k in range(3)))
 ONE = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]], {"base": [[0, 1, 2]]}).to(Element.T10)
 
 
+def part(mesh: Mesh, elements: list[int], name: str) -> Mesh:
+    """Some elements of a mesh, with what they have of the boundary ``name``."""
+    kept = mesh.elements[elements]
+    used, number = np.unique(kept, return_inverse=True)
+    faces = np.array([face for face in mesh.boundary(name) if any(np.isin(face, own).all() for own in kept)])
+    return Mesh(mesh.nodes[used], number.reshape(kept.shape), {name: np.searchsorted(used, faces)})
+
+
 def boss() -> Mesh:
     """A block of two by two elements with a single one on its top."""
-    mesh = brick(2.0, 2.0, 2.0, 2, 2, 2, element=Element.H20)
-    kept = mesh.elements[[0, 1, 2, 3, 4]]
-    used, number = np.unique(kept, return_inverse=True)
-    assert np.isin(mesh.boundary("base"), used).all()
-    base = np.searchsorted(used, mesh.boundary("base"))
-    return Mesh(mesh.nodes[used], number.reshape(kept.shape), {"base": base})
+    return part(brick(2.0, 2.0, 2.0, 2, 2, 2, element=Element.H20), [0, 1, 2, 3, 4], "base")
+
+
+def frame(n: int) -> Mesh:
+    """A square frame of one element's width, n along each side."""
+    mesh = brick(n, n, 1.0, n, n, 1, element=Element.H20)
+    middle = mesh.nodes[mesh.elements].mean(axis=1)[:, :2]
+    return part(mesh, np.flatnonzero((np.abs(middle - n / 2) > n / 2 - 1).any(axis=1)).tolist(), "left")
 
 
 def moved(mesh: Mesh, far: float) -> Mesh:
@@ -143,6 +153,15 @@ def test_a_slice_of_a_thin_ring_is_taken():
     Scene(
         thin, Geometry.SOLID, RUBBER, (Symmetry("left", 0), Symmetry("front", 1), Support("base", 2), Support("top", 2))
     )
+
+
+def test_a_frame_of_one_element_between_its_corners_is_taken_and_of_two_refused():
+    held = tuple(Support("left", k) for k in range(3))
+    Scene(frame(3), Geometry.SOLID, RUBBER, held)
+    Scene(moved(frame(3), 0.05), Geometry.SOLID, RUBBER, held)
+    for mesh in (frame(4), moved(frame(4), 0.05)):
+        with pytest.raises(SceneError, match="motions without strain"):
+            Scene(mesh, Geometry.SOLID, RUBBER, held)
 
 
 def test_a_row_that_planes_of_symmetry_hold_is_taken():
