@@ -254,6 +254,15 @@ def test_a_range_of_velocities_without_an_end_is_a_range(q):
     assert report.continuum
 
 
+@pytest.mark.parametrize("unit", [1e-12, 1e-8, 1.0, 1e8])
+def test_units_do_not_matter_where_no_contact_has_a_positive_diagonal(unit):
+    W = np.array([[-2, 4, -2, 0], [-4, -4, -2, 2], [-1, 1, 1, -1], [0, 1, -1, -1]], dtype=np.float64)
+    sticking = np.array([1.0, -0.239, 0.0, 0.0])
+    problem = coulomb.CoulombProblem(unit * W, -unit * W @ sticking, [0.8, 0.114], 2)
+    np.testing.assert_allclose(problem.contact_unit, np.sqrt(unit * np.array([2.0, 1.0])), rtol=1e-12)
+    assert len(coulomb.enumerate_modes(problem)) == 3
+
+
 def test_forces_beyond_the_resolution_are_not_converged():
     # two contacts on one degree of freedom: self-balanced forces of any size change nothing but the round-off
     problem = coulomb.CoulombProblem(np.kron([[1.0, -1.0], [-1.0, 1.0]], np.eye(2)), [-1.0, 0, 1.0, 0], 0.3, 2)

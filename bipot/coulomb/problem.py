@@ -167,21 +167,21 @@ class CoulombProblem(Affine):
     @cached_property
     def contact_unit(self) -> FloatArray:
         """√w of each contact, (c,), w the mean diagonal of its block of W, length per force; where that is not
-        positive the mean of the others (1 where there are none).
+        positive the mean of the others.
 
         Of a W that is symmetric and positive no entry between contacts a and b is above d √(w_a w_b). Where one is, of
-        others, w is the largest entry between the contact and any, over d.
+        others, w is the largest entry between the contact and any, over d; 1 where there is none.
         """
         flexibility = self.by_contact(np.asarray(self.W.diagonal(), dtype=np.float64)).mean(axis=1)
         positive = flexibility > 0
-        w = np.where(positive, flexibility, flexibility[positive].mean() if positive.any() else 1.0)
+        w = np.where(positive, flexibility, flexibility[positive].mean() if positive.any() else 0.0)
         entries = sparse.coo_array(abs(self.W))
         (a, b), size = (rows // self.dim for rows in entries.coords), entries.data / self.dim
         beyond = size > TIE * np.sqrt(w[a] * w[b])
         out = w.copy()
         for contact in (a[beyond], b[beyond]):
             np.maximum.at(out, contact, size[beyond])
-        return np.sqrt(out)
+        return np.sqrt(np.where(out > 0, out, 1.0))
 
     @cached_property
     def groups(self) -> NDArray[np.intp]:
