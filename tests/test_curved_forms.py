@@ -200,8 +200,8 @@ def test_penalised_forms_see_the_true_gap():
     near, nearer = (marched(scene, Penalty(k, k)) for k in (K, 100 * K))
     assert apart(forces(nearer)[-1], exact) < 0.05 * apart(forces(near)[-1], exact) < 1e-2
     last = near[-1].solved
-    pushes = last.r[:, 0] > 0
-    np.testing.assert_allclose(last.r[pushes, 0], -K * last.iterate.motion[pushes, 0], rtol=1e-9)
+    pushes, share = last.r[:, 0] > 0, last.iterate.increment.system.candidates.share
+    np.testing.assert_allclose(last.r[pushes, 0], -K * (share * last.iterate.motion[:, 0])[pushes], rtol=1e-9)
 
 
 def lifted(travel=(0.0, 0.0)) -> Scene:
