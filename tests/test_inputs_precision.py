@@ -38,7 +38,7 @@ MADE = (
     lambda t: Limits(Bounds(t(0.1)), progress=t(0.7)),
     lambda t: Locate(t(0.01), margin=t(0.1)),
     lambda t: Safeguard(falls=t(0.7), least=t(0.1)),
-    lambda t: Newton(Reuse(t(0.1), t(0.1), t(0.1)), Search(t(0.7), t(0.3), t(0.7), t(0.1))),
+    lambda t: Newton(Reuse(t(0.1), t(0.1), t(0.1)), Search(t(0.7), t(0.3), t(0.7))),
     lambda t: Penalty(t(10.3), t(10.7)),
     lambda t: Uzawa(t(10.3), t(10.7)),
     lambda t: Accuracy(t(1e-3)),

