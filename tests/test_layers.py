@@ -24,6 +24,7 @@ LAYERS = (
     ("forms",),
     ("prediction",),
     ("increment",),
+    ("starting",),
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),
