@@ -24,6 +24,10 @@ from bipot.schedule import Schedule
 from bipot.starting import start_limit
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, ShapedTool
+from studies.fuzz.judge import Ran
+from studies.fuzz.record import setting_of, step_of
+from studies.fuzz.solid import measured
+from studies.independent.increment import measure
 from tests.scenes import scene, tool
 from tests.sheared import CONSTANT, OROWAN, SHORT, slab
 
@@ -34,6 +38,7 @@ CORK = Elastic(Elasticity(1e3, 0.0))
 
 HELD = (Support("base", 0), Support("base", 1))
 SLIDE = ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+THERE_AND_BACK_3D = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (0.75, (1.0, 1.0, 1.0)), (1.0, (0.0, 1.0, 1.0)))
 THERE_AND_BACK = ((0.0, 0.0), (0.5, (0.0, 1.0)), (0.75, (1.0, 1.0)), (1.0, (0.0, 1.0)))
 
 
@@ -186,3 +191,23 @@ def test_a_curved_tool_that_begins_to_slide_does_so_too():
     by_surface = ShapedTool(Plane((0.0, 0.1), (0.0, -1.0)), (TRAVEL, -DEPTH), ("top",), MU, SLIDE)
     one, other = (marched(asked, 1)[-1].energies for asked in (flat, replace(flat, tools=(by_surface,))))
     np.testing.assert_allclose(list(vars(one).values()), list(vars(other).values()), rtol=1e-9)
+
+
+def test_the_fuzz_study_s_own_sums_see_what_begins_to_slide():
+    """Coulomb's law and caps, in the plane and in space, on increments that lie across the beginning of sliding."""
+    steel = VonMises(Elasticity(1e3, 0.0), Linear(300.0, 100.0))
+    orowan = {"mu": 0.4, "shear": 0.02}
+    for asked in (rubbed(material=steel), rubbed(material=steel, **orowan), rubbed(THERE_AND_BACK, steel)):
+        setting, before = setting_of(asked), np.zeros(4)
+        for a in marched(asked, 1, asked.tools[0].path):
+            own = measure(setting, step_of(asked, setting, a, float(np.abs(a.state.forces).max()))).energies
+            now = np.array(list(vars(a.energies).values()))
+            np.testing.assert_allclose(own, now - before, atol=1e-9 * np.abs(now).max())
+            before = now
+    held = tuple(Support("base", d) for d in range(3))
+    plate = FlatTool((0.0, 0.0, 0.1), (0.0, 0.0, -1.0), (0.1, 0.04, -2e-3), ("top",), MU, THERE_AND_BACK_3D)
+    for tool_above in (plate, replace(plate, mu=0.4, shear=0.02)):
+        asked = Scene(brick(1.0, 1.0, 0.1, 2, 2, 1), Geometry.SOLID, steel, held, (tool_above,))
+        steps = marched(asked, 1, THERE_AND_BACK_3D)
+        assert max(m.energies for m in measured(Ran(asked, steps, ""))) < 1e-9
+        assert steps[-1].energies.friction > 1.5 * steps[1].energies.friction
