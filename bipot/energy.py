@@ -5,7 +5,7 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     work      f . dU + r_n dgap,         f   = (1 - theta) f_0 + theta f_1,         r likewise,
     elastic   sum_q S : C^-1 dsigma,     S   = (1 - theta) w_0 R sigma_0 R' + theta w_1 sigma_1,
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
-    friction  - sum_c r_t . du_t,
+    friction  - sum_c r_t . du_t + (1 - theta) g,
 
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
 are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
@@ -13,6 +13,12 @@ the flow as stored, and w_0 = w_1 exp(-tr de), or w_1 in the ``paper`` configura
 term r_n dgap removes the work that the mean force of an opening or closing contact would do across its gap; it is zero
 elsewhere. For a candidate that comes to a curved tool through the air the work is f . du - r_t . du_t, which is what
 the body takes up; for a flat tool this is the same.
+
+    g = sum_c (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap),
+
+makes the start's part of friction that of the force with which a point slides, where it stuck or slid another way
+(:mod:`bipot.start_friction`). The tools move on against that force: (1 - theta) g is added to work too, and the balance is
+what it is without.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -35,6 +41,7 @@ from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
+from bipot.start_friction import missing_friction, start_forces
 from bipot.typing import Floats
 
 
@@ -72,16 +79,17 @@ class Energies:
         before, flowed = kin.turned(start.stress), kin.turned(start.plastic_strain)
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
-        r = solved.iterate.rubbed((1 - theta) * start.forces + theta * end.forces)
-        motion = solved.iterate.motion
+        r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
+        slip = solved.iterate.motion[:, 1:] + increment.dragged
+        missing = (1 - theta) * missing_friction(start, solved.iterate, solved.r)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
         return self._plus(
             scene.images,
-            work=_tools(solved, r, theta) + loads,
+            work=_tools(start, solved, r, theta) + loads + missing,
             elastic=float(np.vdot(S, elastic)),
             plastic=float(np.vdot(S, end.plastic_strain - flowed)),
-            friction=-float(np.vdot(r[:, 1:], motion[:, 1:]) + np.vdot(r[:, 1:], increment.dragged)),
+            friction=missing - float(np.vdot(r[:, 1:], slip)),
         )
 
     def _plus(self, images: int, **parts: float) -> Energies:
@@ -89,15 +97,15 @@ class Energies:
         return Energies(**{name: getattr(self, name) + images * part for name, part in parts.items()})
 
 
-def _tools(solved: Solved, r: Floats, theta: float) -> float:
+def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     """Work of the tools against mean contact forces r (c, d), with the work across gaps that open or close.
 
     A candidate that comes to a curved tool through the air does not move along its force at the end: its work is what
     the body takes up and what the slip dissipates.
     """
     increment, motion = solved.iterate.increment, solved.iterate.motion
-    start, contacts = increment.start, increment.system.candidates
-    pushed, travel = _pushed(solved, r, theta), solved.iterate.tool_travel
+    contacts = increment.system.candidates
+    pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
     opened = motion[:, 0] - start.gap
     if not contacts.curved:
         return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
@@ -110,13 +118,13 @@ def _tools(solved: Solved, r: Floats, theta: float) -> float:
     return float(np.where(closing, taken, done).sum())
 
 
-def _pushed(solved: Solved, r: Floats, theta: float) -> Floats:
+def _pushed(start: State, solved: Solved, r: Floats, theta: float) -> Floats:
     """Mean vectors (w, d) of the contact forces; r (c, d) is their mean in turning frames."""
     increment = solved.iterate.increment
     contacts = increment.system.candidates
     if not contacts.curved:
         return contacts.vectors(r)
-    before = contacts.vectors(solved.iterate.rubbed(increment.start.forces), increment.tools.frames)
+    before = contacts.vectors(start_forces(start, increment), increment.tools.frames)
     return (1 - theta) * before + theta * contacts.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
 
 
@@ -130,6 +138,6 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     placed = gradients(
         body.scene.origin(start.nodes), body.scene.mesh.elements, body.space.reference, body.scene.geometry
     )
-    contacts = system.candidates.vectors(solved.iterate.rubbed(start.forces), increment.tools.frames)
+    contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
     before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
     return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))

@@ -18,7 +18,6 @@ from bipot.contact.closeness import LEAST_MOTION
 from bipot.contact.shear import Strength, caps
 from bipot.errors import LARGEST_LENGTH, NotConverged
 from bipot.fem.strain import Scratch
-from bipot.laws.projections import unit
 from bipot.programs.data import ContactRows, Units
 from bipot.response import Response, State, TangentKind
 from bipot.scales import units_of
@@ -263,10 +262,7 @@ class Iterate:
         dragged = self.increment.dragged
         if not dragged.any():
             return r
-        s = np.where(self.rows.tied, 0.0, self.rows.limit(r))
-        out = r.copy()
-        out[:, 1:] -= s[:, None] * unit(dragged)
-        return out
+        return supported.rubbed(r, np.where(self.rows.tied, 0.0, self.rows.limit(r)), dragged)
 
     def tool_forces(self, r: Floats) -> Floats:
         """Force (tools, d) of each tool on the modelled body under contact forces r (c, d)."""

@@ -24,6 +24,7 @@ LAYERS = (
     ("forms",),
     ("prediction",),
     ("increment",),
+    ("start_friction",),
     ("energy",),
     ("control",),
     ("exchange", "marching", "results"),

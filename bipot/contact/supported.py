@@ -8,6 +8,7 @@ import numpy as np
 
 from bipot.contact.candidates import ROUND_OFF, Candidates
 from bipot.contact.closeness import TOUCHES, touches
+from bipot.laws.projections import unit
 from bipot.tensors import norm
 from bipot.tools.reflection import across
 from bipot.tools.tool import Tool
@@ -64,6 +65,15 @@ def dragged(candidates: Candidates, travel: Floats, driven: Floats) -> Floats:
     lengths = norm(travel)[candidates.tool] + candidates.parts.averaged(norm(drawn))
     small = norm(moved[:, 1:]) <= ALIGNED * lengths
     return np.where((candidates.tangent_held & ~small)[:, None], -moved[:, 1:], 0.0)
+
+
+def rubbed(r: Floats, s: Floats, dragged: Floats) -> Floats:
+    """Contact forces r (c, d) with the friction -s slip/|slip|, s (c,), where the slip is known, ``dragged``."""
+    if not dragged.any():
+        return r
+    out = r.copy()
+    out[:, 1:] -= s[:, None] * unit(dragged)
+    return out
 
 
 def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats) -> int | None:

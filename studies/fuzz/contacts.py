@@ -52,8 +52,8 @@ def shaped(scene: Scene, start: State, end: State) -> tuple[Rigid, ...]:
 
 def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
     """The ``points`` in the increment from ``start`` to ``end``."""
-    cap = _caps(scene, setting, points, start, end)
-    return replace(facing(scene, setting, points, start, end), cap=cap)
+    cap, before = (_caps(scene, setting, points, state) for state in (end, start))
+    return replace(facing(scene, setting, points, start, end), cap=cap, cap_before=before)
 
 
 def facing(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
@@ -118,21 +118,21 @@ def _as_if_flat(planes: Contacts) -> Curved:
     )
 
 
-def _caps(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Floats:
-    """What the shear yield stress lets friction carry (c,)."""
+def _caps(scene: Scene, setting: Setting, points: Points, end: State) -> Floats:
+    """What the shear yield stress lets friction carry (c,) where an increment ends."""
     shear = np.array([_share(scene.tools[k], int(a)) for a, k in zip(points.node, points.tool, strict=True)])
     out = np.full(len(points.node), np.inf)
     if not np.isfinite(shear).any():
         return out
     paper = scene.configuration is Configuration.PAPER
-    balanced = setting.rest if setting.small else start.nodes if paper else end.nodes
+    balanced = setting.rest if setting.small else end.nodes - end.du if paper else end.nodes
     volume = place(balanced, setting.elements, setting.quadrature, setting.axisymmetric).volume
     strength = mean_shear(setting.yield_stress(end.peeq), volume)
     for k, tool in enumerate(scene.tools):
         own: Bools = np.isfinite(shear) & (points.tool == k)
         if own.any():
             every = points_of(scene, setting, tool)
-            gap, edges = every.weights @ _gaps(scene, k, start, end), _edges(scene, tool, every.ends)
+            gap, edges = every.weights @ _gaps(scene, k, end), _edges(scene, tool, every.ends)
             most = carried(edges, gap, strength, balanced, end.nodes, setting.axisymmetric)
             out[own] = shear[own] * most[points.number[own]]
     return out
@@ -142,9 +142,9 @@ def _share(tool: AnyTool, node: int) -> float:
     return tool.shear_at.get(node, tool.shear)
 
 
-def _gaps(scene: Scene, number: int, start: State, end: State) -> Floats:
+def _gaps(scene: Scene, number: int, end: State) -> Floats:
     """Of all nodes (a,) at the end."""
-    tool, shape = scene.tools[number], rigid(scene, number, start, end)
+    tool, shape = scene.tools[number], rigid(scene, number, end, end)
     if isinstance(tool, FlatTool):
         return (end.nodes - np.array(tool.point) - tools_at(scene, end)[number]) @ np.array(tool.normal)
     assert shape is not None

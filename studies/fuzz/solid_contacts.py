@@ -8,6 +8,7 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
+from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
@@ -96,7 +97,8 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         node=own.node,
         tool=np.full(len(own.node), k),
         mu=np.where(rubs | ~sliding, mu, 0.0),
-        cap=_caps(scene, accepted, tool, shape, every)[free[:, 0]],
+        cap=_caps(scene, end, tool, shape, shape.ended, every)[free[:, 0]],
+        cap_before=_caps(scene, accepted.start, tool, shape, shape.begun, every)[free[:, 0]],
         tied=np.zeros(len(own.node), dtype=bool),
         gap=parts.mean(found.gap[1]),
         opened=parts.mean(np.vecdot(found.normal[1], end.du[parts.node] - found.gone)),
@@ -152,15 +154,15 @@ def _inside(scene: Scene, accepted: Accepted, shape: Solid, nodes: Ints) -> floa
     return max(0.0, float(deep.max(initial=0.0)))
 
 
-def _caps(scene: Scene, accepted: Accepted, tool: AnyTool, shape: Solid, every: Posed) -> Floats:
-    """What the shear yield stress lets friction carry at points (p,), inf where none is asked."""
-    share, mesh, end = np.array([tool.shear_at.get(int(a), tool.shear) for a in every.node]), scene.mesh, accepted.state
+def _caps(scene: Scene, state: State, tool: AnyTool, shape: Solid, pose: Floats, every: Posed) -> Floats:
+    """What the shear yield stress lets friction carry at points (p,) in a state, inf where none is asked."""
+    share, mesh = np.array([tool.shear_at.get(int(a), tool.shear) for a in every.node]), scene.mesh
     if not np.isfinite(share).any():
         return share
-    places = {Configuration.MIDPOINT: end.nodes, Configuration.PAPER: accepted.start.nodes}
+    places = {Configuration.MIDPOINT: state.nodes, Configuration.PAPER: state.nodes - state.du}
     balanced, faces = places.get(scene.configuration, mesh.nodes), faces_of(mesh, tool)
     volume = place(balanced, mesh.elements, scene.rule.value).volume
-    strength = mean_shear(scene.material.yield_stress(end.peeq), volume)
-    gap = every.weights @ shape.near(shape.seen(end.nodes, shape.ended)).gap
-    most = carried(faces, every.ends, gap, strength[owners(mesh, faces)], balanced, end.nodes)
+    strength = mean_shear(scene.material.yield_stress(state.peeq), volume)
+    gap = every.weights @ shape.near(shape.seen(state.nodes, pose)).gap
+    most = carried(faces, every.ends, gap, strength[owners(mesh, faces)], balanced, state.nodes)
     return np.where(np.isfinite(share), np.where(np.isfinite(share), share, 0.0) * most, np.inf)

@@ -244,16 +244,17 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     change = now - before
     mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
     stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
-    r = c.rubbed((start.forces + end.forces) / 2)
+    begun, ended = c.start_rubbed(start.forces), c.rubbed(end.forces)
+    r, begins = (begun + ended) / 2, float(c.not_yet(start.forces, end.forces).sum()) / 2
     pushed = c.vectors(r)
     if any(bent(tool) for tool in scene.tools):
-        pushed = (c.start_vectors(c.rubbed(start.forces)) + c.vectors(c.rubbed(end.forces))) / 2
+        pushed = (c.start_vectors(begun) + c.vectors(ended)) / 2
     spent = np.vecdot(r[:, 1:], c.slip + c.dragged)
     done = c.sums(np.vecdot(pushed, c.motion)) + r[:, 0] * c.opened
     # Who comes from afar does not come along its force: the tool's work is what body and friction take.
     taken = c.sums(np.vecdot(pushed, end.du[c.part])) - spent
-    work = np.vdot(load, end.du) + np.where(c.apart, taken, done).sum()
-    rubbed = -float(spent.sum())
+    work = np.vdot(load, end.du) + np.where(c.apart, taken, done).sum() + begins
+    rubbed = begins - float(spent.sum())
     parts = [np.einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
     return np.array([work, *parts, rubbed], dtype=np.float64)
 

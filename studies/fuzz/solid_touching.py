@@ -10,6 +10,9 @@ import numpy as np
 from bipot.typing import Bools, Floats, Ints
 from studies.independent.data import CARRIES
 
+HOLDS = 1e-6
+"""Of the largest force: friction this far within its limit holds its point."""
+
 
 @dataclass(frozen=True)
 class Touching:
@@ -17,7 +20,8 @@ class Touching:
 
     ``gap`` (c,) is that of the end, ``opened`` (c,) what it grew by, ``blur`` (c,) its round-off, ``places`` (c,) that
     of positions and ``unsure`` (c,) the lengths that a slip is a difference of; ``slip`` (c, 2) is zero where friction
-    is of no unknown, ``cap`` (c,) what the shear yield stress lets it carry, inf where none is. Where supports hold
+    is of no unknown, ``cap`` (c,) what the shear yield stress lets it carry at the end and ``cap_before`` (c,) at the
+    start, inf where none is. Where supports hold
     both tangents ``dragged`` (c, 2) is what the tool slips by along them. Of slips and friction planes of symmetry
     leave ``kept`` (c, 2, 2). Some start ``apart`` from a tool that is not flat, or end ``past`` its open end.
 
@@ -31,6 +35,7 @@ class Touching:
     tool: Ints
     mu: Floats
     cap: Floats
+    cap_before: Floats
     tied: Bools
     gap: Floats
     opened: Floats
@@ -89,17 +94,39 @@ class Touching:
         return self.sums(np.abs(self.share) * sizes)
 
     def rubbed(self, r: Floats) -> Floats:
-        """Forces r (c, 3) with the friction of tools on what supports hold."""
+        """Forces r (c, 3) of the end with the friction of tools on what supports hold."""
+        return self._rubbed(r, self.cap)
+
+    def start_rubbed(self, r: Floats) -> Floats:
+        """The same of forces r (c, 3) of the start."""
+        return self._rubbed(r, self.cap_before)
+
+    def _rubbed(self, r: Floats, cap: Floats) -> Floats:
         out, size = r.copy(), np.linalg.norm(self.dragged, axis=1, keepdims=True)
-        out[:, 1:] -= self.most(r)[:, None] * self.dragged / np.where(size > 0, size, 1.0)
+        out[:, 1:] -= self._most(r, cap)[:, None] * self.dragged / np.where(size > 0, size, 1.0)
         return out
 
+    def not_yet(self, before: Floats, after: Floats) -> Floats:
+        """Work (c,) on the slip that friction of forces ``before`` (c, 3) does not do but would if it slid.
+
+        It would be at its limit against the slip of unknowns; who is held ``after`` (c, 3), well within the limit, does
+        not slide, nor who is tied.
+        """
+        holds = HOLDS * float(np.linalg.norm(after, axis=1).max(initial=0.0))
+        slides = ~self.tied & (np.linalg.norm(after[:, 1:], axis=1) >= self.most(after) - holds)
+        sliding = self._most(before, self.cap_before) * np.linalg.norm(self.slip, axis=1)
+        return np.where(slides, sliding + np.vecdot(before[:, 1:], self.slip), 0.0)
+
     def most(self, r: Floats) -> Floats:
-        """Largest friction (c,) under forces r (c, 3); without a coefficient the cap where a point carries at all."""
+        """Largest friction (c,) under forces r (c, 3) of the end."""
+        return self._most(r, self.cap)
+
+    def _most(self, r: Floats, cap: Floats) -> Floats:
+        """Largest friction (c,) below a ``cap``; without a coefficient the cap where a point carries at all."""
         carries = r[:, 0] > CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
-        constant, finite = np.isinf(self.mu) & np.isfinite(self.cap), np.isfinite(self.mu)
+        constant, finite = np.isinf(self.mu) & np.isfinite(cap), np.isfinite(self.mu)
         by_pressure = np.where(finite, np.where(finite, self.mu, 0.0) * r[:, 0], 0.0)
-        return np.where(constant, np.where(carries, self.cap, 0.0), np.minimum(by_pressure, self.cap))
+        return np.where(constant, np.where(carries, cap, 0.0), np.minimum(by_pressure, cap))
 
     def off(self, r: Floats, rho: Floats) -> Floats:
         """How far (c,) forces r (c, 3) are from the law, lengths made forces by rho (c,)."""

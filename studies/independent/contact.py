@@ -20,6 +20,9 @@ EPS = 8 * float(np.finfo(np.float64).eps)
 TOUCHING = 1e-9
 """A welded point is tied below this gap over the size."""
 
+HOLDS = 1e-6
+"""Of the largest force: friction this far within its limit holds its point."""
+
 FREE = 1e-12
 """A direction with less than this on free components cannot move."""
 
@@ -29,8 +32,9 @@ class ContactMeasures:
     """Penetration over size, of candidates and ``inside`` of held nodes, law over the largest force, energies.
 
     ``past`` is the force of candidates past an open end of their tool, over the largest.
-    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, summed of terms of the size
-    ``moved``; ``lost`` to friction by those at the end, known to ``unsure``.
+    ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, with the friction of the start that
+    slides (:func:`_not_yet`), summed of terms of the size ``moved``; ``lost`` to friction by those at the end, known to
+    ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
     """
 
@@ -68,6 +72,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip
         work, blurred = np.where(c.curved.apart, taken, work), c.parts.most(c.curved.blurred)
         moved, blur = moved + blurred, blur + EPS * blurred
+    begins = np.where(tied, 0.0, _not_yet(c, step.start.forces, r, slip)) / 2
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
@@ -78,9 +83,9 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         inside=beyond(-sunk, unsure + np.finfo(np.float64).eps * s.size, s.size),
         past=beyond(np.where(c.past, np.abs(r).max(axis=1), 0.0), CARRIES * step.largest, step.largest),
         law=beyond(off, (1 + mu) * force, step.largest),
-        work=float(work.sum()),
+        work=float((work + begins).sum()),
         moved=float(np.linalg.norm(mean, axis=1) @ moved),
-        spent=-float(np.vdot(mean[:, 1], slip)),
+        spent=float((begins - mean[:, 1] * slip).sum()),
         lost=-float(np.vdot(r[:, 1], slip)),
         unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
         resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
@@ -130,6 +135,15 @@ def _gap(step: Step, before: Floats) -> tuple[Floats, Floats]:
     agrees: Bools = np.abs(step.gap - gap) <= 2 * blur
     moved = c.sizes(step.displacement) + c.parts.most(np.abs(c.motion).max(axis=1)) + np.abs(before)
     return np.where(agrees, step.gap, gap), np.where(agrees, np.minimum(EPS * moved, blur), 0.0)
+
+
+def _not_yet(c: Contacts, before: Floats, after: Floats, slip: Floats) -> Floats:
+    """Work (c,) on the ``slip`` (c,) that the friction of forces ``before`` (c, 2) does not do but would if it slid.
+
+    It slides at its limit against the slip. What friction ``after`` (c, 2) holds, well within the limit, does not.
+    """
+    slides = np.abs(after[:, 1]) >= c.most(after) - HOLDS * float(np.linalg.norm(after, axis=1).max(initial=0.0))
+    return np.where(slides, c.most_before(before) * np.abs(slip) + before[:, 1] * slip, 0.0)
 
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:

@@ -94,7 +94,8 @@ class Contacts:
     """Candidates in an increment, each the mean of nodes by its ``weights`` (c, a), at ``node`` (c,).
 
     ``rubs`` (c,) says if it has friction, with the coefficient ``mu`` (c,), ``cap`` (c,) what the shear yield stress
-    lets it carry, inf where none is asked. ``tool`` (c,) numbers their tools.
+    lets it carry at the end and ``cap_before`` (c,) at the start, inf where none is asked. ``tool`` (c,) numbers their
+    tools.
 
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
@@ -112,6 +113,7 @@ class Contacts:
     offset_end: Floats
     motion: Floats
     cap: Floats | float = np.inf
+    cap_before: Floats | float = np.inf
     curved: Curved | None = None
 
     @cached_property
@@ -158,11 +160,19 @@ class Contacts:
         return np.where(self.rubs, self.parts.mean(own if self.curved is None else own + self.curved.slid), 0.0)
 
     def most(self, r: Floats) -> Floats:
-        """Largest friction (c,) under forces r (c, 2); without a coefficient the cap where a point carries at all."""
+        """Largest friction (c,) under forces r (c, 2) of the end."""
+        return self._most(r, self.cap)
+
+    def most_before(self, r: Floats) -> Floats:
+        """The same of the start, zero where nothing bounds it."""
+        return np.where(self.welded, 0.0, self._most(r, self.cap_before))
+
+    def _most(self, r: Floats, cap: Floats | float) -> Floats:
+        """Largest friction (c,) below a ``cap``; without a coefficient the cap where a point carries at all."""
         carries = r[:, 0] > CARRIES * float(np.linalg.norm(r, axis=1).max(initial=0.0))
         by_pressure = np.where(np.isinf(self.mu), 0.0, self.mu) * r[:, 0]
-        by_pressure = np.where(np.isinf(self.mu), np.where(carries | np.isinf(self.cap), np.inf, 0.0), by_pressure)
-        return np.minimum(by_pressure, self.cap)
+        by_pressure = np.where(np.isinf(self.mu), np.where(carries | np.isinf(cap), np.inf, 0.0), by_pressure)
+        return np.minimum(by_pressure, cap)
 
     @property
     def tangent(self) -> Floats:

@@ -1,0 +1,63 @@
+r"""The friction that the forces r_0 of an increment's start make of the slip u_t of the increment.
+
+A force that sticks, or that resists another direction, is not the one with which its point slides. What the slip lacks
+of the start's part is the gap of the bipotential between both,
+
+    s_0 |u_t| + r_t0 . u_t >= 0,        s_0 = min(mu r_n0, cap_0),
+
+with cap_0 that of the start. It is zero where a point slides on in its direction, of order three in the increment where
+the direction turns smoothly, and 2 s_0 |u_t| where it reverses. A point that was open has s_0 = 0, and a weld does not
+slip. Where the friction at the end is below its limit the point has not slid: its motion is the creep of a penalty, or
+what is left of zero.
+
+The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.contact.shear import Strength, caps
+from bipot.contact.supported import rubbed
+from bipot.fem.kinematics import gradients
+from bipot.iterate import Increment, Iterate
+from bipot.response import State
+from bipot.tensors import norm
+from bipot.typing import Floats
+
+HOLDS = 1e-6
+"""A friction force that is farther below its limit than this fraction of the largest contact force holds its point: no
+more than that does the certificate's law leave undecided."""
+
+
+def start_forces(start: State, increment: Increment) -> Floats:
+    """Contact forces (c, d) of the start, with friction between tool and support against the increment's slip."""
+    return rubbed(start.forces, start_limit(start, increment), increment.dragged)
+
+
+def start_limit(start: State, increment: Increment) -> Floats:
+    """Largest friction forces s_0 (c,) under the forces of the start, with the caps there; 0 where tied."""
+    rows = increment.rows
+    if increment.system.candidates.capped:
+        rows = replace(rows, cap=_caps(start, increment))
+    return np.where(rows.tied, 0.0, rows.limit(start.forces))
+
+
+def missing_friction(start: State, iterate: Iterate, r: Floats) -> float:
+    """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy."""
+    increment, ended = iterate.increment, iterate.rubbed(r)
+    slip, begun = iterate.motion[:, 1:] + increment.dragged, start_forces(start, increment)
+    holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
+    gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
+    return float(gap[~holds].sum())
+
+
+def _caps(start: State, increment: Increment) -> Floats:
+    """The caps (c,) at the start, inf where none is asked."""
+    body = increment.system.body
+    scene, balanced = body.scene, body.scene.balanced(start.nodes - start.du, start.du)
+    volume = gradients(balanced, scene.mesh.elements, body.space.reference, scene.geometry).volume
+    strength = Strength(scene.material.yield_stress(start.peeq), volume)
+    return caps(increment.system.candidates, strength, balanced, start.nodes, increment.tools.placed)
