@@ -211,6 +211,7 @@ def test_an_element_of_which_a_trial_leaves_the_volume_of_one_point_is_told():
     projection = Projection.of(
         VolumeChange.P1, mesh.nodes, mesh.elements, tabulated(Element.H20, RULES[Element.H20][0])
     )
+    assert projection is not None
     weight = np.ones((2, 8))
     weight[1, 0] = 2e31
     with pytest.raises(InvertedElement, match=r"element 1: a point's volume is 2e\+31 of another's"):
