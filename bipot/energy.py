@@ -17,8 +17,8 @@ the body takes up; for a flat tool this is the same.
     g = sum_c (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap),
 
 makes the start's part of friction that of the force with which a point slides, where it stuck or slid another way
-(:mod:`bipot.start_friction`). The tools move on against that force: (1 - theta) g is added to work too, and the balance is
-what it is without.
+(:mod:`bipot.start_friction`). The tools move on against that force: (1 - theta) g is added to work too, and the balance
+is what it is without.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the

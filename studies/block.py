@@ -7,10 +7,11 @@ A cube of 10 mm, E = 210 GPa, nu = 0.3, sigma_Y = 300 MPa; ``--width``, ``--dept
 the cylinder does, with the same columns for the full block, and how its pressure alternates
 (:mod:`studies.block_line`) besides; radii are distances from the axis of pressing. Candidates are those of the sides
 too: they roll onto the platen. At mu = 0.3 an element inside a mesh between planes folds before long, at 46 % of the
-height with 4 a side, at 25 % with 12; ``--layout fanned`` does not. With ``--sampling weighted`` the law is posed in
-means on the upper face of quadratic elements alone, and at the nodes of the sides: the mean around a corner of a side
-comes to the platen long after the nodes next to it have, which would go into it meanwhile. The platen is two tools
-then, of which the columns of the pressure are told on the first.
+height with 4 a side, at 25 % with 12; ``--layout fanned`` does not. Of quadratic elements, ``h20`` and its kin, the
+law is posed in means on the upper face (``--sampling weighted``, their default: at nodes a face of theirs that is
+pressed cannot be met) and at the nodes of the sides: the mean around a corner of a side comes to the platen long after
+the nodes next to it have, which would go into it meanwhile. The platen is two tools then, of which the columns of the
+pressure are told on the first.
 """
 
 from __future__ import annotations
@@ -107,7 +108,7 @@ def parser() -> argparse.ArgumentParser:
     about = "fanned: two elements on the edges of the upper face, three in its corner"
     p.add_argument("--layout", choices=layouts, default=Layout.TENSOR.value, help=about)
     samplings = [sampling.value for sampling in Sampling]
-    p.add_argument("--sampling", choices=samplings, default=Sampling.NODES.value, help="where contact is posed")
+    p.add_argument("--sampling", choices=samplings, help="where contact is posed (default weighted on h20, else nodes)")
     p.add_argument("--width", type=float, default=10.0, help="of the block, mm (default 10)")
     p.add_argument("--depth", type=float, default=10.0, help="of the block, mm (default 10)")
     return p
@@ -116,10 +117,17 @@ def parser() -> argparse.ArgumentParser:
 def cases(arguments: argparse.Namespace) -> list[Block]:
     """One case a coefficient; raises SceneError naming an option that would have no effect."""
     asked = OPTIONS.common(arguments, SolidType(arguments.element_type))
-    sampling = sampling_of(arguments, SolidType(arguments.element_type).element)
-    asked |= {"layout": Layout(arguments.layout), "sampling": sampling}
+    asked |= {"layout": Layout(arguments.layout), "sampling": _sampling(arguments)}
     asked |= {"width": arguments.width, "depth": arguments.depth}
     return [Block(mu=mu, **asked) for mu in arguments.mu]
+
+
+def _sampling(arguments: argparse.Namespace) -> Sampling:
+    """The one asked for, else that of the element; raises SceneError where there is no choice."""
+    element = SolidType(arguments.element_type).element
+    if arguments.sampling is None:
+        return Sampling.WEIGHTED if element.quadratic else Sampling.NODES
+    return sampling_of(arguments, element)
 
 
 @command

@@ -13,6 +13,7 @@ from bipot import (
     FlatTool,
     Geometry,
     Newton,
+    Sampling,
     Scene,
     Schedule,
     ShapedTool,
@@ -29,14 +30,21 @@ LEANING = (Support("left", 0), Support("front", 1), Support("base", 2))
 
 
 def flat(travel):
-    return FlatTool((0.0, 0.0, 0.5), (0.0, 0.0, -1.0), travel, ("top",), 0.3, path=THEN_RESTS)
+    return FlatTool((0.0, 0.0, 0.5), (0.0, 0.0, -1.0), travel, ("top",), 0.3, THEN_RESTS, sampling=Sampling.WEIGHTED)
 
 
 CASES = {
     "a block that spreads": (flat((0.0, 0.0, -0.03)), LEANING),
     "a plane that slides": (flat((0.03, 0.0, -0.03)), HELD),
     "a roll": (
-        ShapedTool(roll((0.3, 0.0, 2.5), (0.0, 1.0, 0.0), 2.0), (0.0, 0.0, -0.03), ("top",), 0.3, path=THEN_RESTS),
+        ShapedTool(
+            roll((0.3, 0.0, 2.5), (0.0, 1.0, 0.0), 2.0),
+            (0.0, 0.0, -0.03),
+            ("top",),
+            0.3,
+            THEN_RESTS,
+            sampling=Sampling.WEIGHTED,
+        ),
         HELD,
     ),
 }

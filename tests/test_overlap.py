@@ -19,7 +19,7 @@ from bipot.scene.scene import Scene, upsetting
 from bipot.scene.supports import Support
 from bipot.tools.circle import Circle
 from bipot.tools.profiles import Profile
-from bipot.tools.tool import FlatTool, ShapedTool
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 
 STEEL = upsetting(mu=0.3).material
 ROOT = np.sqrt(0.5)
@@ -157,7 +157,7 @@ def test_what_was_behind_a_flat_tool_at_rest_is_no_matter():
 def test_a_face_that_goes_into_a_tool_between_its_edges_is_seen(element, share):
     """Of corners clear of a platen that the middles of edges touch, a face has -1/4 in its middle, or -1/9."""
     mesh, clear = brick(1.0, 1.0, 1.0, 1, 1, 1, element=element), 0.01
-    platen = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.1)
+    platen = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.1, sampling=Sampling.WEIGHTED)
     held = (Support("base", 2),)
     scene = Scene(mesh, Geometry.SOLID, STEEL, held, (platen,), quadrature=RULES[element][-1])
     nodes = mesh.nodes.copy()

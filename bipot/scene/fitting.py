@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.errors import SceneError, require
+from bipot.fem.elements import facet
 from bipot.fem.reduction import Geometry
+from bipot.fem.surface import outward_area
 from bipot.laws.material import Material
 from bipot.meshes.mesh import Mesh
 from bipot.paths import require_components
@@ -22,10 +24,16 @@ from bipot.tools.profiles import Profile
 from bipot.tools.revolved import Revolved
 from bipot.tools.surfaces import Distance, Plane, Surface
 from bipot.tools.tool import FlatTool, Sampling, Tool
-from bipot.typing import Floats
+from bipot.typing import Floats, Vector
 
 INSIDE = 1e-9
 """Depth, over the body's size, of a driven tool in the body at rest that counts as round-off."""
+
+SIDE = 0.5
+"""Cosine of the least angle, 60 degrees, between a flat tool and a face that is a side and may roll onto it."""
+
+ROUND_OFF = 1e-12
+"""Of shares of the reference face."""
 
 
 class Fitted(NamedTuple):
@@ -49,7 +57,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     Raises:
         SceneError: candidates that are no edges of the surface, or none of which can move along the normal; a tool that
             is in the body at rest, that moves off or across the axis of a ring, or turns where it may not; coefficients
-            at other nodes; a cap with a material that does not flow.
+            at other nodes; a cap with a material that does not flow; contact at nodes with negative shares of faces.
     """
     nodes, names = body.mesh.boundary_nodes(*tool.candidates), tool.candidates
     x = body.mesh.nodes[nodes]
@@ -64,6 +72,7 @@ def require_fitting(body: Fitted, tool: Tool, label: str) -> None:
     if d == 3:
         require_thick(body.mesh, tool, label)
     normal = _require_distance(tool.face, x, f"{label}.surface").normal
+    _require_shares(body.mesh, tool, normal[0], label)
     # Of a curved tool the normal turns as it comes along.
     holding = body.holding
     movable = bool(holding.free_along(nodes, normal).any() if tool.flat else not holding.held[nodes].all())
@@ -85,6 +94,26 @@ def _require_surface(mesh: Mesh, tool: Tool, label: str) -> None:
     require(not inner, f"{label}.candidates", names, f"{what}s of one element each; {inner} lies between two")
     twice = len(np.unique(np.sort(edges, axis=1), axis=0)) < len(edges)
     require(not twice, f"{label}.candidates", names, f"boundaries without a common {what}")
+
+
+def _require_shares(mesh: Mesh, tool: Tool, normal: Vector, label: str) -> None:
+    """Require means where nodes have negative shares int N_k dA of a face: a pressure pulls there, contact cannot.
+
+    Sides beside a flat tool of this ``normal`` are exempt: of what rolls onto it the rim touches first, which nodes
+    feel at once and means around corners late.
+    """
+    faces = np.concatenate([mesh.surface(name)[0] for name in tool.candidates])
+    table = facet(faces.shape[1], mesh.dimension)
+    if tool.sampling is not Sampling.NODES or (table.weights @ table.values).min() >= -ROUND_OFF:
+        return
+    outward = outward_area(mesh.nodes, faces, Geometry.SOLID).sum(axis=1)
+    faced = not tool.flat or bool((outward @ normal < -SIDE * norm(outward)).any())
+    allowed = (
+        f"Sampling.WEIGHTED on faces of {mesh.element.name}: their corners have negative shares of the area, where a "
+        "pressure pulls and contact at nodes cannot. Sides that roll onto a flat tool may be met at nodes, by one of "
+        "their own"
+    )
+    require(not faced, f"{label}.sampling", tool.sampling, allowed)
 
 
 def _require_outside(body: Fitted, tool: Tool, label: str) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.scene import Scene
 from bipot.tools.tool import AnyTool, FlatTool, Sampling
@@ -18,7 +19,7 @@ from studies.independent.fans import around_corners
 from studies.independent.sampling import at_nodes
 
 WEIGHTED = 0.5
-"""Of the bodies of quadratic elements have contact in weighted means: at all of their tools, or at one of two."""
+"""Of the bodies of T10 have contact in weighted means: at all of their tools, or at one of two. Those of H20 must."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +45,8 @@ class Posed:
 
 def weighted(rng: Rng, mesh: Mesh, tools: tuple[FlatTool, ...]) -> tuple[FlatTool, ...]:
     """The tools with contact in means, sometimes one alone; friction node by node is that of corners then."""
+    if mesh.element is Element.H20:
+        return tuple(_weighted(mesh, tool) for tool in tools)
     if not mesh.element.quadratic or rng.random() >= WEIGHTED:
         return tools
     alone = int(rng.integers(len(tools))) if rng.random() < 0.3 else None
