@@ -121,7 +121,9 @@ def test_the_kept_limits_are_as_sharp_as_asked():
     assert {(one.mu, one.reduction) for one in limits} == {(mu, part) for mu in BANDS for part in BANDS[mu]}
     for one in limits:
         assert one.band <= BANDS[one.mu][one.reduction] * one.value
-        assert {word[:2] for word in one.meshes.split(", ")} == {"q4", "q8", "q9"}
+        # The finest mesh of Q9/P1 folds at 39.5 % at mu = 0.1.
+        folded = {"q9"} if one.mu == 0.1 and one.reduction >= 0.4 else set()
+        assert {word[:2] for word in one.meshes.split(", ")} == {"q4", "q8", "q9"} - folded
 
 
 @pytest.mark.parametrize(("mu", "allowed"), [(0.1, 0.003), (0.3, 0.015)])
