@@ -57,10 +57,9 @@ class Search:
     - dx . K dx at the start, however far contacts are from their law, and goes linearly to zero at t = 1 where
     everything is linear; where a landing unloads the body or brings much of it to yield, the whole step goes too far
     and g changes its sign. Then t is found by false position such that |g(t)| is at most ``work`` times |g(0)|. A whole
-    step that is too short is not lengthened, and one that ends more than :data:`SHORT` of g(0) short with a larger
-    merit is halved: what it has met is not what it was made for. So it is, until the merit falls, where g(0) is not
-    below zero and says nothing. If ``trials`` do not get there the one of least merit is taken: active sets change past
-    a bump.
+    step that is too short is not lengthened. A step to a larger merit is halved: contacts have met what it was not made
+    for. So it is, until the merit falls, where g(0) is not below zero and says nothing. If ``trials`` do not get there
+    the one of least merit is taken: active sets change past a bump.
 
     A tool that a force drives and that few contacts resist would go through all others. Those that were open are taken
     to push it where it comes upon them, by ``landing`` times the elastic stiffness there, less than all of it as they
@@ -82,9 +81,6 @@ class Search:
 
 NARROWED = 0.15, 0.75
 """Part of its bracket that a false position leaves and takes, at least and at most."""
-
-SHORT = 0.5
-"""g(t)/g(0) above which a step of larger merit does not count as short."""
 
 FOLDED = -4.0
 """Stands for g(t)/g(0) of a step that folds an element: it is much too long."""
@@ -269,11 +265,11 @@ class _Aim:
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
     def rest(self, trial: Point) -> float:
-        """g(t)/g(0) of a trial, zero where it says nothing, -1 where the trial is to be halved for its merit."""
+        """g(t)/g(0) of a trial, zero where it says nothing, -1 where it has the larger merit and is to be halved."""
         if self.halves:
             return 0.0
         rest = (trial.work(self.along, self.r) + self._landing(trial)) / self.work
-        return -1.0 if rest > SHORT and trial.merit > self.here.merit else rest
+        return -1.0 if trial.merit > self.here.merit else rest
 
     def meets(self, t: float, trial: Point, rest: float) -> bool:
         """Whether the trial of length t is good enough."""
