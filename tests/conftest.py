@@ -11,7 +11,7 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 
 from tests.recording import complete, steps  # noqa: E402
-from tests.thinned import LEFT, THINNED  # noqa: E402
+from tests.thinned import THINNED  # noqa: E402
 
 settings.register_profile("bipot", deadline=None, derandomize=True, max_examples=30)
 settings.load_profile("bipot")
@@ -22,8 +22,6 @@ def pytest_collection_modifyitems(items):
     """Mark as slow what :mod:`tests.thinned` leaves to `make check-long`."""
     seen = Counter()
     for item in items:
-        if item.originalname in LEFT.get(item.path.stem, ()):
-            item.add_marker("slow")
         every = THINNED.get(item.path.stem, {}).get(item.originalname)
         if every is not None and not item.get_closest_marker("slow"):
             if seen[item.path, item.originalname] % every:

@@ -104,6 +104,7 @@ def test_loads_alone_have_no_travel_to_begin_with():
     assert 1 < len(steps) < 20
 
 
+@pytest.mark.slow
 def test_a_limit_load_ends_the_march():
     with pytest.raises(LimitPassed):
         run(pulled(300.0), Schedule(accuracy=1e-3))

@@ -47,6 +47,7 @@ def test_pressures_slips_and_sticking_nodes_are_those_of_the_runs(results):
     pyplot.close("all")
 
 
+@pytest.mark.slow
 def test_it_is_written_and_says_what_is_missing(results, tmp_path):
     fig_block.main(["--results", str(results), "--out", str(tmp_path)])
     assert {path.suffix for path in tmp_path.iterdir()} == {".png", ".pdf"}

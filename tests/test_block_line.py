@@ -97,6 +97,7 @@ def test_fanned_out_little_alternates_at_high_friction_too(tmp_path):
     assert (history["inner"][history["reduction"] > 0.05] < 0.03).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("layout", "least", "most", "alternates"), [(Layout.TENSOR, 1.3, 1.45, 0.2), (Layout.FANNED, 0.87, 1.05, 0.03)]
 )

@@ -114,6 +114,7 @@ def test_no_single_solver_converges_where_no_solution_exists(solver):
     assert not answer.converged or obeys_the_law(problem.W.toarray(), problem.q, problem.mu, answer.r)
 
 
+@pytest.mark.slow
 def test_an_unsolvable_problem_ends_in_words():
     answer = coulomb.solve(no_solution())
     assert not answer.converged
@@ -123,6 +124,7 @@ def test_an_unsolvable_problem_ends_in_words():
     assert "Whether a solution exists is not known" in space.reason
 
 
+@pytest.mark.slow
 def test_a_solution_beside_runaway_forces_is_found():
     answer = coulomb.solve(runaway())
     assert answer.converged
@@ -213,6 +215,7 @@ def test_the_judgement_does_not_know_the_units_of_a_contact(seed, dim):
     np.testing.assert_allclose(other, expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_very_large_and_no_friction_in_one_problem():
     rng = np.random.default_rng(3)
     for k in range(30):

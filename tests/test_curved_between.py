@@ -58,6 +58,7 @@ def test_who_passes_beside_the_body_is_not_between():
     assert abs(forces(marched(scene))[-1]).max() == 0.0
 
 
+@pytest.mark.slow
 def test_between_is_by_the_way_of_both():
     """A square goes straight on and gets out of shape, brute force: how deep a small circle is in it all the way."""
     rng = np.random.default_rng(3)

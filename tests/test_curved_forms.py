@@ -129,6 +129,7 @@ def test_forms_of_the_exact_law_agree(geometry, form):
     assert apart(forces(other), forces(one)) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", PLANES)
 def test_delassus_agrees_within_the_default_bounds(geometry):
     """Asked for less, and of a body that does not flow: with fewer cuts the increments are others."""
@@ -171,6 +172,7 @@ SORTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SORTS)
 def test_forms_agree_on_scenes_of_all_sorts(name):
     """Each with the others behind it, as marches are by default."""
@@ -191,6 +193,7 @@ def test_newton_takes_no_more_passes_than_where_nodes_land_on_a_flat_punch():
     assert spent[0] <= spent[1] + 1
 
 
+@pytest.mark.slow
 def test_penalised_forms_see_the_true_gap():
     """Uzawa's is the exact answer; the penalty's penetrates by its force over the penalty, and tends to it."""
     scene = pressed(mu=0.0, material=Elastic(Elasticity(1e4, 0.3)))

@@ -116,6 +116,7 @@ def test_the_law_holds_of_means_recomputed_from_places(geometry):
 FORMS = (Tangent(), Dissipation())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", PLANES)
 @pytest.mark.parametrize("form", FORMS, ids=named)
 def test_forms_of_the_exact_law_agree(geometry, form):
@@ -127,6 +128,7 @@ def test_forms_of_the_exact_law_agree(geometry, form):
     assert apart(forces(other[:kept]), forces(one[:kept])) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [Delassus(), Uzawa(3e4, 3e4), Penalty(1e6, 1e6)], ids=named)
 def test_other_forms_agree_on_an_elastic_body(form):
     scene = pressed(material=RUBBER, sampling=WEIGHTED)
@@ -140,6 +142,7 @@ def test_linear_edges_are_met_at_their_nodes():
     np.testing.assert_array_equal(forces(marched(one, increments=3)), forces(marched(other, increments=3)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", PLANES)
 def test_a_large_circle_tends_to_the_plane(geometry):
     flat = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.05), ("top",), 0.2, sampling=WEIGHTED)
@@ -180,6 +183,7 @@ def test_a_body_that_lies_on_a_circle_bears_the_pressure_of_lame(inside):
     np.testing.assert_allclose(last.traction.recovered_pressure, expected, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_half_a_body_has_half_the_force_of_the_whole():
     held = Support("base", 1), Support("base", 0)
     half = pressed(material=RUBBER, mu=0.01, sampling=WEIGHTED)

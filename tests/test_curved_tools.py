@@ -86,6 +86,7 @@ def test_energies_balance_to_order_two():
     assert errors[2] < errors[0] / 4 < 1e-3
 
 
+@pytest.mark.slow
 def test_a_large_circle_tends_to_the_plane():
     flat = pressed(surface=Plane((0.0, 1.0), (0.0, -1.0)))
     plane = forces(marched(flat))
@@ -100,6 +101,7 @@ def test_a_plane_as_a_surface_is_a_flat_tool_to_the_last_bit():
     np.testing.assert_array_equal(forces(marched(shaped)), forces(marched(flat)))
 
 
+@pytest.mark.slow
 def test_a_scene_turned_by_a_right_angle_has_the_same_forces():
     """(x, y) -> (-y, x): supports turn with it."""
     scene = dragged()
@@ -115,6 +117,7 @@ def test_a_scene_turned_by_a_right_angle_has_the_same_forces():
     assert apart(forces(marched(other, bounds=TIGHT)) @ turn, forces(marched(scene, bounds=TIGHT))) < 1e-8
 
 
+@pytest.mark.slow
 def test_half_a_body_has_half_the_force_of_the_whole():
     half = pressed()
     mesh = half.mesh

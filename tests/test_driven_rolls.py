@@ -92,6 +92,7 @@ def test_a_roll_turns_with_the_body_and_its_moment_is_that_of_nodal_forces(momen
     np.testing.assert_allclose(last.solved.iterate.motion[sticks, 1], 0.0, atol=1e-3 * SLIDE / 20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [Tangent(), Dissipation()], ids=lambda form: form.name.value)
 def test_forms_agree_on_a_roll_that_a_moment_turns(form):
     one = marches(0.8)
@@ -122,6 +123,7 @@ def test_the_moment_does_the_work_of_its_turn():
     assert errors[1] < errors[0] / 2
 
 
+@pytest.mark.slow
 def test_a_moment_that_friction_cannot_hold_spins_the_roll():
     """Held up to next to mu times the normal forces times the radius, it is told why no more."""
     reached = list[float]()

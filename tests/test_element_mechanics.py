@@ -238,6 +238,7 @@ PROJECTED = {
 """How near forces are to those of Q9 as it is: 8.1e-4, 6.9e-4, 1.0e-4, 1.0e-3, 3.0e-4 and 1.6e-3 were measured."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", PLANES)
 def test_elements_agree_on_a_fine_mesh(geometry):
     """As they are, quadratic ones to a ten-thousandth, where measured to 6e-5; straight ones, which lock, to 2 %."""
@@ -264,6 +265,7 @@ def test_a_rule_that_is_none_of_the_element_is_refused_by_name():
         assert scene(mesh=block(1.0, 1.0, 2, 2, element=element)).rule is RULES[element][0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("element", "rule"),
     [(Element.Q8, None), (Element.Q8, Quadrature.GAUSS3), (Element.Q9, None), (Element.Q4, None)],

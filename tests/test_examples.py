@@ -41,6 +41,7 @@ def test_friction_adds_to_the_force_of_a_block_between_platens(run):
     assert forces[0.3] > 1.2 * forces[0.0]
 
 
+@pytest.mark.slow
 def test_the_bore_of_a_ring_opens_or_closes_by_constant_shear(run):
     found = run("ring_compression", increments=12, elements=2, shear=(0.0, 0.1, 0.25, 0.3, 1.0))
     reductions = np.array([0.1, 0.3, 0.5])
@@ -97,6 +98,7 @@ def test_two_solvers_of_the_stated_increment_find_the_forces_of_the_march(run):
     assert max(off, also_off) < 1e-6
 
 
+@pytest.mark.slow
 def test_a_rolled_strip_comes_in_slower_than_the_roll_and_leaves_faster(run):
     _, torque, before, behind = np.array(run("rolling", increments=50, elements=2)[0])[-25:].T
     assert (torque > 0).all()
@@ -112,6 +114,7 @@ def test_a_sphere_presses_an_elastic_block_as_hertz_says(run):
     np.testing.assert_allclose(a, radius, rtol=0.06)
 
 
+@pytest.mark.slow
 def test_a_sphere_meets_nearly_three_yield_stresses_and_a_rim_piles_up(run):
     _, pressure, rim = np.array(run("sphere_indentation", increments=10, elements=16)[0]).T
     # A node more or less on the edge of the contact is 15 % of its area on this mesh.
@@ -119,6 +122,7 @@ def test_a_sphere_meets_nearly_three_yield_stresses_and_a_rim_piles_up(run):
     assert (rim[-4:] > 0.01).all()
 
 
+@pytest.mark.slow
 def test_the_force_of_coining_rises_as_the_die_fills(run):
     _, force, gap = np.array(run("coining", increments=30, elements=6)[0]).T
     assert (np.diff(gap[5:]) < 0).all()
@@ -142,6 +146,7 @@ def test_the_moment_that_twists_a_pressed_disc_tends_to_two_thirds(run):
     assert moment[1] == pytest.approx(500 * np.pi * 10**4 / 2 * angle[1] / 5 / (0.2 * 10 * np.pi * 10**3), rel=0.05)
 
 
+@pytest.mark.slow
 def test_friction_makes_the_sides_of_a_block_in_space_bulge(run):
     found = run("upset_block", increments=6, elements=3, friction=(0.0, 0.3))
     forces = {mu: -last.tool_force(0)[2] for mu, last in found.items()}
@@ -162,6 +167,7 @@ def test_a_picture_that_cannot_be_made_is_missed_in_words(run, monkeypatch):
     assert said == ["no picture: pyvista is not installed"]
 
 
+@pytest.mark.slow
 def test_a_ring_in_space_is_the_ring_of_a_meridian(run):
     for mu, (flat, solid) in run("ring_in_space", increments=5, elements=2).items():
         assert (solid[-1, 1] > 0) == (mu < 0.1)
@@ -220,6 +226,7 @@ def test_a_wedge_goes_in_by_the_known_force(run):
     assert np.mean(force[depth > 0.5]) == pytest.approx(24.7662, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_billet_is_extruded_by_about_the_known_pressure(run):
     punch, dies = run("extrusion", increments=18, elements=6)[0].T
     np.testing.assert_allclose(dies, punch, rtol=1e-6)

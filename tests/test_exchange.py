@@ -128,6 +128,7 @@ def test_the_proximal_point_reaches_them(exported):
     assert np.abs(answer.r - own).max() <= 1e-6 * np.abs(own).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("solver", "steps"), [(GaussSeidel(), 40), (Uzawa(), 400)], ids=["gauss-seidel", "uzawa"])
 def test_first_order_solvers_come_nearer_and_are_named_as_not_converged(solver, steps, exported):
     """Their errors are 0.83 and 0.30 then, and half a minute does not bring them to an end."""

@@ -25,6 +25,7 @@ def test_files_that_are_none_are_refused(tmp_path):
     assert len(answers) == len(whole.DAMAGES)
 
 
+@pytest.mark.slow
 @posix
 def test_fields_that_do_not_fit_are_refused(tmp_path):
     ways = {
@@ -62,6 +63,7 @@ def test_chunks_in_one_place_are_refused_once_they_declare_more_than_the_file(tm
     assert all("bytes of its chunks" in answer.message for answer in answers.values())
 
 
+@pytest.mark.slow
 @posix
 def test_chunks_of_another_size_than_declared_are_refused(tmp_path):
     """HDF5 would write beyond its buffer, and so end the process now or later."""
@@ -106,6 +108,7 @@ def ends(path):
     os.abort()
 
 
+@pytest.mark.slow
 def test_a_process_of_its_own_gives_the_same_problem_or_refusal(tmp_path):
     here, there = (coulomb.read_fclib(fclib.both(tmp_path / "a.hdf5"), isolated=apart) for apart in (False, True))
     np.testing.assert_array_equal(there.M.toarray(), here.M.toarray())

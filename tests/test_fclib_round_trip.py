@@ -53,6 +53,7 @@ def same(one, other):
         np.testing.assert_array_equal(value, parts(other)[name], err_msg=name)
 
 
+@pytest.mark.slow
 @given(problems(), st.sampled_from(fclib.STORAGES), st.booleans())
 def test_a_problem_comes_back_from_every_storage(tmp_path_factory, problem, storage, packed):
     folder = tmp_path_factory.mktemp("round")

@@ -252,6 +252,7 @@ def test_de_saxce_alone_gives_the_increments_of_the_threshold() -> None:
         assert np.abs(other.state.nodes - one.state.nodes).max() < 1e-6 * np.abs(moved).max()
 
 
+@pytest.mark.slow
 def test_de_saxce_alone_gives_the_force_of_the_threshold_with_plastic_strain_as_a_variable() -> None:
     """The force only: interior points alone leave single nodes the equilibrium that an increment is accepted with."""
     by_threshold, by_shift = (run(0.3, Dissipation(polished=False), rule) for rule in (Safeguard(), SHIFT))

@@ -73,6 +73,7 @@ def test_force_is_of_second_order_under_friction_and_of_first_with_backward_eule
     assert orders[Integration.BACKWARD_EULER] == pytest.approx(1, abs=0.1)
 
 
+@pytest.mark.slow
 def test_both_tend_to_the_same_force():
     extrapolated = 2 * end_force(Integration.BACKWARD_EULER, 40) - end_force(Integration.BACKWARD_EULER, 20)
     assert end_force(Integration.BDF2, 40) == pytest.approx(extrapolated, rel=2e-5)

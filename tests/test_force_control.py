@@ -169,6 +169,7 @@ def test_a_hardening_that_saturates_has_the_limit_load_of_its_last_yield_stress(
     assert caught.value.fraction == pytest.approx(400.0 / 450.0, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_in_large_strain_the_force_is_that_of_the_grown_section():
     """F = sigma_Y pi R^2: the tool goes where the section has grown to the force (closed form, frictionless)."""
     scene = upsetting(mu=0.0, elements=2)

@@ -100,6 +100,7 @@ def test_half_a_force_or_half_the_energies_called_whole_are_found():
     assert found(pushed)[0] > 0.4
 
 
+@pytest.mark.slow
 def test_planes_are_drawn_that_cut_tools_and_that_do_not():
     scenes = [draw(seed).scene for seed in range(60)]
     planes = [(s, flat(tool).normal[axis_of(s)]) for scene in scenes for s in scene.supports for tool in scene.tools
@@ -252,6 +253,7 @@ def test_the_study_writes_goes_on_and_counts(tmp_path, capsys):
     assert capsys.readouterr().out.splitlines()[-1] == said
 
 
+@pytest.mark.slow
 def test_processes_find_what_they_are_given(tmp_path):
     command = [sys.executable, "-m", "studies.fuzz", *NO_OTHERS, "--scenes", "0", "--coulomb", "2", "--jobs", "2"]
     ended = subprocess.run([*command, "--out", tmp_path], cwd=ROOT, capture_output=True, text=True, check=False)

@@ -124,6 +124,7 @@ def test_a_moment_that_is_not_that_of_the_forces_is_found(rolled):
     assert "moment of tool 0" in misstated(rolled, replace(rolled.scene, tools=(other,)))
 
 
+@pytest.mark.slow
 def test_reactions_that_do_not_balance_tools_are_found(rolled, monkeypatch):
     kind = type(rolled.steps[-1].solved.iterate)
     whole = kind.reactions
@@ -150,6 +151,7 @@ def test_energies_that_are_off_are_found(rolled):
     assert "energies off" in misstated(rolled, accepted=with_course(last, energies=energies))
 
 
+@pytest.mark.slow
 def test_variants_of_curved_turning_tools_have_the_same_forces(rolled):
     order = np.random.default_rng(1).permutation(len(rolled.scene.mesh.nodes))
     elements = np.arange(len(rolled.scene.mesh.elements))
@@ -220,6 +222,7 @@ def driven():
     return ran(replace(scene, supports=held, tools=(tool,)))
 
 
+@pytest.mark.slow
 def test_what_drives_shaped_tools_and_holds_between_axes_is_right_and_planted_errors_are_found(driven):
     assert [fuzz_judge.broken(m, exact=True) for m in fuzz_judge.measured(driven)] == [[]] * len(driven.steps)
     assert misstated(driven) == ""

@@ -89,6 +89,7 @@ def said_of(run):
     return " ".join(what for m in fuzz_judge.measured(run) for what in fuzz_judge.broken(m, exact=True))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", RUNS)
 def test_what_is_right_passes_and_its_means_forces_and_energies_are_the_library_s(run, request):
     right = request.getfixturevalue(run)
@@ -105,6 +106,7 @@ def test_what_is_right_passes_and_its_means_forces_and_energies_are_the_library_
     assert contacts.curved.apart.all() == (run == "landing")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", RUNS)
 def test_gaps_that_are_off_at_one_node_are_found(run, request):
     right = request.getfixturevalue(run)
@@ -165,6 +167,7 @@ def test_a_library_in_which_nodes_land_one_by_one_is_found(monkeypatch):
     assert "energies off" in misstated(ran(LANDING, 1))
 
 
+@pytest.mark.slow
 def test_work_of_tools_and_moments_that_are_off_are_found(rolled, landing):
     for run in (rolled, landing):
         last = run.steps[-1]
@@ -174,6 +177,7 @@ def test_work_of_tools_and_moments_that_are_off_are_found(rolled, landing):
     assert "moment of tool 0" in misstated(rolled, replace(rolled.scene, tools=(other,)))
 
 
+@pytest.mark.slow
 def test_what_drives_a_roll_is_the_sum_over_nodes_and_it_may_be_turned_in_the_plane():
     turn = Turn(0.0, (0.4, 3.0), driven_by=Moment(2.0))
     pressing = {"travel": (0.0, 0.0), "driven_by": Force((0.0, -40.0)), "turn": turn, "sampling": WEIGHTED}
@@ -189,6 +193,7 @@ def test_what_drives_a_roll_is_the_sum_over_nodes_and_it_may_be_turned_in_the_pl
     assert max(force, move) < fuzz_judge.DISAGREEMENT
 
 
+@pytest.mark.slow
 def test_variants_in_weighted_means_have_the_same_forces_on_nodes(rolled):
     order = np.random.default_rng(1).permutation(len(rolled.scene.mesh.nodes))
     elements = np.arange(len(rolled.scene.mesh.elements))

@@ -171,6 +171,7 @@ def test_paths_whose_components_go_apart_are_turned_with_their_tools():
         np.testing.assert_allclose(other.pose(tau)[:3], Q @ tool.pose(tau)[:3], atol=1e-16)
 
 
+@pytest.mark.slow
 def test_weighted_contact_leaning_sides_and_slants_are_drawn():
     kinds = [draw_solid(seed) for seed in range(24)]
     for word in ("weighted", "aslant"):

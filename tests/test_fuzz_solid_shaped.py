@@ -268,6 +268,7 @@ def test_what_is_cut_is_its_own_mirror_image():
     assert not cut(under(SURFACES["barrel"]).tools[0], y, 0.5)
 
 
+@pytest.mark.slow
 def test_a_ball_in_two_planes_of_symmetry_is_that_of_the_whole_body_and_of_the_body_turned():
     symmetric = Symmetry("left", 0), Symmetry("front", 1), Support("base", 2)
     scene = replace(under(sphere((0.0, 0.0, 1.9), 0.9), travel=(0.0, 0.0, -0.06)), supports=symmetric)

@@ -54,6 +54,7 @@ def test_hard_cases_end_as_they_must(only: str, tmp_path: Path) -> None:
     assert {row["form"] for row in rows} == set(PROMISED)
 
 
+@pytest.mark.slow
 def test_contacts_listed_twice_cost_no_cut(tmp_path: Path) -> None:
     """Their forces are shared in many ways; the polish takes the nearest, where a singular matrix gave up."""
     arguments = ["--elements", "4", "--increments", "6", "--only", "9 redundant", "--out", str(tmp_path)]
@@ -204,6 +205,7 @@ def test_a_missed_target_is_named_and_a_met_one_is_not_missed() -> None:
         assert speed.report([row], whole=True) == 1
 
 
+@pytest.mark.slow
 def test_memory_of_a_run_does_not_grow_with_its_increments() -> None:
     whole, grown = memory.measured(10, 8)
     assert 0.01 < whole < 1.0

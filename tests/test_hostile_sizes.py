@@ -181,6 +181,7 @@ def in_little_memory(*command):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("asked", "words"),
     [

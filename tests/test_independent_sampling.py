@@ -89,6 +89,7 @@ def test_edges_share_a_point_unless_one_turns_by_more_than_sixty_degrees(turn):
     np.testing.assert_allclose(found.weights[[0, -1]], ends / 3 + 2 * alone / 3, atol=1e-15)
 
 
+@pytest.mark.slow
 def test_candidates_and_held_nodes_are_the_library_s_whatever_is_drawn():
     weighted = 0
     for seed in range(740070, 740110):

@@ -243,6 +243,7 @@ def test_numbers_that_no_float_holds_are_refused_by_name():
     assert FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -1.0), ("top",), Fraction(1, 2)).mu == 0.5
 
 
+@pytest.mark.slow
 def test_a_pressure_that_passes_its_maximum_in_large_deformation_says_so():
     """The bore grows and the wall thins: the most that is carried is what a driven bore's reaction comes to."""
     tube = Scene(

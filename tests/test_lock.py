@@ -96,6 +96,7 @@ def test_what_a_lock_links_to_is_left_alone(tmp_path):
     assert precious.read_text() == "mine"
 
 
+@pytest.mark.slow
 def test_of_four_at_once_one_gets_it(tmp_path):
     code = HOLD.replace("time.sleep(60)", "sys.stdin.read()")
     command = [sys.executable, "-c", code, str(tmp_path)]

@@ -37,6 +37,7 @@ def run(recorded):
     return bipot.results.open(recorded)
 
 
+@pytest.mark.slow
 def test_columns_are_a_frame_of_pandas(run):
     frame = run.frame()
     assert list(frame.columns) == list(run.columns)

@@ -89,6 +89,7 @@ def test_coefficients_are_those_of_the_determinant_and_their_mean_its_mean(eleme
     assert (D.max(axis=1) >= sampled.max(axis=1) - 1e-11 * scale[:, 0]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", FOLDING)
 def test_random_elements_are_decided_as_dense_sampling_decides_them(element):
     x = random_elements(element, 600)

@@ -226,6 +226,7 @@ for write in (
     return subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_the_old_tables_and_says_so(made):
     write_hdf5(made / "lines.h5", LINES, {"b": {"y": np.ones(3)}})
     before = content(made)

@@ -47,6 +47,7 @@ def test_a_tree_is_measured_by_its_own_library_in_processor_seconds(tmp_path):
         assert take().seconds < 0.2
 
 
+@pytest.mark.slow
 def test_a_tree_without_the_library_is_not_taken_for_one(tmp_path):
     with started(tmp_path, "importing", 0) as take, pytest.raises(RuntimeError, match="not in"):
         take()

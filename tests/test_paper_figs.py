@@ -83,6 +83,7 @@ def test_figures_write_pdf_and_png(figure, results, tmp_path, capsys):
     assert capsys.readouterr().out.split() == [str(pdf), str(png)]
 
 
+@pytest.mark.slow
 def test_figures_go_beside_the_results_by_default(results):
     fig_force_stroke.main(["--results", str(results)])
     assert (results / "figures/fig_force_stroke.png").is_file()
@@ -125,6 +126,7 @@ def test_force_stroke_shows_results_and_references(results):
     assert "below the frame" in right.texts[0].get_text()
 
 
+@pytest.mark.slow
 def test_references_are_left_out_with_hardening(results):
     groups = shown(results)
     for group in groups:

@@ -79,6 +79,7 @@ def test_coefficients_come_in_order_and_look_different(made):
     assert len(looks) == 40
 
 
+@pytest.mark.slow
 def test_the_words_are_those_of_the_element(made):
     ax = drawn(fig1_mesh, made("t6")).axes[1]
     assert any("18 six-node triangles, 49 nodes" in text.get_text() for text in ax.texts)
@@ -86,6 +87,7 @@ def test_the_words_are_those_of_the_element(made):
     assert any("Q9/P1, fanned" in label for label in labels(drawn(fig_force_stroke, made("q9p1 fanned"))))
 
 
+@pytest.mark.slow
 def test_closed_forms_and_limits_are_where_they_apply(made):
     seeds = labels(drawn(fig_force_stroke, made("many mu")))
     assert [label for label in seeds if "slab" in label] == [
@@ -129,6 +131,7 @@ def test_a_coefficient_that_is_not_in_the_file_and_a_file_that_is_not_there_are_
     assert limits_of(run, tmp_path / "limits.csv") == []
 
 
+@pytest.mark.slow
 def test_runs_beside_are_drawn_beside(made):
     folder = made("beside")
     one, three = shown(folder)
@@ -174,6 +177,7 @@ def test_what_is_no_run_of_the_study_is_refused_in_a_sentence(tmp_path):
         shown(tmp_path)
 
 
+@pytest.mark.slow
 def test_landings_are_marked_where_a_node_of_the_side_comes_to_carry(tmp_path):
     record(tmp_path / "mu0.3", upsetting(mu=0.3, elements=8, reduction=0.42, **Q4P0), increments=20)
     run = open_results(tmp_path / "mu0.3")
@@ -223,6 +227,7 @@ def test_a_point_of_a_crease_that_carries_nothing_is_not_shown_to_slip_as_the_ot
     assert [line.status[carrying], line.status[idle]] == [Status.SLIP, Status.OPEN]
 
 
+@pytest.mark.slow
 def test_friction_envelope_and_statuses_are_told_only_where_they_are(made, tmp_path):
     record(tmp_path / "muinf", upsetting(mu=np.inf, elements=3, reduction=0.25))
     assert not any("Coulomb" in text.get_text() for text in drawn(fig1_mesh, tmp_path).axes[1].texts)

@@ -40,6 +40,7 @@ def ended(mu, reduction, kind, factor=1.0):
 CASES = pytest.mark.parametrize(("mu", "reduction"), [(0.1, 0.45), pytest.param(0.3, 0.2, marks=pytest.mark.slow)])
 
 
+@pytest.mark.slow
 @CASES
 def test_the_force_error_is_of_first_order_in_one_over_k(mu, reduction):
     """Fixed increments, K over three decades about 1e2 E/h: each decade divides the error by ten, within 3 %."""
@@ -50,6 +51,7 @@ def test_the_force_error_is_of_first_order_in_one_over_k(mu, reduction):
     np.testing.assert_allclose(orders, 1.0, atol=0.03)
 
 
+@pytest.mark.slow
 @CASES
 def test_refreshed_traction_reaches_the_conic_force_at_any_penalty(mu, reduction):
     exact = ended(mu, reduction, None)

@@ -135,6 +135,7 @@ def test_boundaries_are_followed_along_the_surface(element):
     assert closed[0] == closed[-1]
 
 
+@pytest.mark.slow
 def test_a_round_tool_is_drawn_and_pictures_of_every_step_move(tmp_path, ax):
     ball = ShapedTool(Circle((0.0, 2.0), 1.0), (0.0, -0.01), ("top",), 0.0)
     given = scene(mesh=block(1.0, 1.0, 2, 2), tools=(ball,))
@@ -197,6 +198,7 @@ def test_without_a_place_the_picture_is_in_the_folder_of_the_run(recorded, tmp_p
     assert capsys.readouterr().out == f"{tmp_path / 'peeq_0.2.png'}\n"
 
 
+@pytest.mark.slow
 def test_pictures_of_other_steps_have_other_names(recorded, tmp_path):
     (tmp_path / "run.vtkhdf").write_bytes((recorded / "run.vtkhdf").read_bytes())
     for options in ([], ["--at", "0.2"], ["--at", "0.2", "--by", "tau"], ["--at", "0.1"], ["--at", "0.10000001"]):

@@ -88,6 +88,7 @@ def test_a_job_that_fails_ends_the_study_with_its_own_sentence(workers, tmp_path
     assert len(set(rows_of(tmp_path))) == len(rows_of(tmp_path)) > 10
 
 
+@pytest.mark.slow
 def test_all_results_come_once_from_more_jobs_than_are_handed_out(tmp_path):
     with running("tests.tiny_study", tmp_path, 2, 50, NEVER) as process:
         said = process.communicate(timeout=DEADLINE)

@@ -27,6 +27,7 @@ from tests.scenes import refused
 from tests.test_profiles import SEEDS, around
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_a_union_is_the_nearest_of_its_surfaces(seed):
     parts = (Circle((0.8, 0.2), 0.4), Plane((0.0, -1.2), (0.0, 1.0)), drawn(seed))
@@ -143,6 +144,7 @@ def test_straight_corners_and_numbers_of_any_kind_are_no_matter():
     assert hash(plain) == hash(Profile(SQUARE, 0.25, closed=True))
 
 
+@pytest.mark.slow
 @given(SEEDS, st.sampled_from([1e-25, 1e-6, 1e12, 1e25]), st.sampled_from([0.0, 1e3, 1e6]))
 def test_units_and_places_are_no_matter(seed, unit, far):
     """To the round-off of coordinates so many sizes away from the origin."""

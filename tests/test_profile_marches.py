@@ -82,6 +82,7 @@ def test_forms_of_the_exact_law_agree(name, form):
     assert apart(forces(other), forces(one)) < 1e-7
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["wedge of 70 degrees"])
 def test_delassus_uzawa_and_the_penalty_agree_within_the_default_bounds(name):
     """Of a body that does not flow; the penalty as far as it penetrates."""
@@ -101,6 +102,7 @@ def test_on_a_meridian_they_are_a_cone_and_a_cylinder(name):
     assert apart(forces(other)[-1], forces(one)[-1]) < 1e-8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("geometry", PLANES)
 def test_a_square_of_fillets_alone_marches_as_a_circle(geometry):
     x, y = PUNCH.centre
@@ -138,6 +140,7 @@ def edged(punch: Surface, travel=(0.1, -0.02), mu=0.1, material=None) -> Scene:
     return replace(scene, tools=(ShapedTool(punch, travel, ("top",), mu, path),))
 
 
+@pytest.mark.slow
 def test_a_tool_that_slides_off_a_node_over_its_open_end_is_reported():
     """It begins at x = 0.45, between nodes 0.375 and 0.5, and goes to the right; the body would pass behind its end."""
     begins = Profile(((2.0, 1.0), (0.45, 1.0)))
@@ -150,6 +153,7 @@ def test_a_tool_that_slides_off_a_node_over_its_open_end_is_reported():
         assert list(march(edged(surface), Schedule(10)))[-1].state.tau == 1.0
 
 
+@pytest.mark.slow
 def test_a_body_that_starts_behind_an_open_end_is_told_so():
     """Half of its top is past the end, and above the line that goes on, which is 0.1 lower at its corner."""
     with pytest.raises(IncrementFailed, match=r"Node \d+ starts behind an open end of tools\[0\], by 0.0981: continue"):
@@ -165,6 +169,7 @@ def test_an_open_end_over_which_a_touching_node_slides_is_reported():
     assert failed.value.state is not None
 
 
+@pytest.mark.slow
 def test_what_is_past_an_open_end_and_does_not_touch_is_no_matter():
     """Flanks that end where the body is not are as good as long ones."""
     short = replace(blunt(70.0), points=wedge((0.0, 1.0), 70.0, 0.4).points)

@@ -180,6 +180,7 @@ def test_closed_profiles_are_their_mirror_image_whatever_corner_they_begin_at():
     assert not Profile(points, (0.1, 0.2, 0.1, 0.2), closed=True).mirrored((1.0, 0.0), 0.5, 1e-12)
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(SEEDS)
 def test_ways_meet_the_line_where_a_fine_sampling_changes_sides(seed):

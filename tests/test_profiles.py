@@ -40,6 +40,7 @@ def test_distance_is_that_to_the_nearest_place_of_a_dense_sample(seed):
     assert (nearest <= gap + step).all()
 
 
+@pytest.mark.slow
 @given(SEEDS)
 def test_the_gap_is_as_steep_as_one_everywhere_and_so_has_one_sign_on_each_side(seed):
     """Inside, outside, across joints, corners and places that are equally near to two pieces."""

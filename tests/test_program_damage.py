@@ -34,6 +34,7 @@ def test_damaged_files_are_refused(damages, valid, tmp_path):
     assert len(refused("bipot.conic.stored:load", valid, list(damaged(valid, tmp_path, damages)))) == len(damages)
 
 
+@pytest.mark.slow
 @posix
 def test_no_damaged_bytes_end_the_process_or_raise_what_is_no_error_of_this_package(valid):
     found = flips.flipped(valid, "bipot.conic.stored:load", 400)

@@ -18,6 +18,7 @@ def numbers(folder):
     return open_results(folder)["increment"].tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "ends", [None, IncrementFailed("no solution"), KeyboardInterrupt()], ids=["ends", "fails", "is stopped"]
 )

@@ -154,6 +154,7 @@ def test_a_fuzz_table_is_made_afresh_when_asked_and_a_strangers_is_refused(tmp_p
         assert path.read_text(encoding="latin-1") == text
 
 
+@pytest.mark.slow
 def test_a_line_that_does_not_fit_on_the_disk_is_not_there_in_part(tmp_path):
     resource, size = pytest.importorskip("resource"), len(",".join(HEADER)) + 2 + 150
 

@@ -63,6 +63,7 @@ def test_so_it_does_after_cuts():
     goes_on(asked)
 
 
+@pytest.mark.slow
 def test_the_marches_meet_what_they_are_for():
     forms = {accepted.form for accepted in fallen_back(FORMS["newton"]).run()}
     assert forms == {FormName.NEWTON, FormName.TANGENT}

@@ -66,6 +66,7 @@ def test_friction_by_node():
     assert (said["shear"], said["shear_at"]) == (0.3, {str(a): 0.2})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", [Element.Q8, Element.T6])
 @pytest.mark.parametrize("sampling", Sampling)
 def test_quadratic_elements(element, sampling):
@@ -80,6 +81,7 @@ def test_quadratic_elements(element, sampling):
     assert last.tool_force(0)[1] == pytest.approx(linear.tool_force(0)[1], rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [CONSTANT, OROWAN])
 def test_a_circle(law):
     scene = Scene(

@@ -70,6 +70,7 @@ def under_a_roll(space, deep=1.0):
     return Scene(brick(4.0, deep, 2.0, 4, 1, 2), Geometry.SOLID, STEEL, held, (tool,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deep", [0.02, 7.9])
 def test_the_depth_of_a_slice_under_a_roll_does_not_matter(deep):
     """Nor does that of its faces, which leave the roll along the other side."""
@@ -192,6 +193,7 @@ def test_the_torque_of_constant_shear_on_a_twisted_disc():
     assert abs(last.tool_moment(0)) == pytest.approx(2 * np.pi * m * (100 / np.sqrt(3)) / 3, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_sphere_with_constant_shear_by_two_forms():
     """Where a tool is curved some faces lie on it in part."""
     scene = dented(mu=INF, shear=0.3)

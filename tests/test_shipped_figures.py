@@ -42,6 +42,7 @@ def drawn():
     return {name: figure for figures in FIGURES.values() for name, figure in figures(RESULTS).items()}
 
 
+@pytest.mark.slow
 def test_every_shipped_figure_is_drawn_from_what_is_shipped(drawn):
     assert {path.stem for path in SHIPPED.glob("*.png")} == {*drawn, *OF_RUNS}
 

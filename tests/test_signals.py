@@ -55,6 +55,7 @@ def planted(tmp_path):
     return start
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_an_import_of_a_study_that_runs_waits_for_its_end(planted, tmp_path):
     """A compiled module would make an ImportError of it, or forget it."""
     slow = f"""
@@ -85,6 +86,7 @@ def test_ctrl_c_that_is_swallowed_ends_the_study_all_the_same(planted, tmp_path)
         assert (process.returncode, *said) == (130, "", STOPPED)
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_a_destructor_is_no_traceback_and_comes_again(planted, tmp_path):
     """Python tells of it as an exception that is ignored."""
     lines = [
@@ -104,6 +106,7 @@ def test_ctrl_c_in_a_destructor_is_no_traceback_and_comes_again(planted, tmp_pat
     assert (tmp_path / "gone on").exists()
 
 
+@pytest.mark.slow
 def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_path):
     there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
     lines = [
@@ -119,6 +122,7 @@ def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_p
         assert (process.returncode, *said) == (130, "", STOPPED)
 
 
+@pytest.mark.slow
 def test_a_row_that_an_interrupt_may_have_spoiled_is_not_kept(planted, tmp_path):
     """Compiled code makes a TypeError of an interrupt, and a study takes that for what is wrong with a case."""
     there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"

@@ -80,6 +80,7 @@ def test_what_names_no_solver_and_limits_no_time_is_refused(make, words):
         make()
 
 
+@pytest.mark.slow
 def test_what_cvxpy_brings_along_is_known_without_importing_it():
     code = "import sys; from bipot import Cvxpy; Cvxpy(), Cvxpy('SCS'); print('cvxpy' in sys.modules)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -28,6 +28,7 @@ INSTALLED = pytest.mark.skipif(calculix.executable() is None, reason=calculix.AB
 DECK = BlockDeck(0.1, "C3D8I", FACES, 2, 0.05, 10.0, 0.1)
 
 
+@pytest.mark.slow
 def test_the_benchmark_writes_its_table(tmp_path, capsys):
     assert space.main(["--fast", "--sizes", "3", "--out", str(tmp_path)]) == 0
     with (tmp_path / "space.csv").open(newline="", encoding="utf-8") as file:

@@ -124,6 +124,7 @@ def test_forms_agree_on_a_body_that_flows():
     assert apart(forces(other), forces(one)) < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("element", QUADRATIC)
 def test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces(element):
     down = {"travel": (0.05, 0.02, -0.15), "path": ((0, 0), (1, 1))}
@@ -137,6 +138,7 @@ def test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces(element):
     assert apart(mirrored * (-1.0, 1.0, 1.0), one) < (1e-8 if element is Element.H20 else 0.1)
 
 
+@pytest.mark.slow
 def test_half_of_a_body_bears_half_the_force_of_the_whole():
     """Under a sphere in the plane between that presses and goes along it: means there slip along the plane alone."""
     seen = []
@@ -158,6 +160,7 @@ def test_half_of_a_body_bears_half_the_force_of_the_whole():
     assert half.energies.friction > 0
 
 
+@pytest.mark.slow
 def test_a_large_sphere_tends_to_the_plane():
     flat = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2, sampling=WEIGHTED)
     scene = quadratic(dented())

@@ -117,6 +117,7 @@ def test_its_moment_is_that_of_nodal_forces(moment):
         np.testing.assert_allclose(a.tool_moment(0), turned_by, atol=1e-9 * largest)
 
 
+@pytest.mark.slow
 def test_means_roll_as_nodes_do():
     """Of quadratic faces in weighted means: the free roll goes with the surface."""
     last = rolled(slab(0.0, element=Element.H20, sampling=Sampling.WEIGHTED), increments=8)[-1]
@@ -139,6 +140,7 @@ def aslant(moment):
     return rubbed(sphere((0.45, 0.55, 3.0), 2.0), 3, mu=0.3, turn=turn, **down)
 
 
+@pytest.mark.slow
 def test_a_scene_turned_as_a_whole_has_the_same_forces_and_angles():
     Q, scene = turned((1.0, 2.0, -0.5), 0.8), aslant(1.0)
     tool = scene.tools[0]
@@ -166,6 +168,7 @@ def test_a_lid_turned_by_a_moment_goes_as_far_as_the_angle_that_has_it():
     assert last.tool_pose(0)[5] == pytest.approx(angle, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_half_of_a_roll_has_half_the_moment_of_the_whole():
     """A plane of symmetry across the axis: the roll is its own mirror image as it turns."""
     seen = []
@@ -192,6 +195,7 @@ def test_a_turn_that_a_plane_of_symmetry_does_not_mirror_is_refused():
         refused(lambda turn=turn: dented(BALL, turn=turn), r"tools\[0\].turn = .*about the normal of the plane")
 
 
+@pytest.mark.slow
 def test_a_moment_that_friction_cannot_hold_spins_the_sphere():
     scene = aslant(1e3)
 

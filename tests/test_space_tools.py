@@ -157,11 +157,13 @@ def test_nodes_in_planes_of_symmetry_own_their_unknowns(flat):
     assert (found.own[:, 0] < found.pattern.size).all()
 
 
+@pytest.mark.slow
 def test_the_penalised_form_comes_near():
     soft = forces(marched(dented(material=RUBBER), Penalty(1e5, 1e5), increments=5))[-1]
     assert 1e-9 < apart(soft, forces(pushed(RUBBER))[-1]) < 1e-2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [Newton(), Tangent()], ids=named)
 def test_forms_agree_and_the_law_holds_where_the_sphere_goes_askew(form):
     """Slip, friction and cone recomputed from where nodes and sphere are: great circles, unit tangents."""
@@ -215,6 +217,7 @@ def welded(travel=(0.05, 0.02, -0.06)):
     return replace(scene, supports=(), tools=(*scene.tools, base))
 
 
+@pytest.mark.slow
 def test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces():
     Q = turned((1.0, 2.0, -0.5), 0.8)
     scene = welded()
@@ -224,6 +227,7 @@ def test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces():
     assert apart(mirrored * (-1.0, 1.0, 1.0), one) < 1e-8
 
 
+@pytest.mark.slow
 def test_a_large_sphere_tends_to_the_plane():
     flat = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.05), ("top",), 0.2)
     scene = dented(elements=2)
@@ -262,6 +266,7 @@ def test_a_cylinder_across_a_slab_of_one_element_is_the_circle_in_plane_strain()
     assert slid.max() > 0.005
 
 
+@pytest.mark.slow
 def test_a_force_presses_a_sphere_as_far_as_a_path_does():
     path = marched(dented(material=RUBBER, travel=(0.0, 0.0, -0.05)), increments=5, bounds=TIGHT)[-1]
     force = Force(tuple(path.tool_force(0).tolist()))
@@ -291,6 +296,7 @@ def test_forms_agree_under_surfaces_of_all_sorts(surface):
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
 
 
+@pytest.mark.slow
 def test_a_sphere_dents_a_block_in_space_as_it_dents_a_ring_on_a_meridian():
     """Coarse, and of other elements: forces differ by the meshes, by a few percent."""
 

@@ -117,6 +117,7 @@ def test_on_finer_meshes_the_moment_tends_to_that_of_a_disc_as_its_stick_radius_
     assert off[-1] < 2e-3
 
 
+@pytest.mark.slow
 def test_a_roll_that_turns_across_a_slab_is_the_circle_that_turns_in_plane_strain():
     R, path = 0.6, ((0.0, 0.0), (0.5, 1.0), (1.0, 1.0))
     later = Amplitude(((0.0, 0.0), (0.5, 0.0), (1.0, 1.0)))

@@ -38,6 +38,7 @@ def test_a_pipe_that_nobody_reads_ends_nothing(broken_pipe, tmp_path):
     assert len(read_csv(tmp_path / "penalty_round_off.csv", "")) == 2
 
 
+@pytest.mark.slow
 def test_no_pipe_at_all_ends_nothing(broken_pipe, tmp_path):
     ended = study_with(broken_pipe, tmp_path, error=broken_pipe)
     assert ended.returncode == 0
@@ -77,6 +78,7 @@ def test_a_help_that_nobody_reads_is_quiet(broken_pipe, unbuffered, told):
     assert (ended.returncode, ended.stderr) == (0, "")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="a full disk by name")
 def test_a_full_disk_under_standard_output_is_said_and_the_table_is_there(tmp_path):
     with Path("/dev/full").open("w") as full:

@@ -160,6 +160,7 @@ def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, caps
     assert "choose from" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_results_are_left_alone_unless_resumed_or_overwritten(tmp_path, capsys):
     short = ["--mu", "0", "--elements", "1"]
     assert study(tmp_path, *short) == 0
@@ -181,6 +182,7 @@ def test_fast_mode_is_of_the_issue_s_cube(tmp_path):
     np.testing.assert_array_equal(history.mesh.nodes.max(axis=0), [5.0, 5.0, 5.0])
 
 
+@pytest.mark.slow
 def test_a_block_whose_corners_roll_onto_the_platen_goes_on_and_is_gone_on_with(tmp_path):
     """Three faces of the corner's element are on the platen then, and det J is zero there alone."""
     asked = ["--mu", "0.3", "--elements", "6", "--increments", "8", "--reduction", "0.33", "--out", str(tmp_path)]

@@ -68,6 +68,7 @@ def test_unevenness_is_the_size_of_what_no_linear_field_fits(rule):
     np.testing.assert_allclose(unevenness(field, table.points, table.weights), [0, 4 / 3], rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_figure_reads_results_only(results, tmp_path, capsys):
     fig_corner.main(["--results", str(results), "--out", str(tmp_path)])
     assert (tmp_path / "fig_corner.png").read_bytes().startswith(b"\x89PNG")

@@ -33,6 +33,7 @@ def test_a_located_run_ends_an_increment_at_the_landing_and_is_the_same_before(r
     assert rows[-1]["curve_error"] == 0
 
 
+@pytest.mark.slow
 def test_the_figure_reads_results_only(results, tmp_path, capsys):
     fig_landings.main(["--results", str(results), "--out", str(tmp_path)])
     assert (tmp_path / "fig_landings.png").read_bytes().startswith(b"\x89PNG")

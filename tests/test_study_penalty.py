@@ -95,6 +95,7 @@ def cut(speed, tmp_path, *lines):
     return left
 
 
+@pytest.mark.slow
 def test_resumed_rows_are_kept_and_only_missing_ones_run(speed, tmp_path, monkeypatch):
     whole = (speed / "speed_vs_error.csv").read_text().splitlines()
     left = cut(speed, tmp_path, 3)
@@ -127,6 +128,7 @@ def test_an_interrupted_resume_loses_no_row(speed, tmp_path, monkeypatch):
     assert set(left) < set(again)
 
 
+@pytest.mark.slow
 def test_a_penalty_table_is_gone_on_with_where_the_conic_run_has_to_be_made_again(penalty, tmp_path, monkeypatch):
     shutil.copytree(penalty, tmp_path, dirs_exist_ok=True)
     table = tmp_path / "penalty_vs_conic.csv"
@@ -183,6 +185,7 @@ def test_a_disagreement_fails_the_command(tmp_path, monkeypatch, capsys):
     assert "cvxpy differs from newton" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_force_does_not_follow_the_tolerance_where_round_off_is_far(tmp_path):
     assert penalty_round_off.main(["--fast", "--out", str(tmp_path)]) == 0
     tight, loose = read_csv(tmp_path / "penalty_round_off.csv", "")

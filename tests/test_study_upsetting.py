@@ -68,6 +68,7 @@ def test_a_run_leaves_a_folder_a_coefficient_and_prints_one_table(tmp_path, caps
     assert len(open_results(tmp_path / "mu0")) == 2
 
 
+@pytest.mark.slow
 def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and_value(tmp_path, capsys):
     """The ``paper`` configuration in few increments misses 3 % of the work, the default one 0.3 %."""
     assert upsetting.main(["--fast", "--mu", "0.3", "--form", "newton", "--out", str(tmp_path / "a")]) == 0
@@ -82,6 +83,7 @@ def test_the_table_warns_of_an_energy_error_above_one_per_cent_and_names_run_and
         assert f"mu = {mu}: energy_error = {100 * missed[np.abs(missed).argmax()]:.2f} %" in line
 
 
+@pytest.mark.slow
 def test_the_table_shows_the_worst_overlap(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0.3", "--elements", "3", "--reduction", "0.2") == 0
     header, row, *_ = capsys.readouterr().out.splitlines()
@@ -140,6 +142,7 @@ def test_unknown_names_are_refused_with_the_known_ones(arguments, tmp_path, caps
     assert "choose from" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_results_are_left_alone_unless_resumed_or_overwritten(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0") == 0
     before = (tmp_path / "mu0" / "history.csv").read_bytes()
@@ -156,6 +159,7 @@ def test_results_are_left_alone_unless_resumed_or_overwritten(tmp_path, capsys):
     assert open_results(tmp_path / "mu0").parameters["elements"] == 3
 
 
+@pytest.mark.slow
 def test_the_layout_is_of_the_mesh_and_of_the_stored_run(tmp_path, capsys):
     assert study(tmp_path, "--mu", "0.1", "--element-type", "q8p1", "--layout", "fanned") == 0
     run = open_results(tmp_path / "mu0.1")
@@ -166,6 +170,7 @@ def test_the_layout_is_of_the_mesh_and_of_the_stored_run(tmp_path, capsys):
     assert "layout = fanned, not tensor" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_sampling_is_of_the_tool_and_of_the_stored_run_which_resumes(tmp_path, monkeypatch, capsys):
     line = ["--mu", "0.3", "--sampling", "weighted"]
     assert study(tmp_path / "whole", *line) == 0
@@ -192,6 +197,7 @@ def test_an_interrupted_study_resumes_to_the_history_of_a_whole_one(tmp_path, mo
         np.testing.assert_array_equal(resumed[name], whole[name])
 
 
+@pytest.mark.slow
 def test_no_two_coefficients_share_a_folder(tmp_path):
     assert study(tmp_path, "--mu", "0.1", "0.10000001") == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["mu0.1", "mu0.10000001"]
@@ -277,6 +283,7 @@ def test_penalties_are_part_of_the_run_and_bad_ones_are_refused(tmp_path, capsys
     assert "K_n = -1.0: must be finite and > 0" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_fclib_files_are_written_on_request(tmp_path):
     assert study(tmp_path, "--mu", "0.3", "--fclib") == 0
     files = sorted((tmp_path / "mu0.3" / "fclib").iterdir())

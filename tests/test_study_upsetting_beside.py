@@ -37,6 +37,7 @@ def test_beside_itself_it_is_refused(tmp_path, capsys):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_a_linear_element_keeps_its_side_beside(tmp_path):
     assert study(tmp_path, "--mu", "0.1", "--element-type", "t3", "--beside") == 0
     assert len(open_results(tmp_path / BESIDE / "mu0.1").mesh.elements) == 4
@@ -51,6 +52,7 @@ def cells(printed):
     return [[row[a:b].strip() for a, b in zip(starts, ends, strict=False)] for row in rows]
 
 
+@pytest.mark.slow
 def test_the_last_table_has_both_elements_and_the_limit_at_its_marks(tmp_path, capsys):
     long = ["--fast", "--reduction", "0.22", "--form", "newton", "--mu", "0.1", "0.2", "--beside"]
     assert upsetting.main([*long, "--out", str(tmp_path)]) == 0
@@ -85,6 +87,7 @@ def test_forces_are_told_only_as_far_as_a_run_comes(tmp_path):
     assert force_at(run, middle) == pytest.approx(between, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_without_the_file_of_limits_or_for_another_material_nothing_is_compared(tmp_path, capsys):
     study(tmp_path / "seed", "--mu", "0.1", "--reduction", "0.12")
     assert TITLE in capsys.readouterr().out
@@ -93,6 +96,7 @@ def test_without_the_file_of_limits_or_for_another_material_nothing_is_compared(
     assert against_limits([open_results(tmp_path / "seed" / "mu0.1")], tmp_path / "none.csv") == ""
 
 
+@pytest.mark.slow
 def test_a_name_says_what_is_unusual(tmp_path):
     study(tmp_path, "--mu", "0.1", "--element-type", "q8p1", "--layout", "fanned", "--quadrature", "gauss2")
     study(tmp_path, "--mu", "0.2", "--form", "penalty")

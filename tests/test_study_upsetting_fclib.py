@@ -47,6 +47,7 @@ def long(tmp_path):
     return tmp_path
 
 
+@pytest.mark.slow
 def test_what_is_overwritten_is_gone_and_nothing_else(long):
     before = recorded(long)
     assert study(long, "--increments", "1", "--fclib", "--overwrite") == 0

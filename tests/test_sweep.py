@@ -171,6 +171,7 @@ def test_its_parameters_and_a_picture_lie_beside_it(complete):
     assert (complete / "sweep.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.slow
 def test_finished_points_are_kept_and_lost_ones_computed_again(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sweep, "solve", lambda point: told(point, Status.STOPPED if point.key[0] else None))
     asked = [*TINY, "--mu", "0", "0.1", "0.2", "--out", str(tmp_path)]

@@ -1,4 +1,4 @@
-"""What the suite leaves to `make check-long` is there, and one case of each test that is not left whole stays."""
+"""What the suite leaves to `make check-long` is there, and one case of each test that is thinned stays."""
 
 import ast
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import pytest_collection_modifyitems as thin
-from tests.thinned import LEFT, THINNED
+from tests.thinned import THINNED
 
 HERE = Path(__file__).parent
 
@@ -41,13 +41,3 @@ def test_the_first_case_and_every_nth_after_it_stay(module):
         assert every > 1
         assert left == [case for k, case in enumerate([cases[0], *cases[2:]]) if k % every == 0]
         assert not any(other.marks for other in others)
-
-
-@pytest.mark.parametrize("module", LEFT)
-def test_what_is_left_whole_is_there_and_others_stay(module):
-    tree = ast.parse((HERE / f"{module}.py").read_text(encoding="utf-8"))
-    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    assert LEFT[module] < {name for name in functions if name.startswith("test_")}
-    items = [Item(module, name) for name in sorted(functions)]
-    thin(items)
-    assert {item.originalname for item in items if "slow" in item.marks} == LEFT[module]

@@ -145,6 +145,7 @@ def results(tmp_path_factory):
     return out
 
 
+@pytest.mark.slow
 def test_without_calculix_its_rows_are_left_out_and_that_is_said(results, monkeypatch, capsys):
     rows = read_rows(results / "total.csv", Row)
     assert [key(one) for one in rows] == [total.key_of(job) for job in FAST.jobs()]

@@ -66,6 +66,7 @@ def test_small_motions_keep_their_digits():
     np.testing.assert_allclose(seen, [[3e3 * small, -1.5e3 * small**2]], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_turn_about_a_far_centre_is_a_translation():
     far = 1e5
     there = dragged()
@@ -212,6 +213,7 @@ def test_what_no_turn_may_do_is_refused():
     refused(lambda: spun(turn=wrong), "tool.turn")
 
 
+@pytest.mark.slow
 def test_a_turn_that_comes_back_is_not_taken_for_none():
     """Once around in a single increment: it is cut, and rubs as in many."""
     ends = []
@@ -250,6 +252,7 @@ def test_a_tool_that_turns_rubs_a_node_which_a_support_holds_along_it(form):
     np.testing.assert_allclose(last.tool_moment(0), R * mu * N, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_turning_tool_beside_its_mirror_image_rubs_in_the_plane_between_them():
     """Of a half what the whole body under both has: at rest the tool's tangent in the plane is across it."""
     soft, n = VonMises(Elasticity(1e3, 0.3), Linear(5.0, 50.0)), 3

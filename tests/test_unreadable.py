@@ -31,6 +31,7 @@ def folder(tmp_path_factory):
     return path
 
 
+@pytest.mark.slow
 def test_a_damaged_run_file_is_refused_by_the_name_of_the_field(folder, tmp_path):
     found = list(runs.cases(folder / "run.vtkhdf", tmp_path))
     assert len(refused("tests.corpus.runs:read_all", folder / "run.vtkhdf", found)) == len(runs.KINDS) > 35
@@ -47,6 +48,7 @@ def test_a_run_file_that_is_none_is_refused(folder, tmp_path):
 LONG = [pytest.param(field, marks=pytest.mark.slow) for field in ("bipot/steps/gap", "bipot/mesh/nodes")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("field", ["bipot/steps/stress", "VTKHDF/Points", *LONG])
 def test_a_dataset_that_is_not_what_it_should_be_is_refused(folder, tmp_path, field):
     valid = folder / "run.vtkhdf"

@@ -49,6 +49,7 @@ def found(case, mesh, **given):
     return {row.quantity: row for row in measured(case, mesh, **given)}
 
 
+@pytest.mark.slow
 def test_other_forms_find_the_forces_of_a_capstan_where_the_law_determines_them():
     rows = found(CASES["capstan"], 8, others=True)
     assert {other.asked.quantity for other in OTHERS} <= rows.keys()

@@ -1,7 +1,7 @@
 """Tests of many cases that each take long: of these every n-th stays in the suite, `make check-long` runs the others.
 
 A case of each kind is enough to see that something broke; all of them are needed to see what. Long tests whose subject
-has a shorter one are left out whole.
+has a shorter one are marked slow and left out whole.
 """
 
 from __future__ import annotations
@@ -18,21 +18,14 @@ THINNED = {
         "test_a_mean_at_a_plane_of_symmetry_is_that_of_the_whole_body": 3,
         "test_friction_where_a_support_holds_one_node_of_a_mean_is_felt_by_the_others": 9,
     },
-    "test_block_line": {"test_the_pressure_at_the_edge_grows_as_the_side_turns_until_it_lands": 2},
     "test_coulomb_soundness": {"test_no_single_solver_converges_where_no_solution_exists": 12},
     "test_curved_between": {
         "test_a_centre_off_the_plane_by_round_off_leaves_no_friction_at_the_pole": 2,
         "test_a_circle_smaller_than_an_edge_does_not_come_in_between_its_nodes": 20,
     },
-    "test_curved_forms": {
-        "test_delassus_agrees_within_the_default_bounds": 2,
-        "test_forms_of_the_exact_law_agree": 6,
-    },
+    "test_curved_forms": {"test_forms_of_the_exact_law_agree": 6},
     "test_curved_means": {
-        "test_a_large_circle_tends_to_the_plane": 2,
         "test_a_roll_that_a_moment_turns_has_the_moment_of_nodal_forces": 2,
-        "test_forms_of_the_exact_law_agree": 4,
-        "test_other_forms_agree_on_an_elastic_body": 3,
         "test_rows_and_newtons_tangent_are_derivatives": 3,
         "test_the_law_holds_of_means_recomputed_from_places": 2,
         "test_the_tangent_of_driven_tools_is_that_of_differences": 2,
@@ -46,16 +39,12 @@ THINNED = {
     "test_driven_attacks": {"test_a_roll_on_a_long_arm_goes_on_from_a_state": 2},
     "test_driven_rolls": {
         "test_a_roll_turns_with_the_body_and_its_moment_is_that_of_nodal_forces": 3,
-        "test_forms_agree_on_a_roll_that_a_moment_turns": 2,
         "test_units_do_not_matter_to_a_roll": 2,
     },
     "test_driven_soundness": {"test_a_tool_dragged_by_friction_is_held_by_it_from_the_first_increment_on": 3},
     "test_element_results": {"test_every_form_takes_every_element": 3},
     "test_energy": {"test_the_trapezoidal_balance_closes_with_order_two": 4},
-    "test_exchange": {
-        "test_first_order_solvers_come_nearer_and_are_named_as_not_converged": 2,
-        "test_the_march_takes_any_of_them_for_its_coupling": 3,
-    },
+    "test_exchange": {"test_the_march_takes_any_of_them_for_its_coupling": 3},
     "test_fixed_point": {"test_the_contraction_of_the_design_is_seen": 2},
     "test_flow": {
         "test_a_tool_that_stops_slows_down_or_turns_gives_the_force_of_backward_euler": 3,
@@ -75,7 +64,11 @@ THINNED = {
     "test_fuzz_solid_shaped": {"test_what_is_right_passes_and_energies_and_slips_are_the_library_s": 2},
     "test_golden": {"test_no_number_moves": 5},
     "test_hard_cases": {"test_hard_cases_end_as_they_must": 3},
-    "test_inclined": {"test_a_pressed_block_turned_by_thirty_degrees_keeps_its_forces": 3},
+    "test_idle": {"test_tools_that_rest_move_nothing_in_any_number_of_increments": 4},
+    "test_inclined": {
+        "test_a_pressed_block_turned_by_thirty_degrees_keeps_its_forces": 3,
+        "test_so_does_every_other_scene_by_newton": 3,
+    },
     "test_inclined_in_space": {
         "test_a_scene_turned_in_space_keeps_its_forces": 15,
         "test_what_supports_and_a_tool_hold_both_is_the_supports_share_along_any_direction": 4,
@@ -98,7 +91,7 @@ THINNED = {
         "test_hardening_certified_and_forms_agree": 3,
         "test_units_do_not_matter": 3,
     },
-    "test_mesh_elements": {"test_a_file_there_and_back_gives_the_forces_of_the_native_mesh": 2},
+    "test_mesh_elements": {"test_a_file_there_and_back_gives_the_forces_of_the_native_mesh": 5},
     "test_moved_bodies": {
         "test_a_body_that_flows_freely_does_not_shear_itself_to_and_fro": 3,
         "test_slip_does_not_jump_where_supports_ask_for_more_than_a_translation": 4,
@@ -107,12 +100,9 @@ THINNED = {
         "test_newton_and_conic_forms_agree": 15,
         "test_newton_takes_shared_and_inclined_contacts_as_the_conic_form_does": 4,
     },
-    "test_orientation_elements": {
-        "test_random_elements_are_decided_as_dense_sampling_decides_them": 3,
-        "test_the_scaled_jacobian_is_a_lower_bound_within_its_tolerance": 3,
-    },
+    "test_orientation_elements": {"test_the_scaled_jacobian_is_a_lower_bound_within_its_tolerance": 3},
     "test_pages": {
-        "test_a_page_prints_what_it_says": 4,
+        "test_a_page_prints_what_it_says": 8,
         "test_the_blocks_of_a_page_run": 3,
     },
     "test_paper_figs": {
@@ -123,13 +113,12 @@ THINNED = {
     "test_paper_figs_any_run": {
         "test_a_run_that_stopped_is_drawn_as_far_as_it_came_and_said": 4,
         "test_another_cylinder_has_no_limit": 5,
-        "test_every_figure_of_every_kind_is_whole_and_legible": 18,
+        "test_every_figure_of_every_kind_is_whole_and_legible": 36,
     },
     "test_penalty": {"test_newton_finds_the_minimum_from_anywhere": 2},
     "test_processes": {"test_a_job_that_fails_ends_the_study_with_its_own_sentence": 2},
     "test_profile_inputs": {"test_a_face_in_two_parts_is_slid_along_as_in_one": 6},
     "test_profile_marches": {
-        "test_a_square_of_fillets_alone_marches_as_a_circle": 2,
         "test_a_tool_goes_in_by_a_tenth_and_every_increment_is_certified": 6,
         "test_forms_of_the_exact_law_agree": 9,
         "test_on_a_meridian_they_are_a_cone_and_a_cylinder": 2,
@@ -137,7 +126,6 @@ THINNED = {
     "test_profiles": {"test_the_least_gap_along_an_edge_is_that_of_a_fine_sampling": 6},
     "test_program_damage": {"test_damaged_files_are_refused": 2},
     "test_projection": {"test_every_form_finds_the_same_certified_increment": 5},
-    "test_recorder_waits": {"test_what_waits_is_on_disk_when_the_run_ends_however_it_does": 3},
     "test_resume": {"test_a_study_leaves_goes_on_with_or_replaces_its_results": 2},
     "test_resume_march": {"test_a_march_goes_on_from_every_course_to_the_last_bit": 16},
     "test_reuse": {
@@ -153,14 +141,10 @@ THINNED = {
         "test_the_measures_are_those_of_a_recomputation": 2,
         "test_units_do_not_matter": 2,
     },
-    "test_shear_scenes": {
-        "test_a_mirror_image_does_the_mirrored_thing": 2,
-        "test_quadratic_elements": 4,
-    },
+    "test_shear_scenes": {"test_a_mirror_image_does_the_mirrored_thing": 2},
     "test_shear_solid": {
         "test_a_slice_whose_depth_is_held_is_a_slab_in_plane_strain": 2,
         "test_newton_tangent_and_dissipation_agree": 10,
-        "test_the_depth_of_a_slice_under_a_roll_does_not_matter": 2,
     },
     "test_signals": {"test_ctrl_c_while_a_study_imports_is_a_sentence": 3},
     "test_solid_contact": {
@@ -173,6 +157,7 @@ THINNED = {
     "test_solvers": {"test_all_solvers_find_one_objective_and_pass_our_residuals": 2},
     "test_soundness": {
         "test_a_body_held_by_its_platens_alone_takes_the_least_motion_and_says_so": 3,
+        "test_an_elastic_answer_does_not_depend_on_the_yield_stress": 3,
         "test_contact_forces_agree_between_units_in_a_nearly_incompressible_body": 4,
         "test_tiny_travel_gives_the_elastic_stiffness_and_is_certified_sharply": 5,
     },
@@ -185,14 +170,8 @@ THINNED = {
         "test_a_roll_across_a_slab_is_the_circle_in_plane_strain": 2,
         "test_the_tangent_is_that_of_differences": 3,
     },
-    "test_space_tools": {
-        "test_every_form_finds_the_same_forces_under_a_sphere": 8,
-        "test_forms_agree_and_the_law_holds_where_the_sphere_goes_askew": 2,
-    },
-    "test_streams": {
-        "test_a_help_that_nobody_reads_is_quiet": 4,
-        "test_closed_streams_end_nothing_and_nothing_goes_into_files_in_their_place": 2,
-    },
+    "test_space_tools": {"test_every_form_finds_the_same_forces_under_a_sphere": 8},
+    "test_streams": {"test_a_help_that_nobody_reads_is_quiet": 4},
     "test_study_elements": {"test_a_series_extrapolates_to_the_exact_limit_load": 3},
     "test_study_upsetting": {"test_every_form_runs_from_the_command_line": 6},
     "test_symmetry": {
@@ -205,48 +184,5 @@ THINNED = {
         "test_forms_agree_under_a_punch_that_turns": 2,
         "test_turning_a_pressed_body_with_its_platens_takes_no_work": 2,
     },
-    "test_unreadable": {"test_a_dataset_that_is_not_what_it_should_be_is_refused": 2},
 }
 """n by module and test."""
-
-LEFT = {
-    "test_accuracy": {"test_a_limit_load_ends_the_march"},
-    "test_coulomb_soundness": {"test_an_unsolvable_problem_ends_in_words"},
-    "test_curved_between": {"test_between_is_by_the_way_of_both"},
-    "test_curved_forms": {"test_forms_agree_on_scenes_of_all_sorts", "test_penalised_forms_see_the_true_gap"},
-    "test_element_mechanics": {"test_elements_agree_on_a_fine_mesh", "test_seven_points_know_where_an_element_begins"},
-    "test_examples": {
-        "test_a_billet_is_extruded_by_about_the_known_pressure",
-        "test_a_rolled_strip_comes_in_slower_than_the_roll_and_leaves_faster",
-        "test_the_bore_of_a_ring_opens_or_closes_by_constant_shear",
-    },
-    "test_fuzz": {"test_processes_find_what_they_are_given"},
-    "test_fuzz_shaped_means": {
-        "test_variants_in_weighted_means_have_the_same_forces_on_nodes",
-        "test_what_is_right_passes_and_its_means_forces_and_energies_are_the_library_s",
-    },
-    "test_fuzz_solid_shaped": {
-        "test_a_ball_in_two_planes_of_symmetry_is_that_of_the_whole_body_and_of_the_body_turned"
-    },
-    "test_hostile_sizes": {"test_the_upsetting_says_what_does_not_fit_before_it_asks_for_memory"},
-    "test_loads": {"test_a_pressure_that_passes_its_maximum_in_large_deformation_says_so"},
-    "test_long_runs": {"test_a_long_run_takes_no_more_memory_than_a_fifth_of_it_and_five_times_the_file"},
-    "test_march": {"test_both_forms_agree_on_identical_increments"},
-    "test_paper_figs": {"test_figures_go_beside_the_results_by_default"},
-    "test_paper_figs_any_run": {"test_runs_beside_are_drawn_beside"},
-    "test_penalty_limits": {"test_the_force_error_is_of_first_order_in_one_over_k"},
-    "test_processes": {"test_all_results_come_once_from_more_jobs_than_are_handed_out"},
-    "test_profile_marches": {"test_delassus_uzawa_and_the_penalty_agree_within_the_default_bounds"},
-    "test_profile_ways": {"test_ways_meet_the_line_where_a_fine_sampling_changes_sides"},
-    "test_shear": {"test_the_forms_agree"},
-    "test_shear_scenes": {"test_a_circle"},
-    "test_space_costs": {"test_the_benchmark_writes_its_table"},
-    "test_space_curved_means": {
-        "test_a_large_sphere_tends_to_the_plane",
-        "test_a_scene_turned_or_mirrored_as_a_whole_has_the_same_forces",
-    },
-    "test_study_block": {"test_a_block_whose_corners_roll_onto_the_platen_goes_on_and_is_gone_on_with"},
-    "test_study_landings": {"test_the_figure_reads_results_only"},
-    "test_turning_tools": {"test_energies_balance_in_the_limit"},
-}
-"""Whole tests by module."""
