@@ -38,7 +38,7 @@ from bipot.errors import require
 from bipot.laws.coulomb import cone_violation, force_threshold, friction_gap, natural_map
 from bipot.laws.material import Material
 from bipot.tensors import equivalent_stress, norm
-from bipot.typing import Bools, Floats, make_floats
+from bipot.typing import Bools, Floats, make_floats, vdot
 
 EPS = 8 * float(np.finfo(float).eps)
 """Round-off of a short sum of products."""
@@ -214,7 +214,7 @@ def certify(
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(unsure, contact.largest),
         law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
-        relative_gap=_ratio(float(np.vdot(norm(contact.r), blur) + balance.blur * moved.sum()), energy),
+        relative_gap=_ratio(float(vdot(norm(contact.r), blur) + balance.blur * moved.sum()), energy),
     )
     return Certificate(
         equilibrium=balance.equilibrium,
@@ -265,7 +265,7 @@ def _energies(material: MaterialFields) -> tuple[float, float]:
     m = material
     change = (m.stress - m.before) @ m.material.elasticity.compliance(m.stress.shape[-1])
     stored = m.weight * np.abs(np.vecdot(m.stress + m.before, change)) / 2
-    return float(np.vdot(m.weight, m.dissipation)), float(stored.sum())
+    return vdot(m.weight, m.dissipation), float(stored.sum())
 
 
 def _friction(contact: ContactFields) -> float:

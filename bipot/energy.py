@@ -42,7 +42,7 @@ from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
 from bipot.start_friction import missing_friction, start_forces
-from bipot.typing import Floats
+from bipot.typing import Floats, vdot
 
 
 class Rule(Enum):
@@ -83,13 +83,13 @@ class Energies:
         slip = solved.iterate.motion[:, 1:] + increment.dragged
         missing = (1 - theta) * missing_friction(start, solved.iterate, solved.r)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
-        loads = float(np.vdot(load, end.du) + _driven(start, solved, theta))
+        loads = vdot(load, end.du) + _driven(start, solved, theta)
         return self._plus(
             scene.images,
             work=_tools(start, solved, r, theta) + loads + missing,
-            elastic=float(np.vdot(S, elastic)),
-            plastic=float(np.vdot(S, end.plastic_strain - flowed)),
-            friction=missing - float(np.vdot(r[:, 1:], slip)),
+            elastic=vdot(S, elastic),
+            plastic=vdot(S, end.plastic_strain - flowed),
+            friction=missing - vdot(r[:, 1:], slip),
         )
 
     def _plus(self, images: int, **parts: float) -> Energies:
@@ -108,7 +108,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     pushed, travel = _pushed(start, solved, r, theta), solved.iterate.tool_travel
     opened = motion[:, 0] - start.gap
     if not contacts.curved:
-        return float(np.vdot(contacts.sums(pushed), travel)) + float(np.vdot(r[:, 0], opened))
+        return vdot(contacts.sums(pushed), travel) + vdot(r[:, 0], opened)
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     slid = motion[:, 1:] + increment.dragged
@@ -140,4 +140,4 @@ def _driven(start: State, solved: Solved, theta: float) -> float:
     )
     contacts = system.candidates.vectors(start_forces(start, increment), increment.tools.frames)
     before = system.reactions(element_force(placed, start.stress), increment.load_before, contacts)
-    return float(np.vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven))
+    return vdot((1 - theta) * before + theta * solved.iterate.reactions(solved.r), driven)

@@ -24,7 +24,7 @@ from bipot.scales import units_of
 from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.meeting import Meeting
-from bipot.typing import Floats
+from bipot.typing import Floats, vdot
 
 
 @dataclass(frozen=True)
@@ -288,11 +288,11 @@ class Iterate:
     def work(self, r: Floats) -> float:
         """Work of tools, loads and supports with their forces at the end, r (c, d) those of contact."""
         increment = self.increment
-        tools = np.vdot(self.tool_forces(r), self.tool_travel)
+        tools = vdot(self.tool_forces(r), self.tool_travel)
         if self.increment.system.body.scene.turning.any():
             contacts = increment.system.candidates
             carried = increment.tools.carried(self.response.du, self.advance)
-            tools += np.vdot(contacts.vectors(r, self.frames), carried)
-        driven = np.vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
-        loads = np.vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
+            tools += vdot(contacts.vectors(r, self.frames), carried)
+        driven = vdot(self.reactions(r), increment.driven) if increment.driven.any() else 0.0
+        loads = vdot(self.nodal_load, self.response.du) if increment.system.loading.loads else 0.0
         return float(tools + loads + driven)

@@ -27,7 +27,7 @@ from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 from bipot.tensors import identity
-from bipot.typing import Bools, Floats, read_only
+from bipot.typing import Bools, Floats, einsum, read_only
 
 SATURATED = 1e9
 """A plastic strain at which a saturating law has saturated; a law that still hardens has no limit load."""
@@ -149,7 +149,7 @@ def _rows(increment: Increment) -> ContactRows:
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:
     """Rows (e k, n) of sum_q w phi_k tr B v, each over its length: all vanish where tr B v, in span phi, does."""
     changes = identity(kin.reduction.mandel) @ kin.B
-    rows = body.space.operator(np.einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes))
+    rows = body.space.operator(einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes))
     length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
     return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
 

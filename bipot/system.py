@@ -16,7 +16,7 @@ from bipot.response import Body, Response, State, body_space, rest
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
 from bipot.tensors import norm
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum
 
 
 @dataclass(frozen=True)
@@ -90,9 +90,9 @@ class System:
         mesh = body.scene.mesh
         placed = gradients(mesh.nodes, mesh.elements, body.space.reference, body.scene.geometry)
         B, C = placed.B, elastic.stiffness(placed.reduction.mandel)
-        diagonal = np.einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
+        diagonal = einsum("eq,eqsi,eqsi->ei", placed.volume, C @ B, B)
         slopes = np.abs(placed.shape).sum(axis=2)
-        levers = np.einsum("eq,eqa->ea", placed.volume, slopes)
+        levers = einsum("eq,eqa->ea", placed.volume, slopes)
         nodal = body.space.nodal(diagonal).max(axis=1)
         return Rigidity(
             nodal=nodal,

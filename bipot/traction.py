@@ -47,7 +47,7 @@ from bipot.laws.coulomb import force_threshold, status
 from bipot.laws.projections import project_disc
 from bipot.programs.data import ContactRows
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 SLIP_TOLERANCE = 1e-6
 """Slip and gap count as zero below this fraction of the increment's :attr:`~bipot.iterate.Iterate.length`."""
@@ -151,7 +151,7 @@ def _shared(own: Floats, count: int, edges: Ints, forces: Floats) -> Floats:
     np.add.at(total, edges, part)
     np.add.at(number, edges, 1.0)
     part = np.where(total[edges] > 0, part / np.where(total > 0, total, 1.0)[edges], 1 / number[edges])
-    return np.einsum("fi,fik->fk", part, forces[edges])
+    return einsum("fi,fik->fk", part, forces[edges])
 
 
 def consistent_tractions(candidates: Candidates, nodes: Floats, r: Floats, closed: Bools) -> tuple[Floats, Floats]:

@@ -1,8 +1,8 @@
-"""Array aliases, and read-only arrays for frozen objects."""
+"""Array aliases, products of arrays with one type each, and read-only arrays for frozen objects."""
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,27 @@ Pair = tuple[float, float]
 Vector = tuple[float, ...]
 
 Scalar = TypeVar("Scalar", bound=np.generic)
+
+
+class Einsum(Protocol):
+    """What :func:`numpy.einsum` is to this library."""
+
+    def __call__(self, subscripts: str, /, *operands: NDArray[Any]) -> Any:
+        """Sums of products of the operands, as the subscripts say."""
+        ...
+
+
+einsum: Einsum = np.einsum
+""":func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
+
+
+def vdot(a: Floats, b: Floats) -> float:
+    """The sum of a b over all entries of two arrays of one size.
+
+    >>> vdot(np.eye(2), np.array([[1.0, 2.0], [3.0, 4.0]]))
+    5.0
+    """
+    return float(np.vdot(a, b))
 
 
 def as_array(values: object, field: str) -> NDArray[Any]:

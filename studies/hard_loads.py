@@ -17,7 +17,7 @@ from bipot.fem.assembly import space
 from bipot.fem.kinematics import gradients
 from bipot.forms import FormName
 from bipot.tensors import deviator, norm, trace
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum, vdot
 from studies.hard_forms import FORMS
 from studies.hard_programs import Ended, ProgramCase
 from studies.hard_scenes import Outcome
@@ -88,9 +88,9 @@ class Farkas:
             return cls(np.inf, np.inf, np.inf)
         reference = space(scene.mesh, scene.geometry, scene.rule, scene.holding.numbers).reference
         placed = gradients(scene.mesh.nodes, scene.mesh.elements, reference, scene.geometry)
-        strain = np.einsum("eqsi,ei->eqs", placed.B, motion[scene.mesh.elements].reshape(len(scene.mesh.elements), -1))
+        strain = einsum("eqsi,ei->eqs", placed.B, motion[scene.mesh.elements].reshape(len(scene.mesh.elements), -1))
         sigma_y = float(scene.material.yield_stress(0.0))
-        gain, dissipation = load * way, sigma_y * np.sqrt(2 / 3) * float(np.vdot(placed.volume, norm(deviator(strain))))
+        gain, dissipation = load * way, sigma_y * np.sqrt(2 / 3) * vdot(placed.volume, norm(deviator(strain)))
         change = sigma_y * float(placed.volume.sum()) * float(np.abs(trace(strain)).max())
         return cls(change / gain, dissipation / gain, float(np.ptp(top)) / way)
 

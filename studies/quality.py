@@ -20,7 +20,7 @@ import numpy as np
 from bipot.fem.elements import Quadrature, tabulated, tabulated_at
 from bipot.fem.orientation import scaled_jacobians
 from bipot.meshes.elements import Element
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 FULLEST = {4: Quadrature.GAUSS3, 3: Quadrature.TRIANGLE7}
 """By the number of corners."""
@@ -61,7 +61,7 @@ def jacobians(x: Floats) -> Floats:
     element = Element.of(x.shape[1])
     places = tabulated_at(element, element.places), tabulated(element, FULLEST[element.corners])
     gradients = np.concatenate([place.gradients for place in places])
-    return np.einsum("eka,qkb->eqab", x, gradients)
+    return einsum("eka,qkb->eqab", x, gradients)
 
 
 def _ratio(jacobian: Floats) -> Floats:

@@ -21,7 +21,7 @@ from bipot.programs.penalty import PenaltyProgram, PenaltyTerms
 from bipot.response import TangentKind
 from bipot.scene.scene import Scene
 from bipot.traction import consistent_tractions, contact_edges
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum
 
 
 @dataclass(frozen=True)
@@ -139,7 +139,7 @@ def traction_errors(system: System, run: Snapshot, reference: Snapshot) -> tuple
         for k, name in enumerate(("pressure", "shear")):
             value, exact = (np.nan_to_num(getattr(s, name))[edges] for s in (run, reference))
             for j, field in enumerate((value - exact, exact)):
-                squares[k, j] += np.einsum("fi,fij,fj->", field, mass, field)
+                squares[k, j] += einsum("fi,fij,fj->", field, mass, field)
     relative = [float(np.sqrt(e / whole)) if whole > 0 else float("nan") for e, whole in squares]
     return relative[0], relative[1]
 

@@ -36,7 +36,7 @@ from bipot.iterate import Iterate
 from bipot.laws.projections import unit
 from bipot.programs.data import Block, ContactRows, Term, rows_of
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 STICKS = 1e-8
 """A contact sticks if it is this far inside its cone, over the largest force."""
@@ -97,7 +97,7 @@ class Active:
         kept, count = rows.frictional, motions.shape[1]
         slips = np.asarray(rows.G_t @ motions).reshape(len(kept), rows.tangents, count)
         along, slides = self.along[kept], self.along[kept].any(axis=1)
-        across = slips - along[:, :, None] * np.einsum("fi,fim->fm", along, slips)[:, None]
+        across = slips - along[:, :, None] * einsum("fi,fim->fm", along, slips)[:, None]
         stopped = slips[self.sticking[kept]], across[slides]
         every = np.vstack([(rows.G_n @ motions)[self.closed], *(part.reshape(-1, count) for part in stopped)])
         return cleaned(every, motions)
@@ -206,7 +206,7 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
     ahead = np.where(still[:, None], -pull, slip)
     size = norm(ahead)
     along = ahead * (rubs / np.where(size > 0, size, 1.0))[:, None]
-    forward = np.einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
+    forward = einsum("fi,fim->fm", along, (rows.G_t @ N).reshape(*slip.shape, N.shape[1]))
     A = np.vstack([rows.G_n @ N, forward])
     b = np.concatenate([np.maximum(motion[:, 0], 0.0), length])
     unit = float(norm(x)) or 1.0

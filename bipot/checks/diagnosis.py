@@ -23,7 +23,7 @@ from bipot.system import System
 from bipot.tensors import norm
 from bipot.tools.poses import crossed, pose_size
 from bipot.tools.tool import Tool
-from bipot.typing import Floats
+from bipot.typing import Floats, vdot
 
 FAR, STEPS, AIR = 100.0, 200, 1e-9
 """How far a tool is followed, over sizes and gaps, in so many steps, and what is touched, over the size."""
@@ -81,7 +81,7 @@ def _inside(system: System, state: State) -> str | None:
 def _unheld(system: System, state: State, tau: float) -> str | None:
     """A body that is free to move, unless its loads press it back."""
     motion = free_motion(system, state)
-    if motion is None or np.vdot(system.loading.forces(state.nodes, tau), motion) < 0:
+    if motion is None or vdot(system.loading.forces(state.nodes, tau), motion) < 0:
         return None
     shift = np.where(np.abs(motion.mean(axis=0)) > ROUND_OFF, motion.mean(axis=0), 0.0)
     turns = " with a turn" if float(norm(motion - motion.mean(axis=0)).max()) > ROUND_OFF else ""

@@ -39,7 +39,7 @@ from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
 from bipot.tools.surfaces import frames
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 ROUND_OFF = 8 * float(np.finfo(float).eps)
 
@@ -152,7 +152,7 @@ class Candidates:
 
     def vectors(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Contact forces r (c, d) on the body as vectors (w, d), by ``frames`` (w, d, d) or by those at rest."""
-        return np.einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
+        return einsum("wi,wij->wj", self.parts.spread(r), self.frames if frames is None else frames)
 
     def resultant(self, r: Floats, frames: Floats | None = None) -> Floats:
         """Force (k, d) of each tool on the modelled body from contact forces r (c, d), as in :meth:`vectors`."""

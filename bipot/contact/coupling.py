@@ -25,7 +25,7 @@ import numpy as np
 from bipot.scene.scene import Scene
 from bipot.tools.meeting import Meeting
 from bipot.tools.poses import angles_of, crossed
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 MOST = 2
 """Coordinates of one tool: along a force, and about a centre."""
@@ -67,18 +67,18 @@ class Coupled:
         mine = np.isin(pushed.tool, self.tool)
         at = np.searchsorted(self._key(self.tool, self.node), self._key(pushed.tool[mine], pushed.node[mine]))
         number, none = self.number[at], (self.number[at] < 0)[..., None]
-        f = np.einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine, None]
+        f = einsum("ci,cij->cj", pushed.r, pushed.meeting.frames)[mine, None]
         arm, bending = pushed.meeting.arm[mine, None], pushed.meeting.bending(pushed.r)[mine]
         ways, drives = self.scene.drives.ways[number], self.scene.drives
         w = np.where(none, 0.0, drives.motion(number, np.broadcast_to(arm, (len(f), MOST, d))))
         spin, e = np.where(none, 0.0, angles_of(ways)), np.where(none, 0.0, ways[..., :d])
         with_tool = crossed(spin, np.broadcast_to(f, w.shape))
-        turned = with_tool - np.einsum("cij,caj->cai", bending, w) - pushed.meeting.lag(pushed.r, mine, spin)
+        turned = with_tool - einsum("cij,caj->cai", bending, w) - pushed.meeting.lag(pushed.r, mine, spin)
         block = np.zeros((len(at), *out.shape[1:]))
         block[:, :d, d:] = self._along(at, turned).transpose(0, 2, 1)
-        block[:, d:, :d] = self._along(at, with_tool - np.einsum("cij,cai->caj", bending, w))
+        block[:, d:, :d] = self._along(at, with_tool - einsum("cij,cai->caj", bending, w))
         block[:, d:, d:] = np.vecdot(f[:, :, None], crossed(spin[:, :, None], e[:, None]))
-        block[:, d:, d:] -= np.einsum("cbi,cai->cab", turned, w)
+        block[:, d:, d:] -= einsum("cbi,cai->cab", turned, w)
         np.add.at(out, at, block)
         return out
 

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from bipot.tensors import norm
 from bipot.tools.parts import Parts
 from bipot.tools.surfaces import ACROSS
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Means:
         """Vectors (c, d) projected on the planes of symmetry, zero where the result is round-off."""
         if self.within is None:
             return vectors
-        kept = np.einsum("cij,cj->ci", self.within, vectors)
+        kept = einsum("cij,cj->ci", self.within, vectors)
         return np.where(np.abs(kept) > ACROSS * norm(vectors)[:, None], kept, 0.0)
 
     @cached_property

@@ -14,7 +14,7 @@ from bipot.tensors import norm
 from bipot.tools.poses import pose_size
 from bipot.tools.reflection import across
 from bipot.tools.surfaces import ACROSS, frames
-from bipot.typing import Bools, Floats, Ints, Vector
+from bipot.typing import Bools, Floats, Ints, Vector, einsum
 
 RADIAL: Vector = (1.0, 0.0)
 
@@ -94,7 +94,7 @@ def movable(scene: Scene, number: int, nodes: Ints) -> Bools:
     """
     tool, holding = scene.tools[number], scene.holding
     along, led = _at_rest(scene, number, nodes), _led(scene, number, nodes)
-    driven = (np.abs(np.einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
+    driven = (np.abs(einsum("aij,maj->mai", along, led)) > ACROSS).any(axis=0)
     moves = np.stack([holding.free_along(nodes, axis) for axis in along.swapaxes(0, 1)], axis=1) | driven
     if not tool.flat:
         ways = *(np.tile(way, (len(nodes), 1)) for way in tool.stretches), *led

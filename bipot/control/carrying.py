@@ -42,7 +42,7 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
 from bipot.response import State
 from bipot.system import System
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, vdot
 
 TOO_MUCH, TOO_LITTLE = 0.1, 0.2
 NEGLIGIBLE = 1e-6
@@ -157,8 +157,8 @@ class Flowed:
             if lost <= NEGLIGIBLE * float(dissipation.sum()) and not np.any(dissipation[stopped] < 0):
                 stopped = np.zeros_like(stopped)
         going = carried.on & ~stopped
-        along = max(float(np.vdot(weight * going, forth + a * square)), 0.0)
-        sums = (float(np.vdot(weight * on, square)) for on in (going, carried.on))
+        along = max(vdot(weight * going, forth + a * square), 0.0)
+        sums = (vdot(weight * on, square) for on in (going, carried.on))
         return Flowed(stopped, *(along / whole if along > 0 else 0.0 for whole in sums))
 
 
@@ -252,9 +252,9 @@ class Dissipated(NamedTuple):
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
         return Dissipated(
-            float(np.vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain))),
-            -float(np.vdot(solved.r[:, 1:], slip)),
-            float(np.vdot(kin.volume, taken)),
+            vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain)),
+            -vdot(solved.r[:, 1:], slip),
+            vdot(kin.volume, taken),
             EPS * float(np.abs(solved.r).sum()) * solved.iterate.increment.units.length,
         )
 

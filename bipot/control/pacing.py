@@ -40,6 +40,7 @@ from bipot.response import State
 from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
+from bipot.typing import vdot
 
 TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
@@ -77,9 +78,9 @@ def error_estimate(start: State, solved: Solved) -> float:
     increment, response = solved.iterate.increment, solved.response
     kin, body, sigma = response.kinematics, increment.system.body, response.returned.stress
     euler = body.scene.material.update(kin.turned(start.stress), kin.strain, start.peeq).stress
-    taken = float(np.vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain))))
-    missed = abs(float(np.vdot(kin.volume, np.vecdot(euler - sigma, kin.strain))))
-    square = float(np.vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / kin.volume.sum())
+    taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
+    missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
+    square = float(vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / kin.volume.sum())
     flowing = bool(response.returned.plastic.any())
     bent = _turned(increment, start, solved) / 10 if flowing else 0.0
     return (missed / taken / 2 if taken > 0 else 0.0) + square / 12 + bent
@@ -93,13 +94,13 @@ def begins_flow(start: State, solved: Solved) -> bool:
 def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
-    speed = float(np.vdot(velocity, velocity))
+    speed = vdot(velocity, velocity)
     # Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains.
     moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length
     if not (start.length > 0 and moves) or at_kink(increment.system, start.tau):
         return 0.0
     change = velocity - start.velocity
-    return min(float(np.vdot(change, change)) / speed, TURNED)
+    return min(vdot(change, change) / speed, TURNED)
 
 
 @dataclass(frozen=True)

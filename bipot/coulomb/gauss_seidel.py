@@ -19,7 +19,7 @@ from bipot.errors import require, require_count
 from bipot.laws import coulomb
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
-from bipot.typing import make_floats
+from bipot.typing import einsum, make_floats
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +113,7 @@ class GaussSeidel:
         free = (colour.rows @ r).reshape(old.shape) + problem.q[colour.dofs]
         new = old
         for _ in range(self.local):
-            u = free + np.einsum("cij,cj->ci", colour.blocks, new - old)
+            u = free + einsum("cij,cj->ci", colour.blocks, new - old)
             new = project_cone(new - colour.step[:, None] * coulomb.de_saxce_shift(u, colour.mu), colour.mu)
         relaxed = old + self.relaxation * (new - old)
         r[colour.dofs] = new if self.relaxation == 1 else project_cone(relaxed, colour.mu)

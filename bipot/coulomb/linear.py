@@ -10,6 +10,7 @@ from bipot.coulomb.functions import Linearised
 from bipot.coulomb.scaling import Blocks, ScaledProblem
 from bipot.errors import ProgramError
 from bipot.tensors import BoolArray, FloatArray
+from bipot.typing import einsum
 
 
 def _dense_jacobian(W: FloatArray, du: FloatArray, dr: FloatArray) -> FloatArray:
@@ -59,7 +60,7 @@ def newton_direction(problem: ScaledProblem, rows: Linearised, proximal: float) 
     if not np.any(kept):
         return open_part.ravel()
     pushed = problem.by_contact(problem.W @ open_part.ravel())
-    right = -(rows.value + np.einsum("cij,cj->ci", rows.du, pushed))[kept].ravel()
+    right = -(rows.value + einsum("cij,cj->ci", rows.du, pushed))[kept].ravel()
     dr = rows.dr + proximal * rows.du
     step = open_part.copy()
     step[kept] = _solve(problem, rows.du, dr, kept, right).reshape(-1, problem.dim)

@@ -12,7 +12,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.surfaces import ACROSS
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class Axes:
             return vectors
         place = np.minimum(np.searchsorted(self.nodes, nodes), len(self.nodes) - 1)
         own = self.nodes[place] == nodes
-        found = np.einsum("pij,pj->pi", self.rows[place[own]], vectors[own])
+        found = einsum("pij,pj->pi", self.rows[place[own]], vectors[own])
         found[np.abs(found) <= ACROSS * norm(found)[:, None]] = 0.0
         out = vectors.copy()
         out[own] = found
@@ -51,7 +51,7 @@ class Axes:
 
     def _turned(self, field: Floats, rows: Floats) -> Floats:
         out = field.copy()
-        out[self.nodes] = np.einsum("tij,tj->ti", rows, field[self.nodes])
+        out[self.nodes] = einsum("tij,tj->ti", rows, field[self.nodes])
         return out
 
 

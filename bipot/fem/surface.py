@@ -17,7 +17,7 @@ import numpy as np
 from bipot.fem.elements import Reference, facet
 from bipot.fem.reduction import Geometry
 from bipot.tensors import norm
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
 """Takes x' of an edge that runs anticlockwise to the outward normal n ds."""
@@ -34,23 +34,23 @@ def facet_mass(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
     """
     table, x = _table(nodes, facets), nodes[facets]
     size = norm(_normals(x, table))
-    return np.einsum("fq,qi,qj->fij", _ring(x, geometry, table) * table.weights * size, table.values, table.values)
+    return einsum("fq,qi,qj->fij", _ring(x, geometry, table) * table.weights * size, table.values, table.values)
 
 
 def outward_area(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
     """int N_a n dA (f, n, d) over facets (f, n) that run anticlockwise, n outward: minus a unit pressure's forces."""
     table, x = _table(nodes, facets), nodes[facets]
-    return np.einsum("fq,qa,fqd->fad", _ring(x, geometry, table) * table.weights, table.values, _normals(x, table))
+    return einsum("fq,qa,fqd->fad", _ring(x, geometry, table) * table.weights, table.values, _normals(x, table))
 
 
 def outward_area_by_nodes(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
     """Derivative (f, d n, d n) of :func:`outward_area` with respect to the facets' nodes."""
     table, x = _table(nodes, facets), nodes[facets]
     weight = _ring(x, geometry, table) * table.weights
-    out = np.einsum("fq,qa,fqibj->faibj", weight, table.values, _normals_by_nodes(x, table))
+    out = einsum("fq,qa,fqibj->faibj", weight, table.values, _normals_by_nodes(x, table))
     if geometry is Geometry.AXISYMMETRIC:
         around, normal = 2 * np.pi * table.weights, _normals(x, table)
-        out[..., 0] += np.einsum("q,qa,fqi,qb->faib", around, table.values, normal, table.values)
+        out[..., 0] += einsum("q,qa,fqi,qb->faib", around, table.values, normal, table.values)
     return out.reshape(len(facets), x[0].size, -1)
 
 
@@ -60,7 +60,7 @@ def _table(nodes: Floats, facets: Ints) -> Reference:
 
 def _slopes(x: Floats, table: Reference) -> Floats:
     """x,j (j, f, q, d) along the coordinates of facets with nodes x (f, n, d)."""
-    return np.einsum("qkj,fkd->jfqd", table.gradients, x)
+    return einsum("qkj,fkd->jfqd", table.gradients, x)
 
 
 def _normals(x: Floats, table: Reference) -> Floats:
@@ -72,13 +72,13 @@ def _normals(x: Floats, table: Reference) -> Floats:
 def _normals_by_nodes(x: Floats, table: Reference) -> Floats:
     """Their derivatives (f, q, d, n, d) by the nodes."""
     if x.shape[2] == 2:
-        slopes = np.einsum("qb,ij->qibj", table.gradients[..., 0], TURN)
+        slopes = einsum("qb,ij->qibj", table.gradients[..., 0], TURN)
         return np.broadcast_to(slopes, (len(x), *slopes.shape))
     first, second = _slopes(x, table)
     # Row j of np.cross(v, 1) is v x e_j: what a change along e_j of what v is multiplied by makes.
     by_second, by_first = (np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2) for v in (first, second))
-    changes = np.einsum("fqij,qb->fqibj", by_second, table.gradients[..., 1])
-    return changes - np.einsum("fqij,qb->fqibj", by_first, table.gradients[..., 0])
+    changes = einsum("fqij,qb->fqibj", by_second, table.gradients[..., 1])
+    return changes - einsum("fqij,qb->fqibj", by_first, table.gradients[..., 0])
 
 
 def _ring(x: Floats, geometry: Geometry, table: Reference) -> Floats:

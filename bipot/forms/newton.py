@@ -19,7 +19,7 @@ from bipot.programs.factors import LinearSolver, SuperLU
 from bipot.programs.frames import SOFTENED, Frames
 from bipot.programs.newton import Linearised
 from bipot.programs.pieces import Deadband, Pieces
-from bipot.typing import Floats, make_floats
+from bipot.typing import Floats, make_floats, vdot
 
 BAND_PULL, BAND_GAP = 1e-9, 1e-11
 """Dead band over the largest contact force and the body size: a tenth of the default acceptance bounds."""
@@ -102,7 +102,7 @@ class Point(NamedTuple):
     @property
     def error(self) -> float:
         """The merit over the norm of the forces; inf where there are none."""
-        present = math.sqrt(float(np.vdot(self.r, self.r)))
+        present = math.sqrt(vdot(self.r, self.r))
         return self.merit / present if present else np.inf
 
     def work(self, along: Floats, r: Floats) -> float:
@@ -137,7 +137,7 @@ class Law:
         if iterate.measured is not None:
             pieces = replace(pieces, measured=iterate.measured)
         balance, miss = residual - rows.forces(r), pieces.value(motion, r)
-        merit = math.sqrt(float(balance @ balance) + float(np.vdot(miss, miss)))
+        merit = math.sqrt(float(balance @ balance) + vdot(miss, miss))
         return Point(iterate, r, motion, pieces, miss, merit)
 
     def frames_at(self, iterate: Iterate) -> Frames:

@@ -9,6 +9,7 @@ import numpy as np
 
 from bipot.laws.von_mises import Returned, TangentKind, VonMises, continuum_tangent, yield_function
 from bipot.tensors import BoolArray, FloatArray, deviator, equivalent_strain, norm
+from bipot.typing import einsum
 
 ON_YIELD = 1e-9
 """A stress this near the yield surface, relative to it, counts as on it for (10)."""
@@ -24,7 +25,7 @@ class RateVonMises(VonMises):
         """Stress by (4), and the plastic strain that follows from (5) and (6)."""
         C, plastic = self._rate(rotated, peeq)
         size = strain.shape[-1]
-        change = np.einsum("...st,...t->...s", C, strain)
+        change = einsum("...st,...t->...s", C, strain)
         e_p = strain - change @ self.elasticity.compliance(size)
         e_p = np.where(plastic[..., None], deviator(e_p), 0.0)
         length = norm(e_p)

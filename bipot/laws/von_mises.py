@@ -30,7 +30,7 @@ from bipot.tensors import (
     norm,
     trace,
 )
-from bipot.typing import make_floats
+from bipot.typing import einsum, make_floats
 
 _MAX_ITERATIONS = 200
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
@@ -167,7 +167,7 @@ def _moduli(bulk: float, deviatoric: FloatArray, factor: FloatArray, N: FloatArr
     """bulk 1 ⊗ 1 + deviatoric I_dev - factor N ⊗ N (…, s, s), with deviatoric and factor (…), N (…, s)."""
     size = N.shape[-1]
     # Of so few components a product by broadcasting takes longer.
-    out = np.einsum("...i,...j->...ij", N, N)
+    out = einsum("...i,...j->...ij", N, N)
     out *= -factor[..., None, None]
     out += np.multiply.outer(deviatoric, deviatoric_projector(size))
     out += _isotropic(bulk, 0.0, size)

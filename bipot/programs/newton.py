@@ -29,7 +29,7 @@ from bipot.programs.factors import DEFAULT, Factor, LinearSolver
 from bipot.programs.frames import Frames, times
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import L, Law
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 
 ITERATIONS = 12
 EXACT = 1e-10
@@ -58,7 +58,7 @@ class Linearised(Generic[L]):
         product = data[frames.entries]
         back = frames.T.transpose(0, 2, 1)
         W = (back @ pieces.by_force @ frames.dual)[frames.owner]
-        data[frames.entries] = np.einsum("mij,jm->im", W, product)
+        data[frames.entries] = einsum("mij,jm->im", W, product)
         data[frames.corner] += back @ pieces.by_motion @ frames.T
         border = frames.border
         if border is None:

@@ -16,7 +16,7 @@ from bipot.response import State
 from bipot.results.nodal import Averaging
 from bipot.system import System
 from bipot.traction import Traction
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
 
@@ -99,7 +99,7 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
 def cell_fields(step: Step, values: Floats) -> dict[str, NDArray[Any]]:
     """Averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
-    return _apart(np.einsum("eq,eqs->es", weight, values), np.float64)
+    return _apart(einsum("eq,eqs->es", weight, values), np.float64)
 
 
 def together(state: State) -> Floats:

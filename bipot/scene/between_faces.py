@@ -26,7 +26,7 @@ from bipot.scene.symmetry import Plane as Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Plane, Surface, Tips
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 THIN = 0.25
 """Thickness over a candidate's longest edge: thinner tools might pass unnoticed between the points of its faces."""
@@ -121,7 +121,7 @@ def _triangles(nodes: Floats, rings: Ints) -> Floats:
 
 
 def _points(triangles: Floats) -> Floats:
-    return np.einsum("pk,fmkd->fmpd", PLACES, triangles)
+    return einsum("pk,fmkd->fmpd", PLACES, triangles)
 
 
 def _around(nodes: int) -> Ints:

@@ -25,7 +25,7 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import PLANAR, Plane
 from bipot.tensors import norm
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 DRIFT = 1e-12
 """Relative drift by round-off of nodes off a plane in which they are held, over some thousand increments."""
@@ -157,7 +157,7 @@ def _inside(element: Element, corners: Floats, x: Floats) -> Bools:
     off = np.zeros_like(x)
     for _ in range(STEPS):
         at = tabulated_at(element, xi)
-        off = x - np.einsum("pk,pkd->pd", at.values, corners)
+        off = x - einsum("pk,pkd->pd", at.values, corners)
         slope = corners.transpose(0, 2, 1) @ at.gradients
         singular = np.abs(np.linalg.det(slope)) < 1e-300
         slope[singular] = np.eye(x.shape[1])

@@ -32,7 +32,7 @@ from bipot.tools.poses import Turn, rotation
 from bipot.tools.slips import Slip, measured, spin, transported
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum, vdot
 
 PARTS, TIMES = 16, 14
 """Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
@@ -71,11 +71,11 @@ class Meeting:
     def bending(self, r: Floats) -> Floats:
         """Derivative (w, d, d) of the vectors of forces r (w, d) by the parts' places (module docstring)."""
         normal, along = self.frames[:, 0], self.frames[:, 1:]
-        crossed = normal[:, :, None] * np.einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
+        crossed = normal[:, :, None] * einsum("ci,cij,cjk->ck", r[:, 1:], along, self.curvature)[:, None]
         out = r[:, :1, None] * self.curvature - crossed - crossed.transpose(0, 2, 1)
         if self.spun is None:
             return out
-        turning = np.einsum("wij,wj->wi", self.curvature, self.spun)
+        turning = einsum("wij,wj->wi", self.curvature, self.spun)
         return out + self._twisted(r)[:, :, None] * turning[:, None]
 
     def lag(self, r: Floats, mine: Bools, spin: Floats) -> Floats:
@@ -170,7 +170,7 @@ class Faces:
         if motion.shape[1] == 2:
             return Meeting(self._whole(gap, motion), rows, seen.curvature, arm, place, by)
         spun = spin(self.reference, seen.normal)
-        turning = np.einsum("wij,wj->wi", seen.curvature, spun)
+        turning = einsum("wij,wj->wi", seen.curvature, spun)
         slip = Slip(begun.gap, begun.normal, slid, seen.gap, framed, seen.curvature, turning)
         motion[:, 1:] = slip.components
         changes = self.parts.changes(measured(rows, slip.derivative()))
@@ -251,7 +251,7 @@ class Faces:
         out = np.zeros(len(self.tools))
         for k, (mine, tool, pose) in enumerate(zip(self.owned, self.tools, placed, strict=True)):
             if tool.turn is not None:
-                out[k] = np.vdot(tool.turn.swirl(tool.arm(x[mine], pose)), vectors[mine])
+                out[k] = vdot(tool.turn.swirl(tool.arm(x[mine], pose)), vectors[mine])
         return out
 
 

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Parts:
         """Normal and tangential components (c, d), the latter projected by Q."""
         if self.within is None:
             return vectors
-        return np.column_stack([vectors[:, :1], np.einsum("cij,cj->ci", self.within, vectors[:, 1:])])
+        return np.column_stack([vectors[:, :1], einsum("cij,cj->ci", self.within, vectors[:, 1:])])
 
     @cached_property
     def _means(self) -> sp.csr_matrix:

@@ -18,7 +18,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
 from bipot.tools.tool import AnyTool, FlatTool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, einsum
 from studies.flat import axis_of
 from studies.fuzz.surfaces import cut, outlines
 from studies.independent.data import Led
@@ -234,4 +234,4 @@ def taken_along(scene: Scene, before: float, after: float) -> Floats:
     inside = np.eye(2) - np.linalg.pinv(across) @ across
     way = np.linalg.pinv(normal[~mirrored] @ inside, rcond=1e-9) @ asked[~mirrored]
     axes, held = held_by(scene)
-    return way + np.einsum("aij,ai->aj", axes, held * np.einsum("aij,aj->ai", axes, alone - way))
+    return way + einsum("aij,ai->aj", axes, held * einsum("aij,aj->ai", axes, alone - way))

@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, einsum
 from studies.fuzz.solid_placed import solid
 from studies.fuzz.solid_points import faces_of
 from studies.fuzz.solid_surfaces import bent, faces
@@ -27,7 +27,7 @@ def between(scene: Scene, accepted: Accepted) -> float:
             shape, rings = solid(scene, k, accepted), accepted.state.nodes[_around(faces_of(scene.mesh, tool))]
             after = np.roll(rings, -1, axis=1)
             middle = np.broadcast_to(rings.mean(axis=1, keepdims=True), rings.shape)
-            x = np.einsum("pk,kfmd->fmpd", _places(), np.array([rings, after, middle]))
+            x = einsum("pk,kfmd->fmpd", _places(), np.array([rings, after, middle]))
             gap = shape.near(shape.seen(x.reshape(-1, 3), shape.ended)).gap.reshape(len(rings), -1).min(axis=1)
             longest = np.linalg.norm(after - rings, axis=2).max(axis=1)
             allowed = ALLOWED * np.minimum(longest, min(face.thick for face in faces(tool.face)))

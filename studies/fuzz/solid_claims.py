@@ -12,7 +12,7 @@ from bipot.marching import system_of
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.tool import AnyTool, FlatTool
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum
 from studies.fuzz.claims import Claim, tried, unmet
 from studies.fuzz.placed import Drive
 from studies.fuzz.record import curve_of
@@ -127,7 +127,7 @@ def _points_of(scene: Scene, k: int, state: State, frames: Floats) -> Discs:
         part=parts.node,
         share=parts.share,
         rows=np.concatenate([normal[:, None], tangents - seen.gap[:, None, None] * tangents @ gradient], axis=1),
-        kept=np.einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:]),
+        kept=einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:]),
         moved=own.moved,
         led=np.array([_led(scene, drive, k, arm) for drive in drives(scene)]).reshape(-1, len(arm), 3),
     )

@@ -12,7 +12,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
-from bipot.typing import Floats, Ints, Vector
+from bipot.typing import Floats, Ints, Vector, einsum
 from studies.fuzz.solid_held import prescribed_at
 from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
@@ -87,11 +87,11 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
     before = accepted.start.gap[candidates.tool == k]
     found = met(shape, _going(scene, accepted, parts), bent(tool) & (before > TOUCHING * scene.mesh.size))
     tangents = [carried_to(reference[parts.owner], normal)[:, 1:] for normal in found.normal]
-    kept = np.einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
-    still = (np.abs(np.einsum("cij,crj->cri", own.within, reference[:, 1:])) <= FREE).all(axis=(1, 2))
+    kept = einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
+    still = (np.abs(einsum("cij,crj->cri", own.within, reference[:, 1:])) <= FREE).all(axis=(1, 2))
     mu = np.array([tool.mu_at.get(int(a), tool.mu) for a in own.node])
     rubs = sliding & ~still & (mu > 0)
-    slid = parts.sums(parts.share[:, None] * np.einsum("wij,wj->wi", tangents[1], found.slip))
+    slid = parts.sums(parts.share[:, None] * einsum("wij,wj->wi", tangents[1], found.slip))
     x = np.abs(end.nodes).max(axis=1)[parts.node] + shape.extent
     return Touching(
         node=own.node,
@@ -105,7 +105,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         blur=EPS * parts.most(x),
         places=EPS * parts.most(x),
         unsure=parts.most(found.unsure),
-        slip=np.where(rubs[:, None], np.einsum("cij,cj->ci", kept, slid), 0.0),
+        slip=np.where(rubs[:, None], einsum("cij,cj->ci", kept, slid), 0.0),
         dragged=_dragged(scene, accepted, shape, own, reference) * (~sliding & (not bent(tool)))[:, None],
         kept=kept,
         apart=found.apart,
@@ -140,8 +140,8 @@ def _dragged(scene: Scene, accepted: Accepted, shape: Solid, own: Posed, frames:
     Between axes what is held moves by round-off: by what is asked of it, it does not.
     """
     asked = prescribed_at(scene, accepted.state.tau) - prescribed_at(scene, accepted.start.tau)
-    driven, motion = np.einsum("cij,cj->ci", own.moved, own.weights @ asked), shape.gone[:3]
-    drawn = np.einsum("crj,cj->cr", frames[:, 1:], driven - motion)
+    driven, motion = einsum("cij,cj->ci", own.moved, own.weights @ asked), shape.gone[:3]
+    drawn = einsum("crj,cj->cr", frames[:, 1:], driven - motion)
     together = np.linalg.norm(drawn, axis=1) <= TOGETHER * (np.linalg.norm(driven, axis=1) + np.linalg.norm(motion))
     return np.where(together[:, None], 0.0, drawn)
 

@@ -33,7 +33,7 @@ from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
-from bipot.typing import Floats
+from bipot.typing import Floats, einsum, vdot
 from studies.fuzz.record import carried
 from studies.fuzz.solid_between import between
 from studies.fuzz.solid_contacts import touching
@@ -96,7 +96,7 @@ def full(mandel: Floats) -> Floats:
 
 
 def _size(t: Floats) -> Floats:
-    return np.sqrt(np.einsum("...ij,...ij->...", t, t))
+    return np.sqrt(einsum("...ij,...ij->...", t, t))
 
 
 def _deviator(t: Floats) -> Floats:
@@ -139,7 +139,7 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
     held_trace = fitted(trace, midway, scene.mesh.nodes[elements], rule, scene.volume_change.value)
     strain = strain + (held_trace - trace)[..., None, None] / 3 * np.eye(3)
     stiff = 3 * elastic.bulk + 2 * elastic.shear
-    last = np.einsum("eai,eqaj->eq", np.abs(end.du[elements]), np.abs(strained.slopes))
+    last = einsum("eai,eqaj->eq", np.abs(end.du[elements]), np.abs(strained.slopes))
     plastic = _size(full(end.plastic_strain)) + _size(full(start.plastic_strain))
     blur = EPS * (stiff * last + 2 * elastic.shear * plastic + _size(full(end.stress)) + _size(full(start.stress)))
     return _Strained(
@@ -149,7 +149,7 @@ def _strained(scene: Scene, accepted: Accepted) -> _Strained:
         forces=element_forces(ended, full(end.stress)),
         volume=ended.volume,
         stiffness=nodal_stiffness(ended, elements, elastic.bulk, elastic.shear, len(begin)),
-        lever=np.einsum("eq,eqa->ea", blur * ended.volume, np.abs(ended.slopes).sum(axis=-1)),
+        lever=einsum("eq,eqa->ea", blur * ended.volume, np.abs(ended.slopes).sum(axis=-1)),
         blur=blur,
     )
 
@@ -164,7 +164,7 @@ def measure(scene: Scene, accepted: Accepted, largest: float, energy: float, bef
     count, pushes = len(scene.mesh.nodes), contact.vectors(end.forces)
     begun, ended = carried(start, loads_at(scene, accepted, 0)), loads_at(scene, accepted, 1)
     residual = nodal(elements, s.forces, count) - ended - contact.on_nodes(pushes, count)
-    residual = np.einsum("aij,aj->ai", freed(scene), residual)
+    residual = einsum("aij,aj->ai", freed(scene), residual)
     sizes = nodal(elements, np.linalg.norm(s.forces, axis=-1), count) + np.linalg.norm(ended, axis=1)
     acting = contact.on_nodes(np.linalg.norm(pushes, axis=1), count) + np.linalg.norm(ended, axis=1)
     noise = nodal(elements, s.lever, count) + EPS * acting
@@ -229,9 +229,9 @@ def _stiff(scene: Scene, c: Touching, stiffness: Floats) -> Floats:
     The scale by which lengths are compared with forces; of nodes that cannot give way what they would have.
     """
     normal = c.frames[:, 0]
-    gives = np.linalg.norm(np.einsum("wij,wj->wi", freed(scene)[c.part], normal), axis=-1) > FREE
+    gives = np.linalg.norm(einsum("wij,wj->wi", freed(scene)[c.part], normal), axis=-1) > FREE
     share = np.where(gives | ~(c.sums(gives) > 0)[c.owner], c.share, 0.0) ** 2
-    along = np.einsum("wi,wij,wj->w", normal, stiffness[c.part], normal)
+    along = einsum("wi,wij,wj->w", normal, stiffness[c.part], normal)
     return c.sums(share * along) / c.sums(share) ** 2
 
 
@@ -253,9 +253,9 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     done = c.sums(np.vecdot(pushed, c.motion)) + r[:, 0] * c.opened
     # Who comes from afar does not come along its force: the tool's work is what body and friction take.
     taken = c.sums(np.vecdot(pushed, end.du[c.part])) - spent
-    work = np.vdot(load, end.du) + np.where(c.apart, taken, done).sum() + begins
+    work = vdot(load, end.du) + np.where(c.apart, taken, done).sum() + begins
     rubbed = begins - float(spent.sum())
-    parts = [np.einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
+    parts = [einsum("eq,eqij,eqij->", s.volume, S, b) for b in (stored, flowed)]
     return np.array([work, *parts, rubbed], dtype=np.float64)
 
 
@@ -271,7 +271,7 @@ def _lost(scene: Scene, accepted: Accepted, s: _Strained, c: Touching) -> tuple[
     flowed = full(end.plastic_strain) - turned(full(start.plastic_strain), s.Q)
     shear = scene.material.elasticity.shear
     unsure = float((s.volume * _size(full(end.stress)) * s.blur).sum()) / (2 * shear)
-    plastic = float(np.einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
+    plastic = float(einsum("eq,eqij,eqij->", s.volume, full(end.stress), flowed)) + unsure
     lengths = c.at_most(np.linalg.norm(end.du[c.part], axis=1) + np.linalg.norm(c.motion, axis=1)) + c.unsure
-    rubbed = -float(np.vdot(end.forces[:, 1:], c.slip)) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
+    rubbed = -vdot(end.forces[:, 1:], c.slip) + EPS * float(np.linalg.norm(end.forces, axis=1) @ lengths)
     return plastic, rubbed

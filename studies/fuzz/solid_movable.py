@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, einsum
 from studies.fuzz.points import ROUND, TURNS
 from studies.fuzz.solid_held import direction_of, freed, nodes_of
 from studies.fuzz.solid_placed import axis_of
@@ -28,8 +28,8 @@ def movable(scene: Scene, number: int) -> Bools:
     seen = nearest(faces(tool.face), scene.mesh.nodes)
     led = _led(scene, number)
     n = seen.normal
-    along, beside = np.linalg.norm(np.einsum("aij,aj->ai", left, n), axis=-1), _beside(left, n)
-    by_tool = np.abs(np.einsum("maj,aj->ma", led, n)), np.array([_off(way, n) for way in led]).reshape(len(led), len(n))
+    along, beside = np.linalg.norm(einsum("aij,aj->ai", left, n), axis=-1), _beside(left, n)
+    by_tool = np.abs(einsum("maj,aj->ma", led, n)), np.array([_off(way, n) for way in led]).reshape(len(led), len(n))
     moves = np.column_stack([along, beside]) > FREE
     moves |= np.stack([(by > FREE).any(axis=0) for by in by_tool], axis=1)
     if not bent(tool):
@@ -82,7 +82,7 @@ def _turns(scene: Scene, number: int, held: Floats, led: Floats) -> Bools:
 
 def _along(held: Floats, way: Floats) -> Bools:
     """Whether vectors (a, 3) have a part in what is held (a, 3, 3)."""
-    sizes = np.linalg.norm(np.einsum("aij,aj->ai", held, way), axis=1)
+    sizes = np.linalg.norm(einsum("aij,aj->ai", held, way), axis=1)
     return (sizes > FREE * np.linalg.norm(way, axis=1)) & (sizes > 0)
 
 

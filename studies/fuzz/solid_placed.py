@@ -12,7 +12,7 @@ from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Symmetry
 from bipot.tools.tool import AnyTool
-from bipot.typing import Bools, Floats
+from bipot.typing import Bools, Floats, einsum
 from studies.fuzz.placed import Drive, driven_by
 from studies.fuzz.solid_held import asked, direction_of, freed, multiple, planes_of, prescribed_at
 from studies.fuzz.solid_surfaces import cut, faces, gap_of
@@ -91,7 +91,7 @@ def taken_along(scene: Scene, before: float, after: float) -> Floats:
     inside = np.eye(3) - np.linalg.pinv(normals) @ normals
     by = np.array([asked(support, after) - asked(support, before) for support in others])
     way = np.linalg.pinv(np.array([direction_of(support) for support in others]) @ inside, rcond=1e-9) @ by
-    return way + np.einsum("aij,aj->ai", np.eye(3) - freed(scene), alone - way)
+    return way + einsum("aij,aj->ai", np.eye(3) - freed(scene), alone - way)
 
 
 def asked_of(scene: Scene, number: int, tau: float) -> tuple[float, float]:

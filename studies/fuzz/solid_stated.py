@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
-from bipot.typing import Floats
+from bipot.typing import Floats, vdot
 from studies.fuzz.solid_placed import asked_of, axis_of, cuts, pose
 from studies.fuzz.solid_touching import Touching
 from studies.independent.data import EPS
@@ -48,7 +48,7 @@ def stated(scene: Scene, accepted: Accepted, c: Touching) -> float:
             worst = max(worst, DRIVEN * over(abs(float(force @ way) - along), max(along, scale)))
         if tool.turn is not None:
             arm = state.nodes[c.part[mine]] - np.array(tool.turn.centre) - pose(scene, k, state)[:3]
-            moment = whole * float(np.vdot(axis_of(tool), np.cross(arm, own).sum(axis=0)))
+            moment = whole * vdot(axis_of(tool), np.cross(arm, own).sum(axis=0))
             sizes = whole * float((np.linalg.norm(arm, axis=1) * np.linalg.norm(own, axis=1)).sum())
             worst = max(worst, over(abs(accepted.tool_moment(k) - moment), sizes))
             if tool.turn.driven_by is not None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 from studies.independent.data import CARRIES
 
 HOLDS = 1e-6
@@ -76,8 +76,8 @@ class Touching:
         return self._taken(r, self.begun)
 
     def _taken(self, r: Floats, frames: Floats) -> Floats:
-        left = np.column_stack([r[:, :1], np.einsum("cij,cj->ci", self.kept, r[:, 1:])])
-        return self.share[:, None] * np.einsum("wi,wij->wj", left[self.owner], frames)
+        left = np.column_stack([r[:, :1], einsum("cij,cj->ci", self.kept, r[:, 1:])])
+        return self.share[:, None] * einsum("wi,wij->wj", left[self.owner], frames)
 
     def on_nodes(self, vectors: Floats, count: int) -> Floats:
         """Sums (count, ...) over nodes of what they take (w, ...), one by one."""

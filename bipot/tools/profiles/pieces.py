@@ -22,7 +22,7 @@ import numpy as np
 from bipot.tensors import norm
 from bipot.tools.circle import ROUND
 from bipot.tools.surfaces import frames
-from bipot.typing import Bools, Floats, Ints
+from bipot.typing import Bools, Floats, Ints, einsum
 
 ROUND_OFF = 16 * float(np.finfo(float).eps)
 """Relative round-off of positions, by which a point may lie beside the strip or sector of its piece."""
@@ -126,7 +126,7 @@ class Pieces:
         """Growth of gap and arc (…, 2) of points x (…, d) nearest to a ``piece`` (…) that move ``by`` (…, d)."""
         m = len(self.rounds.radius)
         round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
-        out = np.einsum("...ij,...j->...i", frames(self.straights.normal[straight]), by)
+        out = einsum("...ij,...j->...i", frames(self.straights.normal[straight]), by)
         if not m:
             return out
         start, turn = x - self.rounds.centre[round_], self.rounds.turn[round_]
