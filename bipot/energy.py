@@ -5,7 +5,7 @@ Every part weighs the start and the end of an increment by the same rule, 1 - th
     work      f . dU + r_n dgap,         f   = (1 - theta) f_0 + theta f_1,         r likewise,
     elastic   sum_q S : C^-1 dsigma,     S   = (1 - theta) w_0 R sigma_0 R' + theta w_1 sigma_1,
     plastic   sum_q S : de_p,            dsigma = sigma_1 - R sigma_0 R',
-    friction  - sum_c r_t . du_t + (1 - theta) g,
+    friction  - sum_c b r_t . du_t + (1 - theta) g,
 
 with f the forces of tools, loads and supports at the points that they move (for turning tools, those where candidates
 are halfway; for loads that are on at tau = 0, where a body is at rest, f_0 is zero), r those of the candidates, de_p
@@ -14,11 +14,12 @@ term r_n dgap removes the work that the mean force of an opening or closing cont
 elsewhere. For a candidate that comes to a curved tool through the air the work is f . du - r_t . du_t, which is what
 the body takes up; for a flat tool this is the same.
 
-    g = sum_c (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap),
+    g = sum_c b (s_0 |du_t| + r_t0 . du_t),        s_0 = min(mu r_n0, cap),
 
-makes the start's part of friction that of the force with which a point slides, where it stuck or slid another way
-(:mod:`bipot.start_friction`). The tools move on against that force: (1 - theta) g is added to work too, and the balance
-is what it is without.
+makes the start's part of friction that of the force with which a point slides, where it stuck or slid another way, and
+b is the part of its slip that is not in the air (:mod:`bipot.start_friction`). The tools move on against that force,
+and through the air against none: what friction has more than - r_t . du_t is added to work too, and the balance is what
+it is without.
 
 With theta = 1/2 the elastic part is the stored energy sigma : C^-1 sigma/2, up to the effect of the change of volume (a
 fraction sigma/E), and in ``midpoint`` work = elastic + plastic + friction to order two in the increment where the
@@ -41,7 +42,7 @@ from bipot.fem.assembly import element_force
 from bipot.fem.kinematics import gradients
 from bipot.increment import Solved
 from bipot.response import State
-from bipot.start_friction import missing_friction, start_forces
+from bipot.start_friction import in_touch, missing_friction, slipped, start_forces
 from bipot.typing import Floats, vdot
 
 
@@ -80,16 +81,17 @@ class Energies:
         S = (1 - theta) * kin.volume_before[..., None] * before + theta * kin.volume[..., None] * end.stress
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
-        slip = solved.iterate.motion[:, 1:] + increment.dragged
-        missing = (1 - theta) * missing_friction(start, solved.iterate, solved.r)
+        against = np.vecdot(r[:, 1:], slipped(solved.iterate))
+        aloft = float((1 - in_touch(start, solved.iterate)) @ against)
+        more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         return self._plus(
             scene.images,
-            work=_tools(start, solved, r, theta) + loads + missing,
+            work=_tools(start, solved, r, theta) + loads + more,
             elastic=vdot(S, elastic),
             plastic=vdot(S, end.plastic_strain - flowed),
-            friction=missing - vdot(r[:, 1:], slip),
+            friction=more - float(against.sum()),
         )
 
     def _plus(self, images: int, **parts: float) -> Energies:
@@ -111,8 +113,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
         return vdot(contacts.sums(pushed), travel) + vdot(r[:, 0], opened)
     parts, du = contacts.parts, solved.response.du
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
-    slid = motion[:, 1:] + increment.dragged
-    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], slid)
+    taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], slipped(solved.iterate))
     done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
     closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
     return float(np.where(closing, taken, done).sum())

@@ -1,4 +1,4 @@
-r"""The friction that the forces r_0 of an increment's start make of the slip u_t of the increment.
+r"""What of an increment's slip u_t rubs, and the friction that the forces r_0 of its start make of it.
 
 A force that sticks, or that resists another direction, is not the one with which its point slides. What the slip lacks
 of the start's part is the gap of the bipotential between both,
@@ -10,6 +10,14 @@ the direction turns smoothly, and 2 s_0 |u_t| where it reverses. A point that wa
 slip. Where the friction at the end is below its limit the point has not slid: its motion is the creep of a penalty, or
 what is left of zero.
 
+Slip in the air is no friction. A tool that goes steadily along the normal, from where it leaves a point or to where it
+lands on it, is in touch as long as the point follows it. Of its slip the part
+
+    b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
+
+rubs, with a the gap that opens or closes and du_0 the motion of a body that its supports carry and that is otherwise at
+rest. Slips of points that land on curved tools begin where they land (:mod:`bipot.tools.meeting`): b is one.
+
 The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
 """
 
@@ -19,6 +27,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bipot.contact.closeness import touches
 from bipot.contact.shear import Strength, caps
 from bipot.contact.supported import rubbed
 from bipot.fem.kinematics import gradients
@@ -48,10 +57,31 @@ def start_limit(start: State, increment: Increment) -> Floats:
 def missing_friction(start: State, iterate: Iterate, r: Floats) -> float:
     """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy."""
     increment, ended = iterate.increment, iterate.rubbed(r)
-    slip, begun = iterate.motion[:, 1:] + increment.dragged, start_forces(start, increment)
+    slip, begun = slipped(iterate), start_forces(start, increment)
     holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
     gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
-    return float(gap[~holds].sum())
+    return float(gap[~holds] @ in_touch(start, iterate)[~holds])
+
+
+def slipped(iterate: Iterate) -> Floats:
+    """Slips (c, d - 1), known ones included."""
+    return iterate.motion[:, 1:] + iterate.increment.dragged
+
+
+def in_touch(start: State, iterate: Iterate) -> Floats:
+    """The part b (c,) of slips that is not in the air (module docstring)."""
+    contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.mesh.size
+    begun, ended = start.gap, iterate.motion[:, 0]
+    flat = np.array([tool.flat for tool in contacts.scene.tools], dtype=bool)[contacts.tool]
+    air = np.where(flat & ~touches(begun, size), begun, 0.0) + np.where(touches(ended, size), 0.0, ended)
+    aloft, out = air > 0, np.ones(len(air))
+    if aloft.any():
+        by = contacts.met.motion(iterate.response.du - iterate.increment.tools.along)
+        followed = contacts.parts.gathered(np.vecdot(iterate.increment.tools.frames[:, 0], by))
+        sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
+        followed = np.abs(followed - sunk)
+        out[aloft] = followed[aloft] / (followed + air)[aloft]
+    return out
 
 
 def _caps(start: State, increment: Increment) -> Floats:

@@ -38,6 +38,10 @@ CORK = Elastic(Elasticity(1e3, 0.0))
 
 HELD = (Support("base", 0), Support("base", 1))
 SLIDE = ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, 1.0)))
+LIFTED = ((0.0, 0.0), (0.5, (0.0, 1.0)), (1.0, (1.0, -4.0)))
+LANDED = ((0.0, 0.0), (0.5, (0.0, -2.0)), (1.0, (1.0, 1.0)))
+AROUND = ((0.0, 0.0), (0.25, (0.0, 1.0)), (0.5, (1.0, -4.0)), (0.75, (2.0, -4.0)), (1.0, (3.0, 1.5)))
+AROUND_3D = tuple((tau, (by[0], 0.3 * by[0], by[1]) if isinstance(by, tuple) else by) for tau, by in AROUND)
 THERE_AND_BACK_3D = ((0.0, 0.0), (0.5, (0.0, 0.0, 1.0)), (0.75, (1.0, 1.0, 1.0)), (1.0, (0.0, 1.0, 1.0)))
 THERE_AND_BACK = ((0.0, 0.0), (0.5, (0.0, 1.0)), (0.75, (1.0, 1.0)), (1.0, (0.0, 1.0)))
 
@@ -88,6 +92,55 @@ def test_a_tool_that_reverses_dissipates_on_both_ways(parts):
     assert back - there == pytest.approx(there, rel=0.03)
     assert back == pytest.approx(spent(accepted), rel=1e-6)
     assert abs(accepted[-1].energies.energy_error) < 5e-3
+
+
+def columns(path):
+    """Friction under a tool that goes along ``path``, of a block that does not grow wider, integrated by small steps.
+
+    It is a spring along the normal and one along the tangent, G/h.
+    """
+    young, height, fine = 1e3, 0.1, 5000
+    times = np.linspace(0.0, 1.0, fine + 1)
+    x, depth = (np.interp(times, [t for t, _ in path], [np.broadcast_to(p, 2)[d] for t, p in path]) for d in (0, 1))
+    x, depth = x * TRAVEL, depth * DEPTH
+    # In strains that count the height as it is.
+    pressed = young * np.log(height / (height - np.maximum(depth, 0.0)))
+    stiff, pulled, spent = young / (2 * height), 0.0, 0.0
+    for limit, by in zip(MU * pressed[1:], np.diff(x), strict=True):
+        tried = pulled + stiff * by
+        now = np.clip(tried, -limit, limit)
+        spent += abs(now) * abs(tried - now) / stiff
+        pulled = now
+    return spent
+
+
+@pytest.mark.parametrize("parts", [1, 2, 5])
+@pytest.mark.parametrize("path", [LIFTED, LANDED, AROUND], ids=["lifted", "landed", "around"])
+def test_slip_in_the_air_is_no_friction(path, parts):
+    """Of a tool that is drawn up and along in one increment, or comes down so."""
+    accepted = marched(rubbed(path), parts, path)
+    assert accepted[-1].energies.friction == pytest.approx(columns(path), rel=0.06)
+    assert abs(accepted[-1].energies.imbalance) < 5e-3 * accepted[-1].energies.work
+
+
+def test_slip_in_the_air_is_that_against_what_carries_the_body():
+    """A body that is drawn off its tool, or onto it, instead of the tool off the body; the whole goes up besides."""
+    up = 0.01
+    for path in (LIFTED, LANDED):
+        taus = [tau for tau, _ in path]
+        along, down = (np.array([np.broadcast_to(by, 2)[d] for _, by in path]) for d in (0, 1))
+        support = (
+            Prescribed("base", 0, -TRAVEL, Amplitude(tuple(zip(taus, along.tolist(), strict=True)))),
+            Prescribed(
+                "base", 1, up, Amplitude(tuple((tau, tau + DEPTH * d / up) for tau, d in zip(taus, down, strict=True)))
+            ),
+        )
+        goes = tuple((tau, (0.0, -up * tau / DEPTH)) for tau in taus[1:])
+        carried = replace(rubbed(((0.0, 0.0), *goes)), supports=support)
+        one, other = (marched(asked, 1, path)[-1].energies for asked in (rubbed(path), carried))
+        assert other.friction == pytest.approx(one.friction, rel=1e-7)
+        # What equilibrium is off by does work on the way of the whole.
+        assert other.work == pytest.approx(one.work, rel=1e-6)
 
 
 @pytest.mark.parametrize("rule", Rule)
@@ -197,7 +250,8 @@ def test_the_fuzz_study_s_own_sums_see_what_begins_to_slide():
     """Coulomb's law and caps, in the plane and in space, on increments that lie across the beginning of sliding."""
     steel = VonMises(Elasticity(1e3, 0.0), Linear(300.0, 100.0))
     orowan = {"mu": 0.4, "shear": 0.02}
-    for asked in (rubbed(material=steel), rubbed(material=steel, **orowan), rubbed(THERE_AND_BACK, steel)):
+    plain, capped = rubbed(material=steel), rubbed(material=steel, **orowan)
+    for asked in (plain, capped, rubbed(THERE_AND_BACK, steel), rubbed(AROUND, steel)):
         setting, before = setting_of(asked), np.zeros(4)
         for a in marched(asked, 1, asked.tools[0].path):
             own = measure(setting, step_of(asked, setting, a, float(np.abs(a.state.forces).max()))).energies
@@ -206,8 +260,8 @@ def test_the_fuzz_study_s_own_sums_see_what_begins_to_slide():
             before = now
     held = tuple(Support("base", d) for d in range(3))
     plate = FlatTool((0.0, 0.0, 0.1), (0.0, 0.0, -1.0), (0.1, 0.04, -2e-3), ("top",), MU, THERE_AND_BACK_3D)
-    for tool_above in (plate, replace(plate, mu=0.4, shear=0.02)):
+    for tool_above in (plate, replace(plate, mu=0.4, shear=0.02), replace(plate, path=AROUND_3D)):
         asked = Scene(brick(1.0, 1.0, 0.1, 2, 2, 1), Geometry.SOLID, steel, held, (tool_above,))
-        steps = marched(asked, 1, THERE_AND_BACK_3D)
+        steps = marched(asked, 1, tool_above.path)
         assert max(m.energies for m in measured(Ran(asked, steps, ""))) < 1e-9
         assert steps[-1].energies.friction > 1.5 * steps[1].energies.friction

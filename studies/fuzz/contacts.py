@@ -59,7 +59,8 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
 def facing(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
     """The same without caps: it is not asked what friction they may carry."""
     node, tool = points.node, points.tool
-    each = tool[Parts.of(points.weights).owner]
+    parts = Parts.of(points.weights)
+    each = tool[parts.owner]
     flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
     normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
     point = np.array([(0.0, 0.0) if own is None else own.point for own in flat]).reshape(-1, 2)
@@ -74,21 +75,22 @@ def facing(scene: Scene, setting: Setting, points: Points, start: State, end: St
         offset=np.vecdot(normal, point + tools_at(scene, start))[each],
         offset_end=np.vecdot(normal, point + tools_at(scene, end))[each],
         motion=tools_gone(scene, start, end)[each],
+        taken=taken_along(scene, start.tau, end.tau)[parts.node],
     )
     return planes if None not in flat else _met(scene, setting, planes, start, end)
 
 
 def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
     """Candidates of which those of shaped tools have the planes that are tangent to these."""
-    fields = start.nodes, end.nodes, displacement(start, end), taken_along(scene, start.tau, end.tau)
-    at, after, du, driven = (nodal[planes.parts.node] for nodal in fields)
+    fields = start.nodes, end.nodes, displacement(start, end)
+    at, after, du = (nodal[planes.parts.node] for nodal in fields)
     normal, motion = planes.normal.copy(), planes.motion.copy()
     offset, offset_end, curved = planes.offset.copy(), planes.offset_end.copy(), _as_if_flat(planes)
     for k in range(len(scene.tools)):
         tool, own = rigid(scene, k, start, end), planes.met == k
         if tool is None or not own.any():
             continue
-        going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], driven[own])
+        going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], planes.taken[own])
         found = met(tool, going, setting.size)
         (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
         offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]

@@ -16,13 +16,14 @@ from bipot.typing import Floats, einsum
 from studies.fuzz.claims import Claim, tried, unmet
 from studies.fuzz.placed import Drive
 from studies.fuzz.record import curve_of
-from studies.fuzz.solid_contacts import TOUCHING, framed
+from studies.fuzz.solid_contacts import framed
 from studies.fuzz.solid_held import freed
 from studies.fuzz.solid_loads import loads_on
 from studies.fuzz.solid_movable import movable
 from studies.fuzz.solid_placed import axis_of, cuts, drives, pose
 from studies.fuzz.solid_points import posed
 from studies.fuzz.solid_surfaces import bent, faces
+from studies.fuzz.solid_touching import TOUCHING
 from studies.independent.collapse import HARDENED, Proof
 from studies.independent.revolved import nearest
 from studies.independent.sampling import Parts

@@ -18,7 +18,7 @@ from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
 from studies.fuzz.solid_points import Posed, faces_of, owners, posed
 from studies.fuzz.solid_surfaces import bent
-from studies.fuzz.solid_touching import Touching
+from studies.fuzz.solid_touching import TOUCHING, Touching
 from studies.independent.sampling import Parts
 from studies.independent.shear import mean_shear
 from studies.independent.solid import place
@@ -28,9 +28,6 @@ from studies.independent.tools import Going
 
 EPS = 64 * float(np.finfo(np.float64).eps)
 """Round-off of a gap over the numbers that it is the difference of."""
-
-TOUCHING = 1e-9
-"""Below this gap over the size a candidate touches, and a welded one is tied."""
 
 SQUARE = 1e-14
 """Round-off of unit vectors at right angles."""
@@ -85,7 +82,8 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         raise ValueError(f"{len(stored)} candidates, not {len(own.node)}")
     reference = framed(stored, tool.face.normal if not bent(tool) and isinstance(tool.face, Plane) else None)
     before = accepted.start.gap[candidates.tool == k]
-    found = met(shape, _going(scene, accepted, parts), bent(tool) & (before > TOUCHING * scene.mesh.size))
+    going = _going(scene, accepted, parts)
+    found = met(shape, going, bent(tool) & (before > TOUCHING * scene.mesh.size))
     tangents = [carried_to(reference[parts.owner], normal)[:, 1:] for normal in found.normal]
     kept = einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
     still = (np.abs(einsum("cij,crj->cri", own.within, reference[:, 1:])) <= FREE).all(axis=(1, 2))
@@ -108,6 +106,8 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         slip=np.where(rubs[:, None], einsum("cij,cj->ci", kept, slid), 0.0),
         dragged=_dragged(scene, accepted, shape, own, reference) * (~sliding & (not bent(tool)))[:, None],
         kept=kept,
+        follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked)),
+        before=before,
         apart=found.apart,
         past=parts.any(found.past),
         owner=parts.owner,

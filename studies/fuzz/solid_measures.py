@@ -245,11 +245,12 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
     stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
     begun, ended = c.start_rubbed(start.forces), c.rubbed(end.forces)
-    r, begins = (begun + ended) / 2, float(c.not_yet(start.forces, end.forces).sum()) / 2
+    r, rubs = (begun + ended) / 2, c.not_in_air(scene.mesh.size)
     pushed = c.vectors(r)
     if any(bent(tool) for tool in scene.tools):
         pushed = (c.start_vectors(begun) + c.vectors(ended)) / 2
     spent = np.vecdot(r[:, 1:], c.slip + c.dragged)
+    begins = float(rubs @ c.not_yet(start.forces, end.forces)) / 2 + float((1 - rubs) @ spent)
     done = c.sums(np.vecdot(pushed, c.motion)) + r[:, 0] * c.opened
     # Who comes from afar does not come along its force: the tool's work is what body and friction take.
     taken = c.sums(np.vecdot(pushed, end.du[c.part])) - spent

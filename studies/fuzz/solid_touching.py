@@ -10,6 +10,9 @@ import numpy as np
 from bipot.typing import Bools, Floats, Ints, einsum
 from studies.independent.data import CARRIES
 
+TOUCHING = 1e-9
+"""Below this gap over the size a point touches."""
+
 HOLDS = 1e-6
 """Of the largest force: friction this far within its limit holds its point."""
 
@@ -23,7 +26,9 @@ class Touching:
     is of no unknown, ``cap`` (c,) what the shear yield stress lets it carry at the end and ``cap_before`` (c,) at the
     start, inf where none is. Where supports hold
     both tangents ``dragged`` (c, 2) is what the tool slips by along them. Of slips and friction planes of symmetry
-    leave ``kept`` (c, 2, 2). Some start ``apart`` from a tool that is not flat, or end ``past`` its open end.
+    leave ``kept`` (c, 2, 2). Points ``follow`` (c,) their tool along its normal at the start, beyond what supports
+    carry them, from a gap ``before`` (c,). Some start ``apart`` from a tool that is not flat, or end ``past`` its open
+    end.
 
     Node by node, ``owner`` (w,) is the candidate, ``part`` (w,) the node, ``share`` (w,) its weight; ``frames`` (w, 3,
     3) and ``begun`` (w, 3, 3) are what gap and slip change by as it moves, at the end and the start: by rows the
@@ -45,6 +50,8 @@ class Touching:
     slip: Floats
     dragged: Floats
     kept: Floats
+    follow: Floats
+    before: Floats
     apart: Bools
     past: Bools
     owner: Ints
@@ -116,6 +123,13 @@ class Touching:
         slides = ~self.tied & (np.linalg.norm(after[:, 1:], axis=1) >= self.most(after) - holds)
         sliding = self._most(before, self.cap_before) * np.linalg.norm(self.slip, axis=1)
         return np.where(slides, sliding + np.vecdot(before[:, 1:], self.slip), 0.0)
+
+    def not_in_air(self, size: float) -> Floats:
+        """The part (c,) of slips along which points touch, in a body of the ``size``, as in the plane."""
+        lands = (self.before > TOUCHING * size) & ~self.apart
+        away = np.where(lands, self.before, 0.0) + np.where(self.gap > TOUCHING * size, self.gap, 0.0)
+        follows = np.abs(self.follow - np.minimum(self.gap, 0.0) + np.minimum(self.before, 0.0))
+        return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
 
     def most(self, r: Floats) -> Floats:
         """Largest friction (c,) under forces r (c, 3) of the end."""

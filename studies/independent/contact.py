@@ -34,8 +34,8 @@ class ContactMeasures:
 
     ``past`` is the force of candidates past an open end of their tool, over the largest.
     ``work`` and ``spent`` (on friction) by the mean of the forces at start and end, with the friction of the start that
-    slides (:func:`_not_yet`), summed of terms of the size ``moved``; ``lost`` to friction by those at the end, known to
-    ``unsure``.
+    slides (:func:`_not_yet`) but not in the air (:func:`_not_in_air`), summed of terms of the size ``moved``; ``lost``
+    to friction by those at the end, known to ``unsure``.
     ``resolution`` is the force that round-off of the gaps and slips of loaded contacts can make.
     """
 
@@ -73,7 +73,8 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip
         work, blurred = np.where(c.curved.apart, taken, work), c.parts.most(c.curved.blurred)
         moved, blur = moved + blurred, blur + EPS * blurred
-    begins = np.where(tied, 0.0, _not_yet(c, step.start.forces, r, slip)) / 2
+    rubs, against = _not_in_air(c, before, gap, went, s.size), mean[:, 1] * slip
+    begins = np.where(tied, 0.0, rubs * _not_yet(c, step.start.forces, r, slip)) / 2 + (1 - rubs) * against
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur
     sunk, unsure = _distance(step.held, step.end.nodes)
@@ -86,7 +87,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         law=beyond(off, (1 + mu) * force, step.largest),
         work=float((work + begins).sum()),
         moved=float(np.linalg.norm(mean, axis=1) @ moved),
-        spent=float((begins - mean[:, 1] * slip).sum()),
+        spent=float((begins - against).sum()),
         lost=-vdot(r[:, 1], slip),
         unsure=float(vdot(np.abs(r[:, 1]), blur) + vdot(np.abs(slip), force)),
         resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
@@ -145,6 +146,21 @@ def _not_yet(c: Contacts, before: Floats, after: Floats, slip: Floats) -> Floats
     """
     slides = np.abs(after[:, 1]) >= c.most(after) - HOLDS * float(np.linalg.norm(after, axis=1).max(initial=0.0))
     return np.where(slides, c.most_before(before) * np.abs(slip) + before[:, 1] * slip, 0.0)
+
+
+def _not_in_air(c: Contacts, before: Floats, after: Floats, went: Floats, size: float) -> Floats:
+    """The part (c,) of slips along which points touch, with gaps ``before`` and ``after`` (c,), nodes ``went`` (w, 2).
+
+    The tool's way along the normal is what points go with it, beyond what supports carry them, and what it is away from
+    them; of slips of shaped tools what is before they land is left out already.
+    """
+    lands = before > TOUCHING * size
+    if c.curved is not None:
+        lands &= ~c.curved.apart
+    away = np.where(lands, before, 0.0) + np.where(after > TOUCHING * size, after, 0.0)
+    sinks = np.minimum(after, 0.0) - np.minimum(before, 0.0)
+    follows = np.abs(c.parts.mean(np.vecdot(c.start_normal, went - c.taken)) - sinks)
+    return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
 
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:
