@@ -158,7 +158,7 @@ def test_a_face_that_goes_into_a_tool_between_its_edges_is_seen(element, share):
     """Of corners clear of a platen that the middles of edges touch, a face has -1/4 in its middle, or -1/9."""
     mesh, clear = brick(1.0, 1.0, 1.0, 1, 1, 1, element=element), 0.01
     platen = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.1), ("top",), 0.1, sampling=Sampling.WEIGHTED)
-    held = (Support("base", 2),)
+    held = tuple(Support("base", k) for k in range(3))
     scene = Scene(mesh, Geometry.SOLID, STEEL, held, (platen,), quadrature=RULES[element][-1])
     nodes = mesh.nodes.copy()
     nodes[(mesh.nodes[:, 2] == 1) & (mesh.nodes % 1 == 0).all(axis=1), 2] -= clear

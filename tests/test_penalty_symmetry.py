@@ -1,5 +1,7 @@
 """The penalised law in planes of symmetry: what is modelled of a node there has its share of the node's penalty."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,15 +34,27 @@ def strips(tool, **how):
     )
 
 
-def blocks(tool):
+def blocks(tool, **how):
     """A block in space, and its quarter."""
-    meshes = brick(2.0, 2.0, 1.0, 2, 2, 1), brick(1.0, 1.0, 1.0, 1, 1, 1)
+    meshes = brick(2.0, 2.0, 1.0, 2, 2, 1, **how), brick(1.0, 1.0, 1.0, 1, 1, 1, **how)
     supports = tuple(Support("base", k) for k in range(3))
     whole = Mesh(meshes[0].nodes - [1.0, 1.0, 0.0], meshes[0].elements, meshes[0].boundaries)
     return (
         Scene(whole, Geometry.SOLID, STEEL, supports, tools=(tool,)),
         Scene(meshes[1], Geometry.SOLID, STEEL, (*supports, Symmetry("left", 0), Symmetry("front", 1)), tools=(tool,)),
     )
+
+
+def roofed(scenes, *ways):
+    """The same, higher and falling steeply along ``ways`` from their planes of symmetry: means stop at these.
+
+    Their platen starts at the means next to them.
+    """
+    for scene in scenes:
+        x, mesh, (tool,) = scene.mesh.nodes.copy(), scene.mesh, scene.tools
+        x[:, -1] *= 3 * np.prod(1 - 0.25 * np.abs(x[:, ways]), axis=1)
+        up = tuple(3 * (1 - 0.25 / 3) ** len(ways) * np.eye(x.shape[1])[-1])
+        yield replace(scene, mesh=Mesh(x, mesh.elements, mesh.boundaries), tools=(replace(tool, point=up),))
 
 
 def platen(d, **how):
@@ -52,6 +66,9 @@ SCENES = {
     "strip": lambda: strips(platen(2)),
     "means": lambda: strips(platen(2, sampling=Sampling.WEIGHTED), element=Element.Q8),
     "block": lambda: blocks(platen(3)),
+    "ridge": lambda: roofed(strips(platen(2, sampling=Sampling.WEIGHTED), element=Element.Q8), 0),
+    "roof": lambda: roofed(blocks(platen(3, sampling=Sampling.WEIGHTED), element=Element.H20), 0),
+    "pyramid": lambda: roofed(blocks(platen(3, sampling=Sampling.WEIGHTED), element=Element.H20), 0, 1),
     "ball": lambda: blocks(
         ShapedTool(sphere((0.0, 0.0, 3.0), 2.0), travel=(0.0, 0.0, -0.3), candidates=("top",), mu=0.2)
     ),
@@ -79,6 +96,11 @@ def test_a_tool_that_a_plane_does_not_cut_has_the_whole_penalty_there():
     np.testing.assert_array_equal(candidates.share, np.where(half.mesh.nodes[candidates.node, 0] == 0, 0.5, 1.0))
 
 
-def test_the_scaled_penalty_of_half_a_body_is_that_of_the_whole():
-    whole, quarter = (contact_penalty(system_of(scene).candidates, 2.0) for scene in blocks(platen(3)))
-    assert quarter == pytest.approx(whole, rel=1e-12)
+@pytest.mark.parametrize("name", ["block", "ridge", "roof", "pyramid"])
+def test_the_scaled_penalty_of_half_a_body_is_that_of_the_whole(name):
+    found = []
+    for scene in SCENES[name]():
+        # Edges of two lengths, of which those in the planes are edges of both halves.
+        mesh = replace(scene.mesh, nodes=scene.mesh.nodes * np.arange(1, scene.mesh.dimension + 1))
+        found.append(contact_penalty(system_of(replace(scene, mesh=mesh)).candidates, 2.0))
+    assert found[1] == pytest.approx(found[0], rel=1e-12)

@@ -127,7 +127,8 @@ def test_a_penalty_does_not_depend_on_the_order_of_nodes_nor_on_mid_sides(elemen
     mesh = brick(5.0, 5.0, 5.0, 1, 1, 1, element=element)
     turned = np.array([1, 2, 0, 3, 5, 6, 4, 8, 9, 7][: element.nodes])
     other = Mesh(mesh.nodes, mesh.elements[:, turned] if element.corners == 4 else mesh.elements, mesh.boundaries)
-    scenes = [Scene(m, Geometry.SOLID, STEEL, (BASE,), (tool,), quadrature=RULES[element][-1]) for m in (mesh, other)]
+    held = tuple(Support("base", k) for k in range(3))
+    scenes = [Scene(m, Geometry.SOLID, STEEL, held, (tool,), quadrature=RULES[element][-1]) for m in (mesh, other)]
     found = [contact_penalty(system_of(scene).candidates) for scene in scenes]
     nodes = 4 if element is Element.H20 else mesh.boundary_nodes("top").size
     h = 5.0 if element is Element.H20 else (4 * 5.0 + np.hypot(5.0, 5.0)) / 5

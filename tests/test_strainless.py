@@ -38,6 +38,14 @@ BETWEEN = (*CLAMPED, *(Support("top", k) for k in range(3)))
 ONE = Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]], {"base": [[0, 1, 2]]}).to(Element.T10)
 
 
+PRISM = Mesh(
+    [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]],
+    [[0, 1, 2, 3], [1, 2, 3, 4], [2, 3, 4, 5]],
+    {"base": [[0, 1, 2]], "top": [[3, 4, 5]]},
+).to(Element.T10)
+SIX = brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T10)
+
+
 def part(mesh: Mesh, elements: list[int], name: str) -> Mesh:
     """Some elements of a mesh, with what they have of the boundary ``name``."""
     kept = mesh.elements[elements]
@@ -58,9 +66,9 @@ def frame(n: int) -> Mesh:
     return part(mesh, np.flatnonzero((np.abs(middle - n / 2) > n / 2 - 1).any(axis=1)).tolist(), "left")
 
 
-def moved(mesh: Mesh, far: float) -> Mesh:
+def moved(mesh: Mesh, far: float, seed: int = 0) -> Mesh:
     """The mesh with nodes moved at random."""
-    by = far * np.random.default_rng(0).uniform(-1, 1, mesh.nodes.shape)
+    by = far * np.random.default_rng(seed).uniform(-1, 1, mesh.nodes.shape)
     return Mesh(mesh.nodes + by, mesh.elements, mesh.boundaries)
 
 
@@ -77,11 +85,18 @@ def moved(mesh: Mesh, far: float) -> Mesh:
         (moved(ROW, 0.1), CLAMPED, "GAUSS2 with P1"),
         (moved(ROW, 0.05), (Support("base", 2),), "GAUSS2 with P1"),
         (moved(PAIR, 0.05), BETWEEN, "GAUSS2 with P1"),
+        (moved(PAIR, 0.1), BETWEEN, "GAUSS2 with P1"),
+        (moved(PAIR, 0.1, 2), BETWEEN, "GAUSS2 with P1"),
         (ring_3d(1.0, 1.2, 0.1, 3, 1, 1, element=Element.H20), (Symmetry("left", 0), Symmetry("front", 1)), "GAUSS2"),
         (ROW, (Support("base", 2),), "GAUSS2 with P1"),
         (boss(), CLAMPED, "as element 4 at"),
         (moved(boss(), 0.1), CLAMPED, "as element 4 at"),
         (ONE, (Support("base", 2),), r"'TETRAHEDRON4 with P0': must be of \['TETRAHEDRON4 with AS_IS'"),
+        (PRISM, (), "TETRAHEDRON4 with P0"),
+        (moved(PRISM, 0.05), (), "TETRAHEDRON4 with P0"),
+        (PRISM, (Support("base", 2),), "TETRAHEDRON4 with P0"),
+        (SIX, (), "TETRAHEDRON4 with P0"),
+        (SIX, (Support("base", 2),), r"must be of \['TETRAHEDRON4 with AS_IS'.*middles.* in one plane"),
     ],
     ids=[
         "row",
@@ -90,11 +105,18 @@ def moved(mesh: Mesh, far: float) -> Mesh:
         "row distorted by a tenth",
         "distorted row on a plane",
         "distorted pair",
+        "pair distorted by a tenth",
+        "pair distorted otherwise",
         "ring",
         "row on a plane",
         "boss",
         "distorted boss",
         "tetrahedron",
+        "prism",
+        "distorted prism",
+        "prism on a plane",
+        "cube of six tetrahedra",
+        "cube on a plane",
     ],
 )
 def test_what_integration_points_do_not_see_is_refused(mesh, supports, said):
@@ -170,3 +192,19 @@ def test_a_row_that_planes_of_symmetry_hold_is_taken():
     asked = Quadrature.GAUSS2, VolumeChange.P1
     assert not strainless(ROW, Geometry.SOLID, *asked, holding.numbers, holding.axes).size
     assert strainless(ROW, Geometry.SOLID, *asked, holding.numbers[:0], holding.axes).size == 4
+
+
+def test_a_ring_of_two_triangles_with_middles_at_one_height_is_refused():
+    """Means over both are blind to a motion with strain in proportion to the height above their middles."""
+    corners = [[1.0, 0.0], [1.5, -0.5], [2.0, 0.0], [1.5, 0.5]]
+    ring = Mesh(corners, [[0, 1, 3], [1, 2, 3]], {"low": [[0, 1]]}).to(Element.T6)
+    with pytest.raises(SceneError, match=r"TRIANGLE3 with P0.*middles.* in one plane"):
+        Scene(ring, Geometry.AXISYMMETRIC, RUBBER, ())
+    Scene(ring, Geometry.AXISYMMETRIC, RUBBER, (Support("low", 0), Support("low", 1)))
+    Scene(ring, Geometry.PLANE_STRAIN, RUBBER, ())
+
+
+def test_tetrahedra_that_supports_hold_or_with_middles_apart_are_taken():
+    Scene(SIX, Geometry.SOLID, RUBBER, CLAMPED)
+    Scene(SIX, Geometry.SOLID, RUBBER, CUT)
+    Scene(brick(1.0, 1.0, 2.0, 1, 1, 2, element=Element.T10), Geometry.SOLID, RUBBER, ())

@@ -27,14 +27,13 @@ from bipot.contact.bending import Bent
 from bipot.contact.closeness import touches
 from bipot.contact.coupling import Coupled, Pushed, coupled
 from bipot.contact.means import Means
-from bipot.contact.mobility import movable
+from bipot.contact.mobility import movable, shares
 from bipot.contact.operators import Operators, without_zeros
 from bipot.contact.sampling import Points
 from bipot.contact.tangents import along_what_is_held
 from bipot.fem.assembly import Space
 from bipot.programs.data import ContactRows, rows_of
 from bipot.scene.scene import Scene
-from bipot.scene.symmetry import shares
 from bipot.tensors import norm
 from bipot.tools.meeting import Faces, Meeting
 from bipot.tools.parts import Parts
@@ -77,9 +76,9 @@ class Candidates:
     @cached_property
     def share(self) -> Floats:
         """What part (c,) of points of the whole body they are: less than one in planes of symmetry."""
-        x, out = self.scene.mesh.nodes[self.node], np.empty(len(self.node))
-        for mine, tool in zip(self._owned, self.scene.tools, strict=True):
-            out[mine] = shares(self.scene.planes, tool, x[mine])
+        out = np.empty(len(self.node))
+        for k, (own, number) in enumerate(zip(self.points, self.number, strict=True)):
+            out[number[number >= 0]] = shares(self.scene, k, own)[number >= 0]
         return out
 
     @property

@@ -61,6 +61,21 @@ def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
     return Mirrored(np.asarray((np.abs(left) <= ACROSS).all(axis=(1, 2))), within)
 
 
+def shares(scene: Scene, number: int, own: Points) -> Floats:
+    """What part (p,) those modelled are of the whole body's points of the tool of that ``number``.
+
+    It is a half in each plane of symmetry that cuts the tool, but for a mean that stops there: its mirror image is
+    another point. A point in another plane touches the tool's mirror image, too, and the tool alone on the modelled
+    part.
+    """
+    out, x = np.ones(len(own.node)), scene.mesh.nodes[own.node]
+    for plane in scene.planes:
+        if plane.cuts(scene.tools[number]):
+            there = plane.holds(x)
+            out[there & _goes_on(scene, own, there, plane.normal)] /= 2
+    return out
+
+
 def _goes_on(scene: Scene, own: Points, there: Bools, normal: Vector) -> Bools:
     """Whether the mean of points (p,), of which those ``there`` are on a plane of symmetry, continues beyond it.
 

@@ -2,22 +2,25 @@ r"""Motions without strain: what few integration points leave beside the rigid o
 
 Eight points of an H20 see six of its motions as none. Elements beside each other stop them where they share faces along
 two of their three axes; in a row of single ones each keeps a motion of its own, of which an answer may have any amount.
-One element of a volume change that is projected on constants has motions like that, too. Nodes that are moved out of a
+One element of a volume change that is projected on constants has motions like that, too, and so have triangles and
+tetrahedra of it with their middles in one plane (:mod:`bipot.fem.conformal`). Nodes that are moved out of a
 row make them a little stiff, in proportion to the square of the distance: where that is a twentieth of an element, a
 force at a node of a row still moves it many times as far as it should.
 
 With K the stiffness as it is integrated and projected and K_f a fuller one, both of one elastic material, a motion v is
-without strain, or nearly so, where v'K v < LEAST v'K_f v. There are such motions where
+without strain, or nearly so, where v'K v < least v'K_f v. There are such motions where
 
-    K - LEAST K_f + SHIFT diag K
+    K - least K_f + SHIFT diag K
 
 is not positive definite: a rigid one, of which both are zero, has the last alone. K_f has the volume change as it is,
 and three points along the axes of an element across which it is alone, where such motions vary. Along the others it
 has those of the rule: three points there are too stiff for elements that are thin and bent or curved, by a factor that
 such motions need not reach. Elements that may not have them are left out. Rows of even elements have v'K v = 0, with
-nodes moved by up to 15 % of an element 3e-3 v'K_f v at most. Two elements between clamped faces have 7e-3 with nodes
-moved by 5 %, where a force at the face between them is answered tenfold, and 2e-2 with 10 %, where it is twofold. A
-single one between such faces has 0.3, and elements beside each other 0.02 with a volume change projected on constants.
+nodes moved by up to 15 % of an element 0.015 v'K_f v at most. Two elements between clamped faces have 0.003 to 0.007
+with nodes moved by 5 %, where a force at a node is answered 14 to 25 times as far as by three points, 0.01 to 0.025
+with 10 %, where it is 5 to 8 times, and at most 0.041 with 15 %. A single one between such faces has 0.5, a frame of
+one between its corners 0.095, where it is 1.5 times. Elements beside each other have 0.027 with a volume change
+projected on constants, again with 1.5 times, so these have a bound of their own.
 """
 
 from __future__ import annotations
@@ -31,6 +34,7 @@ from bipot.basics.definite import definite
 from bipot.errors import require
 from bipot.fem.assembly import Space, element_stiffness, space
 from bipot.fem.axes import STRAIGHT, Axes
+from bipot.fem.conformal import kept_by_means
 from bipot.fem.elements import RULES, Quadrature, Reference, tabulated, tabulated_along
 from bipot.fem.kinematics import gradients
 from bipot.fem.projection import VOLUMES, Projection, VolumeChange
@@ -40,7 +44,10 @@ from bipot.meshes.mesh import Mesh
 from bipot.tensors import identity, norm
 from bipot.typing import Bools, Floats, Ints
 
-LEAST, SHIFT = 0.015, 1e-11
+LEAST, LEAST_WEAK, SHIFT = 0.05, 0.025, 1e-11
+
+LEVEL = 0.1
+"""The part of conformal motions that is kept, below which supports must hold those of a mesh."""
 
 ASKEW = 1e-3
 """The most of a facet's normal, as the sine of an angle, along which nodes may move that are held along it."""
@@ -103,7 +110,8 @@ def require_strained(
     ways = [(rule, volume) for rule in RULES[mesh.element] for volume in VOLUMES[mesh.element]]
     known = [f"{rule.name} with {volume.name}" for rule, volume in ways if not loose(rule, volume).size]
     place = tuple(np.round(mesh.nodes[mesh.elements[found[0]]].mean(axis=0), 6).tolist())
-    where = f"where elements stand alone or in a row of single ones, as element {found[0]} at {place}"
+    row = f"elements stand alone or in a row of single ones, as element {found[0]} at {place}"
+    where = f"where {'the middles of all elements are in one plane' if _level(mesh, geometry, volume) else row}"
     left = f"{where}, it leaves motions without strain, or nearly so"
     allowed = f"of {known}, or have more elements beside each other: {left}"
     require(False, "scene.quadrature, scene.volume", f"{rule.name} with {volume.name}", allowed)
@@ -115,10 +123,19 @@ def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeC
         return NONE
     # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
     weak = volume is VolumeChange.P0 is not VOLUMES[mesh.element][0]
-    loose = np.arange(len(mesh.elements)) if weak else np.flatnonzero(alone(mesh, held, axes))
-    if not loose.size or all_strained(mesh, geometry, rule, volume, held, axes, loose):
+    every = weak or _level(mesh, geometry, volume)
+    loose = np.arange(len(mesh.elements)) if every else np.flatnonzero(alone(mesh, held, axes))
+    least = LEAST_WEAK if weak else LEAST
+    if not loose.size or all_strained(mesh, geometry, rule, volume, held, axes, loose, least):
         return NONE
     return loose
+
+
+def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> bool:
+    """Whether constants may leave conformal motions to triangles or tetrahedra, as their middles nearly are in one
+    plane."""
+    means = volume is VolumeChange.P0 and not mesh.element.shape.cube
+    return means and kept_by_means(mesh, geometry) < LEVEL
 
 
 def all_strained(
@@ -129,7 +146,7 @@ def all_strained(
     held: Ints,
     axes: Axes,
     loose: Ints,
-    least: float = LEAST,
+    least: float,
 ) -> bool:
     """Whether all motions of the elements ``loose`` (n,) but rigid ones have v'K v > ``least`` v'K_f v.
 

@@ -14,6 +14,7 @@ from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
+from bipot.contact.mobility import shares
 from bipot.errors import ProgramError, require, require_number, require_type
 from bipot.fem.surface import facet_mass
 from bipot.forms.base import Cache, FormName, Step
@@ -28,7 +29,6 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
-from bipot.scene.symmetry import shares
 from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
@@ -146,7 +146,8 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
 
     A and m are area and number of points of the initial contact line (edges of candidates closed at rest; of all
     candidates, then of the tools' whole boundaries where there is none), h its mean edge length: a pressure per
-    penetration of factor E/h on average. A point in a plane of symmetry counts as its share of the whole body's.
+    penetration of factor E/h on average. A point in a plane of symmetry counts as its share of the whole body's, and
+    so does an edge.
     Tributary areas would do no better: they vanish at the axis.
 
     Raises:
@@ -162,7 +163,8 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     # Of faces of space the edges, each once.
     edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
     ends = scene.mesh.nodes[edges]
-    h = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).mean()
+    parts = 0.5 ** np.sum([np.zeros(len(ends)), *(plane.holds(ends).all(axis=1) for plane in scene.planes)], axis=0)
+    h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=parts)
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 
 
@@ -176,8 +178,8 @@ def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]
     for chosen in (*closed_or_all, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
         pairs = list(zip(candidates.points, chosen, strict=True))
         lines = np.concatenate([own.lines[mine] for own, mine in pairs])
-        places = [scene.mesh.nodes[own.node[np.unique(own.edges[mine])]] for own, mine in pairs]
-        yield lines, sum(shares(scene.planes, *at).sum() for at in zip(scene.tools, places, strict=True))
+        parts = [shares(scene, k, own)[np.unique(own.edges[mine])] for k, (own, mine) in enumerate(pairs)]
+        yield lines, sum(float(part.sum()) for part in parts)
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:

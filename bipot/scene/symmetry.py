@@ -203,15 +203,6 @@ def share(planes: Sequence[Plane], tool: Tool) -> float:
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
-def shares(planes: Sequence[Plane], tool: Tool, points: Floats) -> Floats:
-    """What part (n,) of points (n, d) of the whole body those modelled are: a half in each plane that cuts the tool.
-
-    A point in another plane touches the tool's mirror image, too, and the tool alone on the modelled part.
-    """
-    cut = [plane.holds(points) for plane in planes if plane.cuts(tool)]
-    return 0.5 ** np.sum([np.zeros(len(points)), *cut], axis=0)
-
-
 def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
