@@ -214,7 +214,7 @@ def certify(
         yield_violation=EPS * 2 * float(np.abs(material.stress).max()) / float(material.yield_stress.min()),
         cone_violation=_ratio(unsure, contact.largest),
         law=_ratio(law_blur, contact.present) if contact.present > 0 else 0.0,
-        relative_gap=_ratio(float(vdot(norm(contact.r), blur) + balance.blur * moved.sum()), energy),
+        relative_gap=_ratio(vdot(norm(contact.r), blur) + balance.blur * float(moved.sum()), energy),
     )
     return Certificate(
         equilibrium=balance.equilibrium,

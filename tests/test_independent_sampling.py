@@ -132,7 +132,7 @@ def found(run, **changes):
 def at_their_nodes(contacts):
     """Candidates of flat tools as if they were the nodes where they are."""
     one = np.searchsorted(contacts.parts.owner, np.arange(len(contacts.node)))
-    by_node = {name: getattr(contacts, name)[one] for name in ("normal", "offset", "offset_end", "motion")}
+    by_node = {name: getattr(contacts, name)[one] for name in ("normal", "offset", "offset_end", "motion", "taken")}
     return replace(contacts, weights=np.eye(contacts.weights.shape[1])[contacts.node], **by_node)
 
 
@@ -239,7 +239,7 @@ def contact_of(weights):
     """A mean that a tool touches from below."""
     count = int(np.count_nonzero(weights))
     none, first, way = np.zeros(count), np.zeros(1, np.intp), np.tile([0.0, 1.0], (count, 1))
-    return Contacts(first, np.array([weights]), np.ones(1, bool), first, way, np.zeros(1), none, none, 0 * way)
+    return Contacts(first, np.array([weights]), np.ones(1, bool), first, way, np.zeros(1), none, none, 0 * way, 0 * way)
 
 
 def test_the_stiffness_of_a_point_is_that_of_its_node_or_of_its_nodes_together():
