@@ -18,8 +18,10 @@ from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of
 from bipot.programs.ordering import Pattern
+from bipot.scene.loads import Pressure
 from bipot.scene.scene import Scene, upsetting
 from bipot.tools.tool import FlatTool
+from studies.verification.cases.thick_tube import ABOVE, LIMIT, SCHEDULE, tube
 
 TIGHT = Limits(Bounds(equilibrium=1e-11), passes=60, patience=12)
 STARTING = Schedule(6, first=0.004, settling=4)
@@ -110,6 +112,15 @@ def test_landings_take_few_passes_where_contacts_are_far_from_their_law() -> Non
     assert any(a.cuts for a in after(Search(trials=0)))
     for a, b in zip(found, near, strict=True):
         np.testing.assert_allclose(a.solved.r, b.solved.r, atol=1e-5 * np.abs(b.solved.r).max())
+
+
+def test_a_load_beyond_the_limit_is_given_up_soon_where_no_contact_is_off_its_law() -> None:
+    """A thick tube: of increments to its end the steps grow without end, and were halved as the merit did."""
+    asked = replace(tube(5), loads=(Pressure("bore", ABOVE * LIMIT),))
+    found = list(itertools.islice(march(asked, SCHEDULE), 13))
+    assert found[-1].cuts > 0
+    assert found[-1].state.tau > 0.99
+    assert sum(a.passes for a in found) <= 165
 
 
 def test_axis_node_without_share_of_the_pressure_settles() -> None:
