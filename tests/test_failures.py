@@ -68,9 +68,10 @@ def test_a_solver_that_stops_without_an_answer_is_a_program_error(monkeypatch):
         solve_stated(stated, Accuracy())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "size",
-    [["--elements", "1", "--increments", "2", "--reduction", "0.1"], pytest.param(["--fast"], marks=pytest.mark.slow)],
+    [["--elements", "1", "--increments", "2", "--reduction", "0.1"], ["--fast"]],
     ids=["tiny", "fast"],
 )
 def test_huge_friction_from_the_command_line_ends_with_an_answer_or_a_sentence(size, tmp_path, capsys):

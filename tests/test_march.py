@@ -87,7 +87,8 @@ def histories(mu):
     return out
 
 
-@pytest.mark.parametrize("mu", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("mu", [0.1, 0.3])
 def test_both_forms_agree_on_identical_increments(mu):
     _, tangent = histories(mu)[FormName.TANGENT]
     _, dissipation = histories(mu)[FormName.DISSIPATION]

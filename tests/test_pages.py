@@ -35,7 +35,8 @@ def test_what_a_block_prints_is_put_below_it_in_the_place_of_what_was_there():
     assert [block.printed for block in blocks(right)] == ["1\n", ""]
 
 
-@pytest.mark.parametrize("reference", [0, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("reference", [0, 2])
 def test_the_site_is_built_without_a_warning(reference, tmp_path):
     """Every link and name is checked, and by the long one every docstring; the gallery is not run."""
     pytest.importorskip("sphinx_gallery")

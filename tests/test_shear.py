@@ -89,7 +89,8 @@ def test_the_measures_are_those_of_a_recomputation(law):
         assert (found.law > 1e-6) == (planted != 0)
 
 
-@pytest.mark.parametrize("law", [pytest.param(CONSTANT, marks=pytest.mark.slow), OROWAN])
+@pytest.mark.slow
+@pytest.mark.parametrize("law", [CONSTANT, OROWAN])
 def test_the_forms_agree(law):
     K = 200 * contact_penalty(system_of(slab(*law)).candidates)
     force = {}

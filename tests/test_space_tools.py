@@ -277,11 +277,12 @@ def test_a_force_presses_a_sphere_as_far_as_a_path_does():
     assert last.tool_force(0)[2] == pytest.approx(path.tool_force(0)[2], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "surface",
     [
         roll((0.5, 0.0, 1.4), (0.6, 0.8, 0.0), 0.4),
-        pytest.param(cone((0.45, 0.55, 0.95), UP, 60.0, 5.0, 0.3), marks=pytest.mark.slow),
+        cone((0.45, 0.55, 0.95), UP, 60.0, 5.0, 0.3),
         pytest.param(Revolved(Circle((1.0, 0.4), 0.4), (0.5, 0.5, 1.0), UP), marks=pytest.mark.slow),
         pytest.param(Revolved(flat_punch((0.0, 0.0), 0.8, 2.0, 0.2), (0.5, 0.5, 1.0), UP), marks=pytest.mark.slow),
     ],

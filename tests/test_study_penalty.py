@@ -147,9 +147,10 @@ def test_a_penalty_table_is_gone_on_with_where_the_conic_run_has_to_be_made_agai
     assert untimed[0] == untimed[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("figure", "name"),
-    [(fig_penalty_vs_conic, "penalty"), pytest.param(fig_speed_vs_error, "speed", marks=pytest.mark.slow)],
+    [(fig_penalty_vs_conic, "penalty"), (fig_speed_vs_error, "speed")],
 )
 def test_figures_read_results_only(figure, name, request, tmp_path):
     results = request.getfixturevalue(name)

@@ -56,7 +56,10 @@ THINNED = {
         "test_energies_of_a_body_that_a_gap_of_round_off_moves_are_not_compared": 2,
         "test_what_is_right_passes_and_its_energies_forces_and_moments_are_the_library_s": 2,
     },
-    "test_fuzz_shaped_means": {"test_drawn_scenes_in_means_and_their_variants_pass_the_recomputation": 6},
+    "test_fuzz_shaped_means": {
+        "test_drawn_scenes_in_means_and_their_variants_pass_the_recomputation": 6,
+        "test_forces_in_one_frame_for_all_nodes_of_a_mean_are_found": 3,
+    },
     "test_fuzz_solid_posed": {
         "test_caps_are_those_of_the_library": 3,
         "test_unfolded_a_body_has_the_same_forces_on_each_half": 2,
@@ -171,6 +174,7 @@ THINNED = {
         "test_the_tangent_is_that_of_differences": 3,
     },
     "test_space_tools": {"test_every_form_finds_the_same_forces_under_a_sphere": 8},
+    "test_starting": {"test_every_state_of_a_march_is_a_start": 3},
     "test_streams": {"test_a_help_that_nobody_reads_is_quiet": 4},
     "test_study_elements": {"test_a_series_extrapolates_to_the_exact_limit_load": 3},
     "test_study_upsetting": {"test_every_form_runs_from_the_command_line": 6},
