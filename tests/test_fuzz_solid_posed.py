@@ -152,9 +152,8 @@ def test_caps_are_those_of_the_library(element):
     tool = punch(
         (-0.05, 0.0, -1.0), ("top", "right", "back"), (0.0, 0.02, -0.05), shear=0.3, shear_at={int(top[0]): 0.7}
     )
-    tool = replace(
-        tool, sampling=Sampling.NODES, mu=np.inf, point=tuple(mesh.nodes[mesh.nodes[:, 2].argmax()].tolist())
-    )
+    sampling = Sampling.WEIGHTED if element is Element.H20 else Sampling.NODES
+    tool = replace(tool, sampling=sampling, mu=np.inf, point=tuple(mesh.nodes[mesh.nodes[:, 2].argmax()].tolist()))
     scene = Scene(mesh, Geometry.SOLID, STEEL, tuple(Support("base", d) for d in range(3)), (tool,))
     *_, last = run(replace(draw_solid(2), scene=scene, schedule=Schedule(4), form="newton"), scene).steps
     found, cap = touching(scene, last).cap, last.solved.rows.cap

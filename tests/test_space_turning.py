@@ -13,11 +13,13 @@ from vtkmodules.util.numpy_support import vtk_to_numpy
 from vtkmodules.vtkIOHDF import vtkHDFReader
 
 from bipot.contact import overlap as overlaps
+from bipot.contact.sampling import hat_areas, points
 from bipot.fem.reduction import Geometry
 from bipot.forms import Dissipation, Newton, Tangent
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
 from bipot.marching import Control, march
+from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick, cylinder_3d
 from bipot.paths import Amplitude
@@ -31,7 +33,7 @@ from bipot.tools.driving import Moment
 from bipot.tools.poses import Turn, rotation
 from bipot.tools.revolved import Revolved, roll, sphere
 from bipot.tools.surfaces import Plane
-from bipot.tools.tool import ShapedTool
+from bipot.tools.tool import FlatTool, Sampling, ShapedTool
 from tests.curved import TIGHT, apart, forces, marched
 from tests.scenes import named, refused
 from tests.space import RUBBER, dented, rubbed
@@ -45,6 +47,28 @@ LATER = ((0.0, 0.0), (0.1, 0.0), (1.0, 1.0))
 def turned(angle):
     """The rotation about AXIS by scipy."""
     return Rotation.from_rotvec(angle * np.array(AXIS)).as_matrix()
+
+
+@pytest.mark.parametrize(
+    ("element", "count", "off"),
+    [
+        (Element.H20, 2, -0.256),
+        (Element.H20, 4, -0.056),
+        (Element.H20, 8, -0.013),
+        (Element.H8, 2, 0.115),
+        (Element.H8, 4, 0.0385),
+    ],
+)
+def test_a_lid_that_turns_on_a_pressed_face_loses_moment_in_means(element, count, off):
+    """Under a uniform pressure p all slides: mu p int r dA = 4/3 (sqrt 2 + asinh 1) mu p on a face of [-1, 1]^2."""
+    mesh = brick(2.0, 2.0, 1.0, count, count, 1, element=element)
+    tool = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, 0.0), ("top",), 0.1, sampling=Sampling.WEIGHTED)
+    own = points(mesh, Geometry.SOLID, tool)
+    arm = (own.weights @ mesh.nodes - [1.0, 1.0, 1.0])[:, :2]
+    share = hat_areas(mesh.nodes, own.lines, Geometry.SOLID) if own.weighted else np.full(own.edges.shape, count**-2.0)
+    force = np.bincount(own.edges.ravel(), weights=share.ravel())
+    found = force @ np.hypot(*arm.T) / (4 / 3 * (np.sqrt(2) + np.arcsinh(1)))
+    assert found - 1 == pytest.approx(off, abs=1e-3)
 
 
 @pytest.mark.parametrize("by", [(0.1, -0.3, 0.2), (0.0, 0.0, 0.0)])

@@ -19,8 +19,8 @@ such motions need not reach. Elements that may not have them are left out. Rows 
 nodes moved by up to 15 % of an element 0.015 v'K_f v at most. Two elements between clamped faces have 0.003 to 0.007
 with nodes moved by 5 %, where a force at a node is answered 14 to 25 times as far as by three points, 0.01 to 0.025
 with 10 %, where it is 5 to 8 times, and at most 0.041 with 15 %. A single one between such faces has 0.5, a frame of
-one between its corners 0.095, where it is 1.5 times. Elements beside each other have 0.027 with a volume change
-projected on constants, again with 1.5 times, so these have a bound of their own.
+one between its corners 0.095, where it is 1.5 times. Elements beside each other have 0.02 with a volume change
+projected on constants, where it is twice, so these have a bound of their own.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from bipot.meshes.mesh import Mesh
 from bipot.tensors import identity, norm
 from bipot.typing import Bools, Floats, Ints
 
-LEAST, LEAST_WEAK, SHIFT = 0.05, 0.025, 1e-11
+LEAST, LEAST_WEAK, SHIFT = 0.05, 0.015, 1e-11
 
 LEVEL = 0.1
 """The part of conformal motions that is kept, below which supports must hold those of a mesh."""
@@ -122,13 +122,12 @@ def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeC
     if not mesh.element.quadratic:
         return NONE
     # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
-    weak = volume is VolumeChange.P0 is not VOLUMES[mesh.element][0]
-    every = weak or _level(mesh, geometry, volume)
-    loose = np.arange(len(mesh.elements)) if every else np.flatnonzero(alone(mesh, held, axes))
-    least = LEAST_WEAK if weak else LEAST
-    if not loose.size or all_strained(mesh, geometry, rule, volume, held, axes, loose, least):
-        return NONE
-    return loose
+    weak, every = volume is VolumeChange.P0 is not VOLUMES[mesh.element][0], np.arange(len(mesh.elements))
+    single = every if _level(mesh, geometry, volume) else np.flatnonzero(alone(mesh, held, axes))
+    for loose, least in ((single, LEAST), (every if weak else NONE, LEAST_WEAK)):
+        if loose.size and not all_strained(mesh, geometry, rule, volume, held, axes, loose, least):
+            return loose
+    return NONE
 
 
 def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> bool:

@@ -92,6 +92,9 @@ def _made(rng: Rng, size: float) -> Mesh:
     if element is Element.H20 and sorted(counts)[1] == 1:
         # The eight points of its own rule leave a row of single ones motions without strain.
         counts[:2] = 2, 2
+    if element is Element.T10 and max(counts) == 1:
+        # The middles of all six of a cube are in one plane: they may have a motion without strain.
+        counts[0] = 2
     extents = size * 2.0 ** rng.uniform(-1.2, 0.0, 3)
     grading = tuple(2.0 ** rng.uniform(-1, 1, 3)) if rng.random() < 0.4 else (1.0, 1.0, 1.0)
     return brick(*extents.tolist(), *counts, grading=grading, element=element)
