@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum, vdot
 from studies.independent.element import Bools, Floats
 
 HARDENED = 1e9
@@ -64,7 +63,7 @@ class Worked:
 
     def proof(self) -> Proof:
         """Each over the gain, or over the largest motion; one that gains nothing proves nothing."""
-        gain = float(vdot(self.loads, self.motion) + self.force @ self.ways)
+        gain = float(np.vdot(self.loads, self.motion) + self.force @ self.ways)
         largest = float(max(np.abs(self.motion).max(), np.abs(self.ways).max(initial=0.0)))
         if not (gain > 0 and largest > 0):
             return Proof(gain, *[np.inf] * 5)
@@ -83,7 +82,7 @@ def spent(
     strain = (G + G.swapaxes(-1, -2)) / 2
     change = np.trace(strain, axis1=-2, axis2=-1)
     deviator = strain - change[..., None, None] / 3 * np.eye(3)
-    size = np.sqrt(einsum("eqij,eqij->eq", deviator, deviator))
+    size = np.sqrt(np.einsum("eqij,eqij->eq", deviator, deviator))
     change, size = (np.maximum(value - blur, 0.0) for value in (np.abs(fitted(change)), size))
     # Volume is asked as the library asks it, by what work it may take: that of the yield stress.
     worst = float(change.max() * volume.sum() * sigma_y.max())
@@ -159,7 +158,7 @@ class Pressed:
 
 def ways_of(farthest: list[float], force: Floats, loads: Floats, motion: Floats) -> Floats:
     """Ways (m,) of driven tools that go so far at most; those that nothing ends make the whole gain one at least."""
-    most = (1 + abs(vdot(loads, motion))) / force
+    most = (1 + abs(float(np.vdot(loads, motion)))) / force
     return np.where(np.isinf(farthest), most, farthest)
 
 

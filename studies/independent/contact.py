@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum, vdot
 from studies.independent.data import CARRIES, Bools, Contacts, Floats, Setting, Step, beyond
 from studies.independent.element import Placed, nodal_stiffness
 
@@ -87,8 +86,8 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         work=float((work + begins).sum()),
         moved=float(np.linalg.norm(mean, axis=1) @ moved),
         spent=float((begins - mean[:, 1] * slip).sum()),
-        lost=-vdot(r[:, 1], slip),
-        unsure=float(vdot(np.abs(r[:, 1]), blur) + vdot(np.abs(slip), force)),
+        lost=-float(np.vdot(r[:, 1], slip)),
+        unsure=float(np.vdot(np.abs(r[:, 1]), blur) + np.vdot(np.abs(slip), force)),
         resolution=float(force[np.abs(r).max(axis=1) > 0].max(initial=0.0)),
     )
 
@@ -105,12 +104,12 @@ def point_stiffness(c: Contacts, nodal: Floats, free: Bools, axes: Floats | None
     """
     node, owner = c.parts.node, c.parts.owner
     along = np.broadcast_to(np.eye(2), (len(node), 2, 2)) if axes is None else axes[node]
-    components = einsum("wij,wj->wi", along, c.normal)
+    components = np.einsum("wij,wj->wi", along, c.normal)
     gives = moves(free[node], np.zeros(2), components)
     stuck = ~c.parts.any(gives)[owner]
-    n = einsum("wij,wi->wj", along, components * (free[node] | stuck[:, None]))
+    n = np.einsum("wij,wi->wj", along, components * (free[node] | stuck[:, None]))
     share = np.where(gives | stuck, c.parts.share, 0.0) ** 2
-    return c.parts.sums(share * einsum("wi,wij,wj->w", n, nodal[node], n)) / c.parts.sums(share) ** 2
+    return c.parts.sums(share * np.einsum("wi,wij,wj->w", n, nodal[node], n)) / c.parts.sums(share) ** 2
 
 
 def moves(free: Bools, led: Floats, direction: Floats) -> Bools:

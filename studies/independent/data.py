@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.element import Bools, Floats, Ints
 from studies.independent.sampling import Parts
 from studies.independent.tools import Rigid
@@ -48,11 +47,11 @@ class Setting:
 
     def along(self, vectors: Floats) -> Floats:
         """Components (..., a, 2) along the axes of nodes of their vectors (..., a, 2)."""
-        return vectors if self.axes is None else einsum("aij,...aj->...ai", self.axes, vectors)
+        return vectors if self.axes is None else np.einsum("aij,...aj->...ai", self.axes, vectors)
 
     def across(self, components: Floats) -> Floats:
         """The vectors (..., a, 2) of components (..., a, 2) along the axes."""
-        return components if self.axes is None else einsum("aij,...ai->...aj", self.axes, components)
+        return components if self.axes is None else np.einsum("aij,...ai->...aj", self.axes, components)
 
     def freed(self, vectors: Floats) -> Floats:
         """What of nodes' vectors (..., a, 2) is not held."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.typing import vdot
 from studies.independent.data import EPS, Floats, Setting, Step, beyond
 from studies.independent.element import Placed, element_forces, nodal, place
 
@@ -24,7 +23,7 @@ def driven(step: Step) -> float:
         sizes = float((np.linalg.norm(vectors[own], axis=1) * np.linalg.norm(ways, axis=1)).sum())
         scale = max(abs(float(force)), sizes) if led.spin[k] else abs(float(force))
         blur = EPS * (sizes + led.spin[k] * float(np.abs(vectors[own]).sum() * np.abs(x[own]).max(initial=0.0)))
-        worst.append(beyond(np.abs(vdot(vectors[own], ways) - force)[None], blur, scale))
+        worst.append(beyond(np.abs(np.vdot(vectors[own], ways) - force)[None], blur, scale))
     return max(worst)
 
 
@@ -61,4 +60,4 @@ def work_of_supports(s: Setting, step: Step, ended: Placed) -> tuple[float, floa
         mean += (nodal(s.elements, element, len(asked)) - loads - c.on_nodes(pushes)) / 2
         terms = nodal(s.elements, np.abs(element), len(asked)) + np.abs(loads)
         size += (terms + c.on_nodes(np.abs(pushes))) / 2
-    return vdot(mean, asked), vdot(size, np.abs(asked))
+    return float(np.vdot(mean, asked)), float(np.vdot(size, np.abs(asked)))

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.typing import einsum
 from studies.independent.shapes import dense, rule, shape_functions
 
 Floats = NDArray[np.float64]
@@ -35,8 +34,8 @@ def place(nodes: Floats, elements: Ints, quadrature: str, axisymmetric: bool) ->
     points, weights = rule(quadrature)
     values, slopes = shape_functions(points, elements.shape[1])
     x = nodes[elements]
-    J = einsum("ead,qar->eqdr", x, slopes)
-    gradient = einsum("qar,eqrd->eqad", slopes, np.linalg.inv(J))
+    J = np.einsum("ead,qar->eqdr", x, slopes)
+    gradient = np.einsum("qar,eqrd->eqad", slopes, np.linalg.inv(J))
     volume = np.linalg.det(J) * weights
     if not axisymmetric:
         return Placed(gradient, np.zeros(gradient.shape[:3]), volume)
@@ -47,8 +46,8 @@ def place(nodes: Floats, elements: Ints, quadrature: str, axisymmetric: bool) ->
 def displacement_gradient(placed: Placed, u: Floats) -> Floats:
     """du/dx (e, q, 3, 3), hoop strain at the end of the diagonal, of element displacements u (e, k, 2)."""
     G = np.zeros((*placed.volume.shape, 3, 3))
-    G[..., :2, :2] = einsum("eai,eqaj->eqij", u, placed.slopes)
-    G[..., 2, 2] = einsum("ea,eqa->eq", u[..., 0], placed.hoop)
+    G[..., :2, :2] = np.einsum("eai,eqaj->eqij", u, placed.slopes)
+    G[..., 2, 2] = np.einsum("ea,eqa->eq", u[..., 0], placed.hoop)
     return G
 
 
@@ -69,8 +68,8 @@ def turned(tensor: Floats, Q: Floats) -> Floats:
 
 def element_forces(placed: Placed, stress: Floats) -> Floats:
     """Nodal forces (e, k, 2) of the stress (e, q, 3, 3): sum_q w (sigma . grad N + sigma_33 N/r e_1)."""
-    forces = einsum("eqij,eqaj,eq->eai", stress[..., :2, :2], placed.slopes, placed.volume)
-    forces[..., 0] += einsum("eq,eqa,eq->ea", stress[..., 2, 2], placed.hoop, placed.volume)
+    forces = np.einsum("eqij,eqaj,eq->eai", stress[..., :2, :2], placed.slopes, placed.volume)
+    forces[..., 0] += np.einsum("eq,eqa,eq->ea", stress[..., 2, 2], placed.hoop, placed.volume)
     return forces
 
 
@@ -87,11 +86,11 @@ def nodal_stiffness(placed: Placed, elements: Ints, bulk: float, shear: float, c
     lame = bulk - 2 * shear / 3
     divergence = g.copy()
     divergence[..., 0] += h
-    blocks = lame * einsum("eqai,eqaj->eqaij", divergence, divergence)
-    blocks += shear * einsum("eqai,eqaj->eqaij", g, g).swapaxes(-1, -2)
+    blocks = lame * np.einsum("eqai,eqaj->eqaij", divergence, divergence)
+    blocks += shear * np.einsum("eqai,eqaj->eqaij", g, g).swapaxes(-1, -2)
     blocks += shear * np.vecdot(g, g)[..., None, None] * np.eye(2)
     blocks[..., 0, 0] += 2 * shear * h**2
-    return nodal(elements, einsum("eqaij,eq->eaij", blocks, placed.volume), count)
+    return nodal(elements, np.einsum("eqaij,eq->eaij", blocks, placed.volume), count)
 
 
 STRAIGHT = 1e-8
@@ -106,7 +105,7 @@ def orientation(nodes: Floats, elements: Ints, axisymmetric: bool, straight: boo
     """
     values, slopes = shape_functions(dense(elements.shape[1], DENSE), elements.shape[1])
     x = nodes[elements]
-    J = einsum("ead,qar->eqdr", x, slopes)
+    J = np.einsum("ead,qar->eqdr", x, slopes)
     determinant = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
     scaled = np.sort(determinant / np.abs(determinant).mean(axis=1, keepdims=True), axis=1)
     vanishes = (straight and elements.shape[1] == 4) & (np.abs(scaled[:, 0]) <= STRAIGHT)

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.data import Bools, Floats, Ints
 from studies.independent.sampling import TURN, Means
 from studies.independent.solid import face_rule, on_face
@@ -106,4 +105,4 @@ def shares(x: Floats) -> Floats:
     values, slopes = on_face(len(x), points)
     area = weights * np.linalg.norm(np.cross(slopes[..., 0] @ x, slopes[..., 1] @ x), axis=1)
     psi, _ = on_face(len(x) // 2, points)
-    return einsum("q,qp,qk->pk", area, psi, values)
+    return np.einsum("q,qp,qk->pk", area, psi, values)

@@ -32,7 +32,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum, vdot
 from studies.independent.between import between
 from studies.independent.contact import contact_measures
 from studies.independent.data import EPS, Floats, Setting, Step, beyond
@@ -78,7 +77,7 @@ class Measures:
 
 def _size(t: Floats) -> Floats:
     """Frobenius norm of (..., 3, 3)."""
-    return np.sqrt(einsum("...ij,...ij->...", t, t))
+    return np.sqrt(np.einsum("...ij,...ij->...", t, t))
 
 
 def _deviator(t: Floats) -> Floats:
@@ -104,7 +103,7 @@ def measure(setting: Setting, step: Step) -> Measures:
     stored, spent, plastic = _energies(s, step, G, Q, ended)
     unsure = float((ended.volume * _size(step.end.stress) * blur).sum() / (2 * s.shear))
     begun, ended_by, _ = step.loads
-    applied = vdot((begun + ended_by) / 2, step.displacement)
+    applied = float(np.vdot((begun + ended_by) / 2, step.displacement))
     supports, terms = work_of_supports(s, step, ended)
     energies = contact.work + applied + supports, stored, spent, contact.spent
     middles = [start + step.displacement / 2] if s.midpoint else []
@@ -125,14 +124,14 @@ def measure(setting: Setting, step: Step) -> Measures:
         friction=_share(contact.lost, contact.unsure, (*energies, step.energy)),
         energies=energies,
         resolution=contact.resolution,
-        terms=contact.moved + terms + vdot(np.abs(begun + ended_by) / 2, np.abs(step.displacement)),
+        terms=contact.moved + terms + float(np.vdot(np.abs(begun + ended_by) / 2, np.abs(step.displacement))),
     )
 
 
 def _blur(s: Setting, step: Step, placed: Placed, u: Floats) -> Floats:
     """Stress (e, q) that round-off of the displacements can make."""
     last = np.abs(u) + (np.abs(step.end.nodes[s.elements]) if step.by_difference else 0.0)
-    strain = einsum("eai,eqaj->eq", last, np.abs(placed.slopes)) + einsum("ea,eqa->eq", last[..., 0], placed.hoop)
+    strain = np.einsum("eai,eqaj->eq", last, np.abs(placed.slopes)) + np.einsum("ea,eqa->eq", last[..., 0], placed.hoop)
     none = float(np.finfo(np.float64).eps)
     plastic = _size(step.end.plastic_strain) + _size(step.start.plastic_strain)
     cancelled = (3 * s.bulk + 2 * s.shear) * strain + 2 * s.shear * plastic + _size(step.end.stress)
@@ -150,7 +149,7 @@ def _equilibrium(s: Setting, step: Step, placed: Placed, blur: Floats) -> float:
     acting = np.linalg.norm(s.freed(step.loads[1]), axis=1)
     scale = max(float((nodal(s.elements, np.linalg.norm(f, axis=-1), count) + acting).max()) for f in carried)
     lever = np.abs(placed.slopes).sum(axis=-1) + placed.hoop
-    round_off = nodal(s.elements, einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
+    round_off = nodal(s.elements, np.einsum("eq,eqa,eq->ea", blur, lever, placed.volume), count)
     round_off += EPS * (c.on_nodes(np.linalg.norm(forces, axis=1)) + step.loads[2])
     return beyond(np.linalg.norm(residual, axis=1), round_off, scale)
 
@@ -189,7 +188,7 @@ def _energies(s: Setting, step: Step, G: Floats, Q: Floats, placed: Placed) -> t
     S = (begun[..., None, None] * before + end) / 2
 
     def over_volume(a: Floats, b: Floats) -> float:
-        return float(einsum("eq,eqij,eqij->", placed.volume, a, b))
+        return float(np.einsum("eq,eqij,eqij->", placed.volume, a, b))
 
     return over_volume(S, _compliance(s, end - before)), over_volume(S, flowed), over_volume(end, flowed)
 

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.data import Floats, Ints
 from studies.independent.element import place
 from studies.independent.shapes import line, rule, shape_functions
@@ -41,7 +40,7 @@ def nodal_loads(
     out, size = a.point.copy(), np.linalg.norm(a.point, axis=1)
     volume = place(rest, elements, quadrature, axisymmetric).volume
     values, _ = shape_functions(rule(quadrature)[0], elements.shape[1])
-    share = einsum("eq,qk->ek", volume, values)
+    share = np.einsum("eq,qk->ek", volume, values)
     np.add.at(out, elements, share[..., None] * a.body)
     np.add.at(size, elements, np.abs(share) * np.linalg.norm(a.body))
     for k, owner in zip(range(len(a.edges)), a.owner, strict=True):

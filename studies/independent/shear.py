@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.data import Floats, Ints
 from studies.independent.shapes import line
 
@@ -61,9 +60,9 @@ def _integrals(x: Floats, axisymmetric: bool) -> Floats:
     """int N dA (f, n) of edges at x (f, n, 2)."""
     s, weight = np.polynomial.legendre.leggauss(3)
     N, slopes = line(s, x.shape[1])
-    length = np.linalg.norm(einsum("kq,fkd->fqd", slopes, x), axis=-1)
-    hoop = 2 * np.pi * einsum("kq,fk->fq", N, x[..., 0]) if axisymmetric else np.ones_like(length)
-    return einsum("kq,fq->fk", N, weight * length * hoop)
+    length = np.linalg.norm(np.einsum("kq,fkd->fqd", slopes, x), axis=-1)
+    hoop = 2 * np.pi * np.einsum("kq,fk->fq", N, x[..., 0]) if axisymmetric else np.ones_like(length)
+    return np.einsum("kq,fq->fk", N, weight * length * hoop)
 
 
 def mean_shear(yield_stress: Floats, volume: Floats) -> Floats:

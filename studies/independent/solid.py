@@ -15,7 +15,6 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from bipot.typing import einsum
 from studies.independent.shapes import rule as flat_rule
 
 Floats = NDArray[np.float64]
@@ -82,7 +81,7 @@ def rule(name: str) -> tuple[Floats, Floats]:
         "gauss3": (0.5 + np.array([-1, 0, 1]) * np.sqrt(0.15), np.array([5, 8, 5]) / 18),
     }[name]
     points = np.stack(np.meshgrid(line, line, line, indexing="ij"), axis=-1).reshape(-1, 3)
-    return points, einsum("i,j,k->ijk", weight, weight, weight).ravel()
+    return points, np.einsum("i,j,k->ijk", weight, weight, weight).ravel()
 
 
 @dataclass(frozen=True)
@@ -97,18 +96,18 @@ def place(nodes: Floats, elements: Ints, quadrature: str) -> Placed:
     """Gradients and volumes."""
     points, weights = rule(quadrature)
     _, slopes = shape_functions(points, elements.shape[1])
-    J = einsum("ead,qar->eqdr", nodes[elements], slopes)
-    return Placed(einsum("qar,eqrd->eqad", slopes, np.linalg.inv(J)), np.linalg.det(J) * weights)
+    J = np.einsum("ead,qar->eqdr", nodes[elements], slopes)
+    return Placed(np.einsum("qar,eqrd->eqad", slopes, np.linalg.inv(J)), np.linalg.det(J) * weights)
 
 
 def displacement_gradient(placed: Placed, u: Floats) -> Floats:
     """du/dx (e, q, 3, 3) of element displacements u (e, k, 3)."""
-    return einsum("eai,eqaj->eqij", u, placed.slopes)
+    return np.einsum("eai,eqaj->eqij", u, placed.slopes)
 
 
 def element_forces(placed: Placed, stress: Floats) -> Floats:
     """Nodal forces (e, k, 3) of the stress (e, q, 3, 3)."""
-    return einsum("eq,eqij,eqaj->eai", placed.volume, stress, placed.slopes)
+    return np.einsum("eq,eqij,eqaj->eai", placed.volume, stress, placed.slopes)
 
 
 def nodal(elements: Ints, each: Floats, count: int) -> Floats:
@@ -123,7 +122,7 @@ def nodal_stiffness(placed: Placed, elements: Ints, bulk: float, shear: float, c
     size = np.vecdot(placed.slopes, placed.slopes)
     outer = placed.slopes[..., :, None] * placed.slopes[..., None, :]
     own = (bulk + shear / 3) * outer + shear * size[..., None, None] * np.eye(3)
-    return nodal(elements, einsum("eq,eqaij->eaij", placed.volume, own), count)
+    return nodal(elements, np.einsum("eq,eqaij->eaij", placed.volume, own), count)
 
 
 def rotation(spin: Floats, part: float) -> Floats:
@@ -150,7 +149,7 @@ def orientation(nodes: Floats, elements: Ints) -> float:
     if count in (4, 10):
         points = points[points.sum(axis=1) <= 1 + 1e-9]
     _, slopes = shape_functions(points, count)
-    det = np.linalg.det(einsum("ead,qar->eqdr", nodes[elements], slopes))
+    det = np.linalg.det(np.einsum("ead,qar->eqdr", nodes[elements], slopes))
     return float((det.min(axis=1) / np.abs(det).mean(axis=1)).min())
 
 
@@ -161,11 +160,11 @@ def fitted(values: Floats, weight: Floats, rest: Floats, quadrature: str, volume
     columns = [np.ones(values.shape)]
     if volume == "p1":
         shape, _ = shape_functions(rule(quadrature)[0], rest.shape[1])
-        x = einsum("qa,ead->eqd", shape, rest - rest[:, :1])
+        x = np.einsum("qa,ead->eqd", shape, rest - rest[:, :1])
         columns += list(np.moveaxis(x / np.abs(x).max(axis=(1, 2), keepdims=True), -1, 0))
     root = np.sqrt(weight)
     Q, _ = np.linalg.qr(root[..., None] * np.stack(columns, axis=-1))
-    return einsum("eqk,erk,er,er->eq", Q, Q, root, values) / root
+    return np.einsum("eqk,erk,er,er->eq", Q, Q, root, values) / root
 
 
 def face_rule(count: int) -> tuple[Floats, Floats]:

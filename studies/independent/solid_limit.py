@@ -7,7 +7,6 @@ from functools import partial
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.collapse import FEW, Pressed, Proof, Worked, closing, rigid, spent, ways_of
 from studies.independent.element import Bools
 from studies.independent.solid import Floats, Ints, displacement_gradient, fitted, place
@@ -57,12 +56,12 @@ class Discs:
 
     def motion(self, nodal: Floats) -> Floats:
         """That of points (c, 3) as nodes go (a, 3) and tools rest."""
-        return einsum("cij,cj->ci", self.moved, self.means(nodal[self.part]))
+        return np.einsum("cij,cj->ci", self.moved, self.means(nodal[self.part]))
 
     def opening(self, nodal: Floats, ways: Floats) -> tuple[Floats, Floats]:
         """What gaps (c,) grow by, and how long slips (c,) are, as nodes go (a, 3) and driven tools their ``ways``."""
-        u = self.means(einsum("wij,wj->wi", self.rows, nodal[self.part] - einsum("m,mwi->wi", ways, self.led)))
-        return u[:, 0], np.linalg.norm(einsum("cij,cj->ci", self.kept, u[:, 1:]), axis=1)
+        u = self.means(np.einsum("wij,wj->wi", self.rows, nodal[self.part] - np.einsum("m,mwi->wi", ways, self.led)))
+        return u[:, 0], np.linalg.norm(np.einsum("cij,cj->ci", self.kept, u[:, 1:]), axis=1)
 
 
 @dataclass(frozen=True)
@@ -112,7 +111,7 @@ def rigid_part(s: Solid, placed: Floats, motion: Floats) -> Floats:
 
 def _barred(s: Solid, vectors: Floats) -> Floats:
     """What supports hold of nodes' vectors (..., a, 3)."""
-    return vectors - einsum("aij,...aj->...ai", s.freed, vectors)
+    return vectors - np.einsum("aij,...aj->...ai", s.freed, vectors)
 
 
 def _spent(s: Solid, c: SolidCollapse) -> tuple[float, float]:

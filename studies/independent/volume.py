@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from bipot.typing import einsum
 from studies.independent.data import Floats, Setting
 from studies.independent.shapes import rule, shape_functions
 
@@ -20,13 +19,13 @@ def fitted(s: Setting, values: Floats, weight: Floats) -> Floats:
     shape, _ = shape_functions(rule(s.quadrature)[0], s.elements.shape[1])
     columns = [np.ones(values.shape)]
     if s.volume == "p1":
-        places = einsum("qa,ead->eqd", shape, s.rest[s.elements])
+        places = np.einsum("qa,ead->eqd", shape, s.rest[s.elements])
         first = places[:, :1]
         extent = np.abs(places - first).max(axis=(1, 2), keepdims=True)
         columns += list(np.moveaxis((places - first) / extent, -1, 0))
     A, root = np.stack(columns, axis=-1), np.sqrt(weight)
     Q, _ = np.linalg.qr(root[..., None] * A)
-    return einsum("eqk,erk,er,er->eq", Q, Q, root, values) / root
+    return np.einsum("eqk,erk,er,er->eq", Q, Q, root, values) / root
 
 
 def with_fitted_trace(s: Setting, tensor: Floats, weight: Floats) -> Floats:
