@@ -21,7 +21,7 @@ from bipot.fem.kinematics import Kinematics
 from bipot.fem.projection import Projection
 from bipot.iterate import Increment
 from bipot.programs.data import ContactRows, Units
-from bipot.programs.limit import LimitProgram, Mechanism
+from bipot.programs.limit import LimitProgram, Mechanism, unit_rows
 from bipot.response import Body
 from bipot.scene.loads import Loading
 from bipot.scene.scene import Scene
@@ -149,9 +149,7 @@ def _rows(increment: Increment) -> ContactRows:
 def _independent(body: Body, kin: Kinematics, projection: Projection) -> sp.csr_matrix:
     """Rows (e k, n) of sum_q w phi_k tr B v, each over its length: all vanish where tr B v, in span phi, does."""
     changes = identity(kin.reduction.mandel) @ kin.B
-    rows = body.space.operator(einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes))
-    length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
-    return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
+    return unit_rows(body.space.operator(einsum("eq,eqk,eqj->ekj", kin.volume, projection.functions, changes)))
 
 
 def _analysed(increment: Increment, rows: ContactRows) -> Mechanism:

@@ -76,6 +76,10 @@ class Rows:
         """Number m of cones."""
         return len(self.b) // self.width
 
+    def at(self, x: Floats) -> Floats:
+        """A x + b (m width,)."""
+        return self.A @ x + self.b
+
 
 def stacked(rows: Sequence[Rows], columns: int) -> tuple[sp.csr_matrix, Floats]:
     """(A, b) of blocks of rows, one below the other, with the entries that are stored."""
@@ -158,18 +162,18 @@ class ConicSolution:
 
     def dual_residual(self) -> float:
         """max |P x + q - sum A' z|."""
-        stationarity = self.program.P @ self.x + self.program.q
+        stationarity: Floats = self.program.P @ self.x + self.program.q
         for rows in self.program.rows:
             stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
         return float(np.abs(stationarity).max(initial=0.0))
 
     def primal_residual(self) -> float:
         """Largest distance of a row block from its cone (componentwise excess)."""
-        return max((_excess(r, (r.A @ self.x + r.b).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
+        return max((_excess(r, r.at(self.x).reshape(-1, r.width)) for r in self.program.rows), default=0.0)
 
     def duality_gap(self) -> float:
         """sum_i |z_i . (A_i x + b_i)|, zero at the optimum."""
-        return float(sum(abs(self.dual[r.term].ravel() @ (r.A @ self.x + r.b)) for r in self.program.rows if r.count))
+        return sum((abs(float(self.dual[r.term].ravel() @ r.at(self.x))) for r in self.program.rows if r.count), 0.0)
 
     def dual_violation(self) -> float:
         """Largest distance of a multiplier from its dual cone; those of equalities have none."""

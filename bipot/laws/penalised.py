@@ -64,7 +64,7 @@ def normal_traction(du_n: ArrayLike, gap: ArrayLike, t_n0: ArrayLike, k_n: Array
     [5.0, 0.0]
     """
     room = np.maximum(gap, 0.0) + np.asarray(du_n, float)
-    return np.maximum(0.0, t_n0 - np.asarray(k_n, float) * room)
+    return np.maximum(0.0, np.asarray(t_n0, float) - np.asarray(k_n, float) * room)
 
 
 def _trial(du_t: FloatArray, t_t0: FloatArray, k_t: ArrayLike) -> FloatArray:

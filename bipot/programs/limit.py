@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import qr
-from scipy.sparse.linalg import norm as row_lengths
 from scipy.sparse.linalg import splu
 
 from bipot.conic.problem import Cone, ConicProgram, Layout, Rows
@@ -95,6 +94,12 @@ class Mechanism:
         return self.admissible and self.carried < 1
 
 
+def unit_rows(rows: sp.csr_matrix) -> sp.csr_matrix:
+    """The rows (m, n), each over its length; one of zeros stays."""
+    length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
+
+
 @dataclass(frozen=True)
 class LimitProgram:
     """The material (its moduli and present stress do not matter), the load F (n,), the contacts.
@@ -161,14 +166,13 @@ class LimitProgram:
 
         Dependent rows hardly change it; the resulting motion is judged in any case.
         """
-        rows = self._volumes
-        length = row_lengths(rows, axis=1)
-        rows = sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
+        rows = unit_rows(self._volumes)
         m, n = rows.get_shape()
         saddle = sp.block_array([[sp.identity(n), rows.T], [rows, -SOFT * sp.identity(m)]])
         factor = splu(sp.csc_matrix(saddle))
         for _ in range(CORRECTIONS):
-            v = v - factor.solve(np.append(np.zeros(n), rows @ v))[:n]
+            lacking: Floats = rows @ v
+            v = v - factor.solve(np.append(np.zeros(n), lacking))[:n]
         return v
 
     def judged(self, v: Floats) -> Mechanism:
