@@ -114,7 +114,7 @@ def test_landings_take_few_passes_where_contacts_are_far_from_their_law() -> Non
         np.testing.assert_allclose(a.solved.r, b.solved.r, atol=1e-5 * np.abs(b.solved.r).max())
 
 
-def test_a_load_beyond_the_limit_is_given_up_soon_where_no_contact_is_off_its_law() -> None:
+def test_a_load_beyond_the_limit_is_given_up_soon_where_there_are_no_contacts() -> None:
     """A thick tube: of increments to its end the steps grow without end, and were halved as the merit did."""
     asked = replace(tube(5), loads=(Pressure("bore", ABOVE * LIMIT),))
     found = list(itertools.islice(march(asked, SCHEDULE), 13))

@@ -58,8 +58,8 @@ class Search:
     everything is linear; where a landing unloads the body or brings much of it to yield, the whole step goes too far
     and g changes its sign. Then t is found by false position such that |g(t)| is at most ``work`` times |g(0)|. A whole
     step that is too short is not lengthened. A step to a larger merit is halved: contacts have met what it was not made
-    for. Where none is off its law, as in a body that a load alone deforms, it is not: a load beyond the limit, of which
-    the steps grow without end, is then given up soon. A step is halved, too, until the merit falls, where g(0) is not
+    for. Where there are none, as in a body that loads alone deform, it is not: a load beyond the limit, of which the
+    steps grow without end, is then given up soon. A step is halved, too, until the merit falls, where g(0) is not
     below zero and says nothing. If ``trials`` do not get there the one of least merit is taken: active sets change past
     a bump.
 
@@ -271,7 +271,7 @@ class _Aim:
         if self.halves:
             return 0.0
         rest = (trial.work(self.along, self.r) + self._landing(trial)) / self.work
-        return -1.0 if trial.merit > self.here.merit and trial.miss.any() else rest
+        return -1.0 if trial.merit > self.here.merit and trial.miss.size else rest
 
     def meets(self, t: float, trial: Point, rest: float) -> bool:
         """Whether the trial of length t is good enough."""
