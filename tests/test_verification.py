@@ -18,7 +18,7 @@ from studies.verification.page import FIGURES, NAME, page
 
 DOCS = Path(__file__).parents[1] / "docs"
 CASES = {case.name: case for case in all_cases()}
-MISSED: set[str] = set()
+MISSED = {"wedge_indentation"}
 """Cases that are known to miss a tolerance on their finest mesh; their notes say why."""
 
 LONG = {
