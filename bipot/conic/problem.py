@@ -162,7 +162,7 @@ class ConicSolution:
 
     def dual_residual(self) -> float:
         """max |P x + q - sum A' z|."""
-        stationarity: Floats = self.program.P @ self.x + self.program.q
+        stationarity = self.program.P @ self.x + self.program.q
         for rows in self.program.rows:
             stationarity = stationarity - rows.A.T @ self.dual[rows.term].ravel()
         return float(np.abs(stationarity).max(initial=0.0))

@@ -131,8 +131,7 @@ def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeC
 
 
 def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> bool:
-    """Whether constants may leave conformal motions to triangles or tetrahedra, as their middles nearly are in one
-    plane."""
+    """Whether constants may leave triangles or tetrahedra conformal motions: their middles nearly are in one plane."""
     means = volume is VolumeChange.P0 and not mesh.element.shape.cube
     return means and kept_by_means(mesh, geometry) < LEVEL
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import qr
+from scipy.sparse.linalg import norm as row_lengths
 from scipy.sparse.linalg import splu
 
 from bipot.conic.problem import Cone, ConicProgram, Layout, Rows
@@ -96,7 +97,7 @@ class Mechanism:
 
 def unit_rows(rows: sp.csr_matrix) -> sp.csr_matrix:
     """The rows (m, n), each over its length; one of zeros stays."""
-    length = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    length = row_lengths(rows, axis=1)
     return sp.csr_matrix(sp.diags(1 / np.where(length > 0, length, 1.0)) @ rows)
 
 
@@ -171,8 +172,7 @@ class LimitProgram:
         saddle = sp.block_array([[sp.identity(n), rows.T], [rows, -SOFT * sp.identity(m)]])
         factor = splu(sp.csc_matrix(saddle))
         for _ in range(CORRECTIONS):
-            lacking: Floats = rows @ v
-            v = v - factor.solve(np.append(np.zeros(n), lacking))[:n]
+            v = v - factor.solve(np.append(np.zeros(n), rows @ v))[:n]
         return v
 
     def judged(self, v: Floats) -> Mechanism:

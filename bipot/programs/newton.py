@@ -121,7 +121,7 @@ def minimised(
     last: Linearised[Law] | None = None
     scale, factors = max(float(np.abs(model.f).max()), float(np.finfo(float).tiny)), 0
     for _ in range(iterations):
-        residual, motion = _residual(K, x, model.f), rows.motion(x)
+        residual, motion = K @ x - model.f, rows.motion(x)
         law, scale = at(motion, r), max(scale, float(np.abs(r).max(initial=0.0)))
         balance, miss = float(np.abs(residual - rows.forces(r)).max()), law.value(motion, r)
         error = max(balance, float(np.abs(miss).max(initial=0.0))) / scale
@@ -143,10 +143,6 @@ def minimised(
         # Where there is no force, what is left of it is the round-off of its row.
         x, r = x + dx, np.where(last.pieces.none, 0.0, r)
     return best._replace(factors=factors)
-
-
-def _residual(K: sp.csc_matrix, x: Floats, f: Floats) -> Floats:
-    return K @ x - f
 
 
 def _sums(owner: Ints, values: Floats, count: int) -> Floats:

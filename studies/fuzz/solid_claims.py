@@ -23,8 +23,8 @@ from studies.fuzz.solid_movable import movable
 from studies.fuzz.solid_placed import axis_of, cuts, drives, pose
 from studies.fuzz.solid_points import posed
 from studies.fuzz.solid_surfaces import bent, faces
-from studies.fuzz.solid_touching import TOUCHING
 from studies.independent.collapse import HARDENED, Proof
+from studies.independent.contact import TOUCHING
 from studies.independent.revolved import nearest
 from studies.independent.sampling import Parts
 from studies.independent.solid_limit import Discs, Drives, Solid, SolidCollapse, judged, rigid_part

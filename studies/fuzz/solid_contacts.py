@@ -18,7 +18,8 @@ from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
 from studies.fuzz.solid_points import Posed, faces_of, owners, posed
 from studies.fuzz.solid_surfaces import bent
-from studies.fuzz.solid_touching import TOUCHING, Touching
+from studies.fuzz.solid_touching import Touching
+from studies.independent.contact import TOUCHING
 from studies.independent.sampling import Parts
 from studies.independent.shear import mean_shear
 from studies.independent.solid import place

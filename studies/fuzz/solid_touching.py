@@ -8,13 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from bipot.typing import Bools, Floats, Ints, einsum
+from studies.independent.contact import HOLDS, touching_part
 from studies.independent.data import CARRIES
-
-TOUCHING = 1e-9
-"""Below this gap over the size a point touches."""
-
-HOLDS = 1e-6
-"""Of the largest force: friction this far within its limit holds its point."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +121,7 @@ class Touching:
 
     def not_in_air(self, size: float) -> Floats:
         """The part (c,) of slips along which points touch, in a body of the ``size``, as in the plane."""
-        lands = (self.before > TOUCHING * size) & ~self.apart
-        away = np.where(lands, self.before, 0.0) + np.where(self.gap > TOUCHING * size, self.gap, 0.0)
-        follows = np.abs(self.follow - np.minimum(self.gap, 0.0) + np.minimum(self.before, 0.0))
-        return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
+        return touching_part(self.before, self.gap, self.follow, ~self.apart, size)
 
     def most(self, r: Floats) -> Floats:
         """Largest friction (c,) under forces r (c, 3) of the end."""

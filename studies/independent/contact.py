@@ -18,7 +18,7 @@ EPS = 8 * float(np.finfo(np.float64).eps)
 """Round-off of a gap or slip over the coordinates it is the difference of."""
 
 TOUCHING = 1e-9
-"""A welded point is tied below this gap over the size."""
+"""Below this gap over the size a point touches, and a welded one is tied."""
 
 HOLDS = 1e-6
 """Of the largest force: friction this far within its limit holds its point."""
@@ -147,19 +147,24 @@ def _not_yet(c: Contacts, before: Floats, after: Floats, slip: Floats) -> Floats
     return np.where(slides, c.most_before(before) * np.abs(slip) + before[:, 1] * slip, 0.0)
 
 
+def touching_part(before: Floats, after: Floats, goes: Floats, lands: Bools, size: float) -> Floats:
+    """The part (c,) of slips along which points touch that go ``goes`` (c,) with their tool along its normal.
+
+    From gaps ``before`` to ``after`` (c,), of which those before count of points that slip from the start, ``lands``.
+    """
+    away = np.where(lands & (before > TOUCHING * size), before, 0.0) + np.where(after > TOUCHING * size, after, 0.0)
+    follows = np.abs(goes - np.minimum(after, 0.0) + np.minimum(before, 0.0))
+    return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
+
+
 def _not_in_air(c: Contacts, before: Floats, after: Floats, went: Floats, size: float) -> Floats:
     """The part (c,) of slips along which points touch, with gaps ``before`` and ``after`` (c,), nodes ``went`` (w, 2).
 
     The tool's way along the normal is what points go with it, beyond what supports carry them, and what it is away from
     them; of slips of shaped tools what is before they land is left out already.
     """
-    lands = before > TOUCHING * size
-    if c.curved is not None:
-        lands &= ~c.curved.apart
-    away = np.where(lands, before, 0.0) + np.where(after > TOUCHING * size, after, 0.0)
-    sinks = np.minimum(after, 0.0) - np.minimum(before, 0.0)
-    follows = np.abs(c.parts.mean(np.vecdot(c.start_normal, went - c.taken)) - sinks)
-    return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
+    lands = np.ones(len(before), dtype=bool) if c.curved is None else ~c.curved.apart
+    return touching_part(before, after, c.parts.mean(np.vecdot(c.start_normal, went - c.taken)), lands, size)
 
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:
