@@ -118,6 +118,8 @@ def test_a_real_study_in_processes_stops_at_ctrl_c_and_goes_on(tmp_path):
         "0",
         "--solid",
         "0",
+        "--solid-shaped",
+        "0",
         "--jobs",
         "2",
         "--out",
