@@ -26,9 +26,12 @@ pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="as
 
 @pytest.mark.parametrize("study", STUDIES)
 def test_ctrl_c_while_a_study_imports_is_a_sentence(study, tmp_path):
-    """A numpy that takes for ever to import stands for a slow disk."""
+    """A numpy that takes for ever to import stands for a slow disk.
+
+    It sleeps by short turns: a signal between the last step of the interpreter and a sleep does not end that.
+    """
     (tmp_path / "numpy.py").write_text(
-        f"import pathlib, time\npathlib.Path({str(tmp_path)!r}, 'x').touch()\ntime.sleep(1e9)"
+        f"import pathlib, time\npathlib.Path({str(tmp_path)!r}, 'x').touch()\nwhile True: time.sleep(0.1)"
     )
     with running(study, "--help", env=os.environ | {"PYTHONPATH": str(tmp_path)}) as process:
         until((tmp_path / "x").exists)
@@ -68,7 +71,7 @@ try:
 except KeyboardInterrupt:
     (folder / "disturbed").touch()
 """
-    with planted("import slow", "time.sleep(1e9)", slow=slow) as process:
+    with planted("import slow", "while True: time.sleep(0.1)", slow=slow) as process:
         process.send_signal(signal.SIGINT)
         time.sleep(0.2)
         (tmp_path / "go").touch()
@@ -79,7 +82,13 @@ except KeyboardInterrupt:
 
 def test_ctrl_c_that_is_swallowed_ends_the_study_all_the_same(planted, tmp_path):
     there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
-    lines = ["try:", f"    {there}", "    time.sleep(1e9)", "except KeyboardInterrupt:", "    time.sleep(1e9)"]
+    lines = [
+        "try:",
+        f"    {there}",
+        "    while True: time.sleep(0.1)",
+        "except KeyboardInterrupt:",
+        "    while True: time.sleep(0.1)",
+    ]
     with planted(*lines) as process:
         process.send_signal(signal.SIGINT)
         said = process.communicate(timeout=DEADLINE)
@@ -93,11 +102,11 @@ def test_ctrl_c_in_a_destructor_is_no_traceback_and_comes_again(planted, tmp_pat
         "class Slow:",
         "    def __del__(self):",
         f"        pathlib.Path({str(tmp_path)!r}, 'there').touch()",
-        "        time.sleep(1e9)",
+        "        while True: time.sleep(0.1)",
         "slow = Slow()",
         "del slow",
         f"pathlib.Path({str(tmp_path)!r}, 'gone on').touch()",
-        "time.sleep(1e9)",
+        "while True: time.sleep(0.1)",
     ]
     with planted(*lines) as process:
         process.send_signal(signal.SIGINT)
@@ -112,7 +121,7 @@ def test_what_becomes_another_exception_of_ctrl_c_is_no_traceback(planted, tmp_p
     lines = [
         "try:",
         f"    {there}",
-        "    time.sleep(1e9)",
+        "    while True: time.sleep(0.1)",
         "except KeyboardInterrupt:",
         "    raise ImportError('half')",
     ]
@@ -133,7 +142,7 @@ def test_a_row_that_an_interrupt_may_have_spoiled_is_not_kept(planted, tmp_path)
         "table = outputs.opened(folder, 'x', hard_cases.Row, hard_cases.key, outputs.Existing.REFUSE, parameters={})",
         "try:",
         f"    {there}",
-        "    time.sleep(1e9)",
+        "    while True: time.sleep(0.1)",
         "except KeyboardInterrupt:",
         f"    table.add({row})",
     ]
