@@ -49,6 +49,7 @@ def planted(elements, force):
     return system, given, whole / np.prod(x[:, :2].max(axis=0))
 
 
+@pytest.mark.slow
 def test_nothing_alternates_in_a_uniform_pressure():
     system, accepted = pressed(8)
     assert line(system, accepted) < 1e-6

@@ -189,6 +189,7 @@ def coupled(rng, dim, singular):
     return root @ root.T / n + (0.0 if singular else 0.1) * np.eye(n), rng.normal(size=n)
 
 
+@pytest.mark.slow
 def test_contacts_of_very_different_scales_are_solved():
     rng = np.random.default_rng(11)
     for k in range(40):

@@ -186,6 +186,7 @@ def test_forms_agree_on_scenes_of_all_sorts(name):
         assert max(accepted.solved.certificate.ratios(Bounds()).values()) <= 1
 
 
+@pytest.mark.slow
 def test_newton_takes_no_more_passes_than_where_nodes_land_on_a_flat_punch():
     """The curvature costs none: landings do, which a punch flat on the whole block has not, but one that is tilted."""
     tilted = pressed(surface=Plane((1.0, 1.0), (-0.1 / np.hypot(0.1, 1.0), -1.0 / np.hypot(0.1, 1.0))))

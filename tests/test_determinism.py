@@ -90,10 +90,9 @@ def resident():
     return int(told.read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6 if told.is_file() else 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.serial
-@pytest.mark.parametrize(
-    "form", [Newton(), pytest.param(Dissipation(), marks=pytest.mark.slow)], ids=lambda form: form.name.value
-)
+@pytest.mark.parametrize("form", [Newton(), Dissipation()], ids=lambda form: form.name.value)
 def test_a_thousand_increments_keep_the_last_alone_and_take_as_long_as_the_first(form):
     """By turns with a march that is young, so that a machine that slows meanwhile slows both."""
     states, memory, old, young = list[weakref.ref](), dict[int, float](), list[float](), list[float]()

@@ -50,9 +50,8 @@ def pushed(geometry):
     return tuple(marched(by_force(geometry), increments=20, bounds=EXACT))
 
 
-@pytest.mark.parametrize(
-    "geometry", [Geometry.PLANE_STRAIN, pytest.param(Geometry.AXISYMMETRIC, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("geometry", [Geometry.PLANE_STRAIN, Geometry.AXISYMMETRIC])
 def test_a_punch_pressed_by_the_force_of_its_path_goes_the_path(geometry):
     one, other = by_path(geometry), pushed(geometry)
     gone = [a.tool_pose(0)[1] for a in other]

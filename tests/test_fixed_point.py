@@ -241,6 +241,7 @@ def test_the_contraction_of_the_design_is_seen(mu: float, factor: float) -> None
     assert seen.steps >= 4
 
 
+@pytest.mark.slow
 def test_de_saxce_alone_gives_the_increments_of_the_threshold() -> None:
     """Point by point to 1e-6, each accepted with less than that."""
     by_threshold, by_shift = (run(0.3, UNCOUPLED, rule, TIGHT) for rule in (Safeguard(), SHIFT))

@@ -117,6 +117,7 @@ def test_gaps_that_are_off_at_one_node_are_found(run, request):
     assert "law" in found(right, offset_end=contacts.offset_end - off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("run", RUNS)
 def test_forces_in_one_frame_for_all_nodes_of_a_mean_are_found(run, request):
     right = request.getfixturevalue(run)

@@ -178,6 +178,7 @@ def test_random_scenes_end_certified_or_by_a_bipot_error(
     assert steps[-1].state.tau == 1.0
 
 
+@pytest.mark.slow
 def test_benchmark_prints_ratios_and_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert speed.main(["--fast", "--forms", "newton", "--out", str(tmp_path)]) == 0
     rows = read(tmp_path / "bench.csv")

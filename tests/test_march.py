@@ -99,7 +99,8 @@ def test_both_forms_agree_on_identical_increments(mu):
         np.testing.assert_allclose(a.state.nodes, b.state.nodes, atol=1e-5)
 
 
-@pytest.mark.parametrize("mu", [0.1, pytest.param(0.3, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("mu", [0.1, 0.3])
 def test_the_force_lies_in_the_rigorous_bracket(mu):
     _, tangent = histories(mu)[FormName.TANGENT]
     assert BRACKET[0] < force(tangent[-1]) < BRACKET[1]

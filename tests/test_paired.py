@@ -125,6 +125,7 @@ def test_no_commit_is_said_to_be_none(capsys):
     assert "no-such-commit: no commit of this repository" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.serial
 def test_this_tree_against_itself(tmp_path, capsys):
     code = main(["HEAD", "--pairs", "2", "--fast", "--only", "newton", "--out", str(tmp_path)])

@@ -174,6 +174,7 @@ def test_what_is_no_run_is_not_drawn(junk, tmp_path, ax):
     refused(lambda: plot.animate(junk, "mises", tmp_path / "a.gif"), words)
 
 
+@pytest.mark.slow
 def test_the_study_draws_as_the_command_does(recorded, tmp_path, capsys):
     pictures = [tmp_path / "one.png", tmp_path / "other.png"]
     asked = [str(recorded), "--field", "mises", "--at", "0.1", "--out"]

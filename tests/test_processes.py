@@ -60,6 +60,7 @@ def test_signals_that_come_twice_are_one(tmp_path):
         assert (process.returncode, said) == (130, STOPPED)
 
 
+@pytest.mark.slow
 def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     with tiny_study(tmp_path) as process:
         theirs = children_of(process.pid) | workers_of(tmp_path)

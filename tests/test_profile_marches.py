@@ -192,6 +192,7 @@ def test_a_blade_that_stands_in_the_body_is_refused_and_none_goes_through_a_node
     assert not blade.crossed(node - (0.0, 0.06), np.array([[-0.2, 0.0]])).any()
 
 
+@pytest.mark.slow
 def test_a_union_presses_with_each_of_its_surfaces_once():
     """Two rolls side by side, as one tool and as two."""
     rolls = Circle((0.25, 1.3), 0.3), Circle((0.8, 1.35), 0.35)

@@ -73,6 +73,7 @@ def test_what_results_do_not_hold_is_refused(tmp_path):
             read()
 
 
+@pytest.mark.slow
 def test_the_command_says_what_differs_and_writes_it(tmp_path, monkeypatch, capsys):
     for name in PAGES:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)

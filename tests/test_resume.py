@@ -142,6 +142,7 @@ def test_what_a_kill_left_of_a_last_line_is_run_again(lost, tmp_path):
     assert [line.split(b",")[:seconds] for line in again] == [line.split(b",")[:seconds] for line in whole.splitlines()]
 
 
+@pytest.mark.slow
 def test_a_fuzz_table_is_made_afresh_when_asked_and_a_strangers_is_refused(tmp_path, capsys):
     path = tmp_path / "fuzz.csv"
     assert fuzz.main(fuzz_line(tmp_path, "--seed", "7")) == 0

@@ -173,6 +173,7 @@ def ring(n):
     )
 
 
+@pytest.mark.slow
 def test_a_cylinder_in_space_is_the_one_of_revolution():
     """With constant shear, pressed by a fifth, on six segments a quarter."""
     flat = [a.tool_forces[0, 1] for a in march(ring(3), BRIEF)]

@@ -80,6 +80,7 @@ except KeyboardInterrupt:
     assert not (tmp_path / "disturbed").exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_that_is_swallowed_ends_the_study_all_the_same(planted, tmp_path):
     there = f"pathlib.Path({str(tmp_path)!r}, 'there').touch()"
     lines = [

@@ -42,6 +42,7 @@ def check(accepted):
     assert all(step.form is FormName.NEWTON for step in accepted)
 
 
+@pytest.mark.slow
 def test_between_planes_it_folds_inside_the_block_however_short_increments_are():
     """At a node inside, where nothing is in contact: no landing and no straight corner is asked about."""
     scene, accepted, words = marched(4, 0.48, 8, "tensor")

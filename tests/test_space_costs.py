@@ -88,6 +88,7 @@ def test_rigid_motions_ask_for_no_more_memory_than_what_is_held():
     assert peak < 8 * held**2 / 20
 
 
+@pytest.mark.slow
 def test_newton_has_nothing_dense_in_the_contacts():
     """Of a thin plate, whose contacts are half of all nodes: arrays of one pass against a matrix of the contacts."""
     scene, n = scene_of(0.3, 1, 0.3), 50

@@ -253,6 +253,7 @@ def slab(space):
     return Scene(brick(1.0, 0.5, 1.0, 4, 1, 4), Geometry.SOLID, STEEL, held, (tool,))
 
 
+@pytest.mark.slow
 def test_a_cylinder_across_a_slab_of_one_element_is_the_circle_in_plane_strain():
     """Slips, friction and all: of half the thickness, half the force, increment by increment."""
     plane, space = (marched(slab(kind), increments=8, bounds=TIGHT) for kind in (False, True))

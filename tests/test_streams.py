@@ -32,6 +32,7 @@ def broken_pipe():
         os.close(writing)
 
 
+@pytest.mark.slow
 def test_a_pipe_that_nobody_reads_ends_nothing(broken_pipe, tmp_path):
     ended = study_with(broken_pipe, tmp_path)
     assert (ended.returncode, ended.stderr) == (0, "")

@@ -121,6 +121,7 @@ def test_the_order_of_a_series_leaves_the_refined_mesh_out_but_not_from_its_side
     assert orders([row(1, 1.6), row(2, 0.8)]) == []
 
 
+@pytest.mark.slow
 def test_the_refined_mesh_has_at_most_2000_elements_and_is_finer_where_it_matters():
     for problem in LIMITS:
         if problem.refined is not None:

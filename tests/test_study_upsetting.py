@@ -239,6 +239,7 @@ def test_interruption_or_failure_leaves_what_was_computed(raised, code, tmp_path
     assert history.state().tau * 0.05 == pytest.approx(0.003)
 
 
+@pytest.mark.slow
 def test_fast_mode_and_hardening(tmp_path):
     code = upsetting.main(["--fast", "--mu", "0.1", "--hardening", "voce:300,100,8", "--out", str(tmp_path)])
     assert code == 0

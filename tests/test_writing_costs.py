@@ -12,7 +12,7 @@ LARGEST = 3.0
 
 
 @pytest.mark.serial
-@pytest.mark.parametrize("form", writing.FORMS)
+@pytest.mark.parametrize("form", writing.FORMS[::-1])
 def test_writing_takes_a_tenth_of_a_run_at_most(form):
     with ProcessPoolExecutor(1, get_context("spawn")) as alone:
         found = alone.submit(writing.cost, form, 10, 45 if form == "newton" else 5).result()

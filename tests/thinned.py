@@ -58,7 +58,6 @@ THINNED = {
     },
     "test_fuzz_shaped_means": {
         "test_drawn_scenes_in_means_and_their_variants_pass_the_recomputation": 6,
-        "test_forces_in_one_frame_for_all_nodes_of_a_mean_are_found": 3,
     },
     "test_fuzz_solid_posed": {
         "test_caps_are_those_of_the_library": 3,
@@ -188,5 +187,6 @@ THINNED = {
         "test_forms_agree_under_a_punch_that_turns": 2,
         "test_turning_a_pressed_body_with_its_platens_takes_no_work": 2,
     },
+    "test_writing_costs": {"test_writing_takes_a_tenth_of_a_run_at_most": 2},
 }
 """n by module and test."""
