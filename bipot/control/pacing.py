@@ -3,7 +3,7 @@ r"""Increments by accuracy: an estimate of the error of the force, and the lengt
 The estimate of an increment is a fraction of the force,
 
     e = |sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)
-        +  min(|v - v_0|^2 / |v|^2, TURNED) / 10.
+        +  min(|v - v_0|^2 / |v|^2, TURNED) / 10  +  L / sum_q w |sigma : de|.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
@@ -12,11 +12,12 @@ The estimate of an increment is a fraction of the force,
 * v, v_0 are the nodal velocities of this increment and the last: the curvature of the motion. A change by more than
   TURNED is an event (first yield, a landing) that does not depend on the length of increments. After a kink, or where
   nothing flows, the two velocities are unrelated.
+* L is the energy by which friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane.
 
-All terms are of order two where the solution is smooth. The next increment is AIMED sqrt(accuracy/e) times as long,
-within the stability of BDF2, and an increment with an error REFUSED times the accuracy is solved again, shorter. The
-factors one half and one tenth are calibrated: with them the largest error of the curve, accumulated errors of motion
-included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
+L is of order one, and the other terms are of order two where the solution is smooth. The next increment is AIMED
+sqrt(accuracy/e) times as long, within the stability of BDF2, and an increment with an error REFUSED times the accuracy
+is solved again, shorter. The factors one half and one tenth are calibrated: with them the largest error of the curve,
+accumulated errors of motion included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
 At rest and at a kink, the first increment has a strain of YIELDING yield strains, at least ONSET sqrt(accuracy) and at
 most GROWTH times that, judged by the travel of tools and supports over the body's extent. Where a load changes or a
@@ -34,6 +35,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bipot.control.lag import lag
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -83,7 +85,8 @@ def error_estimate(start: State, solved: Solved) -> float:
     square = float(vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / kin.volume.sum())
     flowing = bool(response.returned.plastic.any())
     bent = _turned(increment, start, solved) / 10 if flowing else 0.0
-    return (missed / taken / 2 if taken > 0 else 0.0) + square / 12 + bent
+    lagging = 0.0 if at_kink(increment.system, start.tau) else lag(start, solved)
+    return ((missed / 2 + lagging) / taken if taken > 0 else 0.0) + square / 12 + bent
 
 
 def begins_flow(start: State, solved: Solved) -> bool:

@@ -1,0 +1,63 @@
+r"""How far friction lags behind slip that turns: the part of the error of an increment that is of order one.
+
+Friction opposes the slip of the whole increment, but its force is one of the end. Where slip turns in the surface, as
+under a tool that twists while it presses, friction lags by half the angle that slip turns by in the increment. The lag
+has the energy
+
+    sum_c |(r_t - |r_t| t_0) . du| / 2 . 2 h/(h + h_0),
+
+t_0 the direction of friction in the last increment, turned with the tool, du the displacement of the body's point and
+h, h_0 the lengths of the two increments: directions are those of the middles. Points that stick, land or slide back
+do not count. In a plane there is no other direction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.increment import Solved
+from bipot.response import State
+from bipot.tensors import norm
+from bipot.tools.poses import angles_of, rotation
+from bipot.typing import Floats, vdot
+
+LEAST_SLIP = 1e-6
+"""Over the motion expected in the increment: a smaller slip is that of a point that sticks."""
+
+
+def lag(start: State, solved: Solved) -> float:
+    """The energy (module docstring) of the increment ``solved`` from the accepted ``start``; zero from rest."""
+    iterate = solved.iterate
+    increment = iterate.increment
+    contacts, length = increment.system.candidates, increment.tau - start.tau
+    if start.nodes.shape[1] == 2 or not start.length > 0:
+        return 0.0
+    now = contacts.vectors(_tangential(solved.r), iterate.frames)
+    then = contacts.vectors(_tangential(start.forces), contacts.frames_at(start.nodes, increment.tools.placed))
+    then = _along(_with_tools(solved, then), iterate.frames[:, 0])
+    size, last = norm(now), norm(then)
+    slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
+    on = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
+    ratio = np.divide(size, last, out=np.zeros_like(size), where=on)
+    moved = contacts.met.motion(solved.response.du)
+    lags = np.vecdot(now - ratio[:, None] * then, moved)
+    return vdot(np.abs(lags), on) * length / (length + start.length)
+
+
+def _tangential(r: Floats) -> Floats:
+    """Forces r (c, d) without their normal components."""
+    return np.column_stack([np.zeros(len(r)), r[:, 1:]])
+
+
+def _with_tools(solved: Solved, vectors: Floats) -> Floats:
+    """Vectors (w, 3) where tools are met, turned as these turn in the increment."""
+    contacts, out = solved.iterate.increment.system.candidates, vectors.copy()
+    owner = contacts.tool[contacts.parts.owner]
+    for tool in np.flatnonzero(contacts.scene.turning).tolist():
+        out[owner == tool] = vectors[owner == tool] @ rotation(angles_of(solved.iterate.advance[tool])).T
+    return out
+
+
+def _along(vectors: Floats, normals: Floats) -> Floats:
+    """Vectors (w, 3) without their components along the normals (w, 3)."""
+    return vectors - np.vecdot(vectors, normals)[:, None] * normals
