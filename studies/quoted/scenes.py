@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import statistics
+
 from studies.quoted.filling import Quoted
 from studies.quoted.results import Results, digits
 
@@ -16,10 +19,18 @@ def _has_an_error_of_its_own(results: Results) -> bool:
     return max(results.column("paced", "true_error", accuracy=1e-4)) > 2e-4
 
 
+def _ratios(results: Results) -> list[float]:
+    """Passes over those of the cheapest equal increments, where there are any."""
+    ratios = results.column("paced", "ratio")
+    return [ratio for ratio in ratios if not math.isnan(ratio)]
+
+
 QUOTED = Quoted(
     values={
         "over_asked_least": lambda results: digits(min(_over_asked(results)), 1),
         "over_asked_most": lambda results: digits(max(_over_asked(results)), 1),
+        "more_passes": lambda results: digits(100 * (max(_ratios(results)) - 1), 2),
+        "paced_mean": lambda results: digits(statistics.geometric_mean(_ratios(results)), 2),
     },
     claims={"the first point past first yield has an error of about that size": _has_an_error_of_its_own},
 )
