@@ -133,8 +133,11 @@ class Pattern:
 
     @cached_property
     def _transpose(self) -> sp.csc_matrix:
-        """The transpose's pattern with data of no meaning."""
-        return sp.csc_matrix((np.ones(len(self.indices)), self.indices, self.indptr), shape=(self.size, self.size))
+        """The transpose's pattern with data of no meaning, its indices known to be in order and each there once."""
+        data = np.ones(len(self.indices))
+        found = sp.csc_matrix((data, self.indices, self.indptr), shape=(self.size, self.size))
+        found.sum_duplicates()
+        return found
 
     def solve(self, factor: Factor, b: Floats) -> Floats:
         """x (n,) with A x = b, both in the numbering of the unknowns."""
