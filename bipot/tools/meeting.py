@@ -3,7 +3,7 @@ r"""Where candidates meet their tools at the end of an increment, and how that c
 In the tool's own frame a candidate moves from y to y + dy in the increment. Its gap at the end is that at the start
 plus its growth. Its slip is the arc of the surface between the nearest points at start and end, so slips add up over
 increments (:mod:`bipot.tools.surfaces`); in space it is that of :mod:`bipot.tools.slips`. For a candidate that starts
-apart from the tool, slip begins where the body at rest would touch it: motion in the air is no slip
+apart from the tool, slip begins where the body, as far as it is carried, would touch it: motion in the air is no slip
 (:meth:`Faces.in_air`). With frame n, t_i and C = grad n at the end (c t t' in a plane), forces r = (r_n, r_t) dual to
 them are
 

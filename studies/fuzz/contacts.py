@@ -20,6 +20,7 @@ from studies.fuzz.placed import (
     turned_by_moments,
 )
 from studies.fuzz.points import Points, edges_of, points_of
+from studies.fuzz.riding import ridden
 from studies.fuzz.surfaces import outlines
 from studies.independent.data import Contacts, Curved, Setting
 from studies.independent.element import place
@@ -59,7 +60,7 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
 def facing(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
     """The same without caps: it is not asked what friction they may carry."""
     node, tool = points.node, points.tool
-    parts = Parts.of(points.weights)
+    parts, shapes = Parts.of(points.weights), [rigid(scene, k, start, end) for k in range(len(scene.tools))]
     each = tool[parts.owner]
     flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
     normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
@@ -75,7 +76,7 @@ def facing(scene: Scene, setting: Setting, points: Points, start: State, end: St
         offset=np.vecdot(normal, point + tools_at(scene, start))[each],
         offset_end=np.vecdot(normal, point + tools_at(scene, end))[each],
         motion=tools_gone(scene, start, end)[each],
-        taken=taken_along(scene, start.tau, end.tau)[parts.node],
+        taken=taken_along(scene, start.tau, end.tau)[parts.node] + ridden(scene, setting, (start, end), shapes)[each],
     )
     return planes if None not in flat else _met(scene, setting, planes, start, end)
 

@@ -100,7 +100,7 @@ class Contacts:
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
     the end, and ``offset`` is that of the start; the motion is that of the tool's point there. In a body that supports
-    carry and that is at rest otherwise, nodes go ``taken`` (w, 2). Gaps and slips of
+    and other tools carry and that is at rest otherwise, nodes go ``taken`` (w, 2). Gaps and slips of
     candidates are the means of those of nodes, and nodes take their shares of forces as vectors of their own.
     """
 

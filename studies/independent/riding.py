@@ -1,0 +1,71 @@
+"""How far the tools that touch a body take it along where its supports leave it free: nothing of the library.
+
+Of tool j each point that touches at the start takes along v: what its tool goes towards the body along the normal,
+what it goes across it where friction holds it, and all that it goes where it is welded. v_j is the mean by the forces
+that push, or over all points if none does. What tool k meets goes by the mean of the v_j of the other tools, mirror
+images included, each counted as often as it is long.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.independent.contact import HOLDS, TOUCHING
+from studies.independent.data import CARRIES
+from studies.independent.element import Bools, Floats, Ints
+
+
+@dataclass(frozen=True)
+class Ride:
+    """Candidates (c,) with their ``tool``, ``gap``, ``mu``, forces r (c, d) at the start, and who is ``welded``.
+
+    They are means of nodes (w,): ``owner``, ``share``, the ``normal`` (w, d) and the way ``goes`` (w, d) of the tool
+    under it, beyond that of the supports. ``images`` (k,) are how many tools of the whole body each one is, ``held``
+    (s, d) directions in which supports or planes hold the body.
+    """
+
+    tool: Ints
+    gap: Floats
+    mu: Floats
+    welded: Bools
+    r: Floats
+    owner: Ints
+    share: Floats
+    normal: Floats
+    goes: Floats
+    images: Floats
+    held: Floats
+
+    def ways(self, size: float) -> Floats:
+        """Translations (k, d) of what tools meet, of a body of the ``size``."""
+        count, d = len(self.images), self.r.shape[1]
+        own = [self._of(k, size) for k in range(count)]
+        out = np.zeros((count, d))
+        for k in range(count):
+            total = 0.0
+            for j in range(count):
+                often = (self.images[j] - (j == k)) * float(np.linalg.norm(own[j]))
+                out[k] += often * own[j]
+                total += often
+            out[k] /= total or 1.0
+        return out - out @ np.linalg.pinv(self.held, rcond=1e-9) @ self.held
+
+    def _of(self, k: int, size: float) -> Floats:
+        """v_k."""
+        near = (self.tool == k) & (self.gap <= TOUCHING * size)
+        largest = float(np.linalg.norm(self.r, axis=1).max(initial=0.0))
+        pushing = near & (self.r[:, 0] > CARRIES * largest)
+        weight = (self.r[:, 0] if pushing.any() else np.ones(len(near))) * (pushing if pushing.any() else near)
+        friction = np.linalg.norm(self.r[:, 1:], axis=1)
+        held = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
+        total, out = 0.0, np.zeros(self.r.shape[1])
+        for c, share, n, m in zip(
+            self.owner.tolist(), np.abs(self.share).tolist(), self.normal, self.goes, strict=True
+        ):
+            towards = float(n @ m)
+            v = m if self.welded[c] else max(towards, 0.0) * n + held[c] * (m - towards * n)
+            out += share * float(weight[c]) * v
+            total += share * float(weight[c])
+        return out / (total or 1.0)
