@@ -15,8 +15,9 @@ lands on it, is in touch as long as the point follows it. Of its slip the part
 
     b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
 
-rubs, with a the gap that opens or closes and du_0 the motion of a body that its supports and the other tools carry and that
-is otherwise at rest (:mod:`bipot.borne`). Slips of points that land on curved tools begin where they land (:mod:`bipot.tools.meeting`): b is one.
+rubs, with a the gap that opens or closes and du_0 the motion of a body that its supports and the other tools carry and
+that is otherwise at rest (:mod:`bipot.borne`). Slips of points that land on curved tools begin where they land
+(:mod:`bipot.tools.meeting`): b is one.
 
 The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
 """

@@ -6,7 +6,7 @@ import pytest
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
 from bipot.laws.hardening import Linear
-from bipot.laws.material import Elastic
+from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march
 from bipot.meshes.elements import Element
@@ -32,7 +32,7 @@ DEPTH, ALONG = 0.002, 0.1
 LIFTED = ((0.0, 0.0), (0.5, 1.0), (1.0, -3.0))
 
 
-def lying(support: bool, path, beneath, material=CORK):
+def lying(support: bool, path, beneath, material: Material = CORK):
     """A slab whose top goes down by multiples of the depth, by its supports or welded to a tool."""
     taus, multiples = zip(*path, strict=True)
     if support:

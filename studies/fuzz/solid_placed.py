@@ -88,8 +88,8 @@ def way_along(scene: Scene, before: float, after: float) -> Floats:
     normals = np.array([way for way, _ in planes_of(scene)]).reshape(-1, 3)
     inside = np.eye(3) - np.linalg.pinv(normals) @ normals
     by = np.array([asked(support, after) - asked(support, before) for support in others])
-    way: Floats = np.linalg.pinv(np.array([direction_of(support) for support in others]) @ inside, rcond=1e-9) @ by
-    return way
+    ways = np.array([direction_of(support) for support in others]) @ inside
+    return np.asarray(np.linalg.pinv(ways, rcond=1e-9) @ by, np.float64)
 
 
 def taken_along(scene: Scene, before: float, after: float) -> Floats:

@@ -4,7 +4,7 @@ A point of the tool that is at X at rest is at C + a + Q(theta) (X - C) in the p
 tool as if it rested. Of a node that the tool sees at y and that goes by dy there, the slip is the arc of the outline
 between the nearest places of start and end, over a joint of two outlines that of both. A candidate is a mean of nodes:
 of one that starts apart from the tool slips begin where its mean gap would come to close as the tool goes on past a
-body at rest.
+body that goes as it is carried.
 """
 
 from __future__ import annotations
