@@ -160,8 +160,8 @@ def touching_part(before: Floats, after: Floats, goes: Floats, lands: Bools, siz
 def _not_in_air(c: Contacts, before: Floats, after: Floats, went: Floats, size: float) -> Floats:
     """The part (c,) of slips along which points touch, with gaps ``before`` and ``after`` (c,), nodes ``went`` (w, 2).
 
-    The tool's way along the normal is what points go with it, beyond how they are carried, and what it is away from them;
-    of slips of shaped tools what is before they land is left out already.
+    The tool's way along the normal is what points go with it, beyond how they are carried, and what it is away from
+    them; of slips of shaped tools what is before they land is left out already.
     """
     lands = np.ones(len(before), dtype=bool) if c.curved is None else ~c.curved.apart
     return touching_part(before, after, c.parts.mean(np.vecdot(c.start_normal, went - c.taken)), lands, size)
