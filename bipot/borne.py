@@ -1,18 +1,18 @@
 r"""How far tools take along a body that supports leave free: what one tool meets rides on the others.
 
 Tool j takes along what touches it where the increment starts. Its points there go m_c along its path and as it turns;
-beyond the way v_0 of the supports it takes along
+beyond a way v of the body it takes along
 
-    v_j = mean_c [n (n . m)+  +  (1 - n n') m  where friction holds],    m = m_c - v_0,
+    v_j(v) = mean_c [n (n . m)+  +  (1 - n n') m  where friction holds],    m = m_c - v,
 
 all of m where it is welded, by the mean over its points that push, weighted by r_n, or over all if none does. A body
-that tool k meets is taken along by the others,
+that tool k meets is taken along by the others, beyond the way v_s of the supports by
 
-    N N' sum_j |v_j| v_j / sum_j |v_j|,
+    v_1 = N N' V(v_s),        v_1 + 1/2 N N' V(v_s + v_1),        V(v) = sum_j |v_j| v_j / sum_j |v_j|,
 
 with N the directions in which no support and no plane of symmetry holds anything. It is the way of the one tool that
-moves and pushes, none where all rest or recede, and none between two that squeeze alike. Mirror images of tools beyond
-planes of symmetry are tools, too.
+pushes, as far as no other is in the way, the mean of both ways of two that squeeze, and none where all rest or recede.
+Mirror images of tools beyond planes of symmetry are tools, too.
 
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
@@ -20,6 +20,7 @@ What forces and moments make of a tool's way is not known before the increment i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -47,43 +48,51 @@ class Riding:
 
     def ways(self, free: Floats) -> Floats:
         """Translation (k, d) of the body by the other tools, as each tool meets it, along the ``free`` (d, m)."""
-        own, images = self._taken_along(), self._images()
-        each = norm(own) * images
-        weights = np.tile(each, (len(own), 1))
-        # Of its own images a tool is not one itself.
-        np.fill_diagonal(weights, norm(own) * (images - 1))
-        total = weights.sum(axis=1, keepdims=True)
-        return np.divide(weights @ own, total, out=np.zeros_like(own), where=total > 0) @ free @ free.T
-
-    def _taken_along(self) -> Floats:
-        """v_j (k, d) of each tool, zero where it touches nothing."""
-        contacts, r = self.candidates, self.start.forces
-        owner, touching = contacts.parts.owner, touches(self.start.gap, contacts.scene.mesh.size)
-        pushes, out = touching & carries(r), np.zeros((len(contacts.scene.tools), self.motion.shape[1]))
-        along = self._along()
-        for k in range(len(out)):
-            mine = contacts.tool == k
-            some = bool((mine & pushes).any())
-            share = np.where(mine & pushes, r[:, 0], 0.0) if some else (mine & touching).astype(np.float64)
-            weight = np.abs(contacts.parts.weight) * share[owner]
-            if weight.any():
-                out[k] = weight @ along / weight.sum()
+        count, out = len(self.candidates.scene.tools), np.zeros((len(self.candidates.scene.tools), len(free)))
+        alone = self._taken_along(np.zeros(len(free)))
+        for k in range(count):
+            once = self._by_others(alone, k) @ free @ free.T
+            out[k] = once + self._by_others(self._taken_along(once), k) @ free @ free.T / 2
         return out
 
-    def _along(self) -> Floats:
-        """What each part is taken along by (w, d)."""
-        owner = self.candidates.parts.owner
-        pushed = np.vecdot(self.normal, self.motion)[:, None] * self.normal
-        welded, held = self.candidates.welded[owner], self._held()[owner]
-        by = np.where((np.vecdot(self.normal, self.motion) > 0)[:, None], pushed, 0.0)
-        by = by + np.where(held[:, None], self.motion - pushed, 0.0)
-        return np.where(welded[:, None], self.motion, by)
+    def _by_others(self, own: Floats, k: int) -> Floats:
+        """V (d,) of tools that take along ``own`` (k, d), as the k-th meets it: of its own images it is not one."""
+        weights = norm(own) * (self._images - (np.arange(len(own)) == k))
+        total = float(weights.sum())
+        return weights @ own / total if total > 0 else np.zeros(own.shape[1])
 
+    def _taken_along(self, way: Floats) -> Floats:
+        """v_j (k, d) of each tool beyond a ``way`` (d,), zero where it touches nothing."""
+        along, out = self._along(self.motion - way), np.zeros((len(self._weights), len(way)))
+        for own, weight in zip(out, self._weights, strict=True):
+            if weight.any():
+                own[:] = weight @ along / weight.sum()
+        return out
+
+    @cached_property
+    def _weights(self) -> Floats:
+        """Of the means over the points of each tool (k, w)."""
+        contacts, r = self.candidates, self.start.forces
+        touching = touches(self.start.gap, contacts.scene.mesh.size)
+        own = contacts.tool == np.arange(len(contacts.scene.tools))[:, None]
+        pushing = own & touching & carries(r)
+        share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], own & touching)
+        return np.abs(contacts.parts.weight) * share[:, contacts.parts.owner]
+
+    def _along(self, motion: Floats) -> Floats:
+        """What each part is taken along by (w, d) as the tool goes this ``motion`` (w, d) under it."""
+        owner, towards = self.candidates.parts.owner, np.vecdot(self.normal, motion)[:, None]
+        across = np.where(self._held[owner, None], motion - towards * self.normal, 0.0)
+        pushed = np.where(towards > 0, towards * self.normal, 0.0)
+        return np.where(self.candidates.welded[owner, None], motion, pushed + across)
+
+    @cached_property
     def _held(self) -> Bools:
         """Candidates (c,) that friction holds where the increment starts, caps aside."""
         r, mu = self.start.forces, np.where(np.isfinite(self.candidates.mu), self.candidates.mu, 0.0)
         return norm(r[:, 1:]) < mu * r[:, 0] - HOLDS * float(norm(r).max(initial=0.0))
 
+    @cached_property
     def _images(self) -> Floats:
         """How many tools (k,) of the whole body each one is, with its mirror images."""
         scene = self.candidates.scene

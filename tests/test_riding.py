@@ -5,10 +5,11 @@ import pytest
 
 from bipot.fem.reduction import Geometry
 from bipot.forms import Newton
+from bipot.increment import Increment
 from bipot.laws.hardening import Linear
 from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.marching import Control, march
+from bipot.marching import Control, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
@@ -112,6 +113,25 @@ def test_half_a_body_rides_as_the_whole_does(way):
         np.testing.assert_allclose(b.tool_force(0), a.tool_force(0), rtol=1e-7, atol=1e-7)
         np.testing.assert_allclose(list(vars(b.energies).values()), list(vars(a.energies).values()), rtol=1e-7)
     assert halves[-1].energies.friction > 0
+
+
+@pytest.mark.parametrize("frame", [0.0, 0.4, 1.3])
+def test_a_squeezed_body_goes_as_its_tools_do_on_the_average(frame):
+    """As seen from a place that goes down itself, too."""
+
+    def way(below: float, above: float) -> float:
+        tools = (
+            FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, below + frame), ("base",), 0.0),
+            FlatTool((0.0, 0.1), (0.0, -1.0), (0.0, above + frame), ("top",), 0.0),
+            FlatTool((1.0, 0.0), (-1.0, 0.0), (0.0, frame), ("right",), 0.0),
+        )
+        system = system_of(Scene(SLAB, Geometry.PLANE_STRAIN, STEEL, (Support("left", 0),), tools))
+        tools_of = Increment(system, system.rest(), 1.0).tools
+        return float(tools_of.taken[system.candidates.tool == 2, 1].mean()) - frame
+
+    assert way(0.0, -0.01) == pytest.approx(-0.005)
+    assert way(0.003, -0.001) == pytest.approx(0.001)
+    assert way(0.003, 0.0) == pytest.approx(0.0015)
 
 
 def test_a_body_that_rides_does_so_turned_too():

@@ -3,7 +3,7 @@
 Of tool j each point that touches at the start takes along v: what its tool goes towards the body along the normal,
 what it goes across it where friction holds it, and all that it goes where it is welded. v_j is the mean by the forces
 that push, or over all points if none does. What tool k meets goes by the mean of the v_j of the other tools, mirror
-images included, each counted as often as it is long.
+images included, each counted as often as it is long; then by half of the same mean of what the tools go beyond that.
 """
 
 from __future__ import annotations
@@ -40,20 +40,25 @@ class Ride:
 
     def ways(self, size: float) -> Floats:
         """Translations (k, d) of what tools meet, of a body of the ``size``."""
-        count, d = len(self.images), self.r.shape[1]
-        own = [self._of(k, size) for k in range(count)]
-        out = np.zeros((count, d))
-        for k in range(count):
-            total = 0.0
-            for j in range(count):
-                often = (self.images[j] - (j == k)) * float(np.linalg.norm(own[j]))
-                out[k] += often * own[j]
-                total += often
-            out[k] /= total or 1.0
+        out = np.zeros((len(self.images), self.r.shape[1]))
+        for k, way in enumerate(out):
+            for part in (1.0, 0.5):
+                way += part * self._others(k, way.copy(), size)
+        return out
+
+    def _others(self, k: int, way: Floats, size: float) -> Floats:
+        """Their mean beyond a ``way`` (d,), where the body is free."""
+        total, out = 0.0, np.zeros(len(way))
+        for j, images in enumerate(self.images.tolist()):
+            own = self._of(j, way, size)
+            often = (images - (j == k)) * float(np.linalg.norm(own))
+            out += often * own
+            total += often
+        out /= total or 1.0
         return out - out @ np.linalg.pinv(self.held, rcond=1e-9) @ self.held
 
-    def _of(self, k: int, size: float) -> Floats:
-        """v_k."""
+    def _of(self, k: int, way: Floats, size: float) -> Floats:
+        """v_k of what the tool goes beyond a ``way`` (d,)."""
         near = (self.tool == k) & (self.gap <= TOUCHING * size)
         largest = float(np.linalg.norm(self.r, axis=1).max(initial=0.0))
         pushing = near & (self.r[:, 0] > CARRIES * largest)
@@ -62,7 +67,7 @@ class Ride:
         held = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
         total, out = 0.0, np.zeros(self.r.shape[1])
         for c, share, n, m in zip(
-            self.owner.tolist(), np.abs(self.share).tolist(), self.normal, self.goes, strict=True
+            self.owner.tolist(), np.abs(self.share).tolist(), self.normal, self.goes - way, strict=True
         ):
             towards = float(n @ m)
             v = m if self.welded[c] else max(towards, 0.0) * n + held[c] * (m - towards * n)
