@@ -155,8 +155,19 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
-        before = self._in_air(advance[:, : du.shape[1]]) if self._forced else self._in_air_along_path
-        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
+        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), self._before(advance))
+
+    def left(self, advance: Floats) -> Floats:
+        """Gaps (c,) with which slips begin, as poses ``advance`` by (k, 3): to flat tools those of the start."""
+        if not self.candidates.curved:
+            return self.start.gap
+        gap = self.candidates.faces.after(self._going(np.zeros_like(self.start.nodes), advance), self._before(advance))
+        flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
+        return np.where(flat[self.candidates.tool], self.start.gap, gap)
+
+    def _before(self, advance: Floats) -> Floats:
+        """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, 3)."""
+        return self._in_air(advance[:, : self.start.nodes.shape[1]]) if self._forced else self._in_air_along_path
 
     def _going(self, du: Floats, advance: Floats) -> Going:
         """The motion of parts and tools for these displacements (a, d) and changes of poses (k, 3)."""

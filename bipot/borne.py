@@ -3,10 +3,11 @@ r"""How far tools take along a body that supports leave free: what one tool meet
 Tool j takes along what touches it where the increment starts. Its points there go m_c along its path and as it turns;
 beyond a way v of the body it takes along
 
-    v_j(v) = mean_c [n (n . m)+  +  (1 - n n') m  where friction holds],    m = m_c - v,
+    v_j(v) = mean_c n (n . m)+,    m = m_c - v,
 
-all of m where it is welded, by the mean over its points that push, weighted by r_n, or over all if none does. A body
-that tool k meets is taken along by the others, beyond the way v_s of the supports by
+(1 - n n') m besides where friction holds all points that push, and all of m where it is welded, by the mean over its
+points that push, weighted by r_n, or over all if none does. A body that tool k meets is taken along by the others,
+beyond the way v_s of the supports by
 
     v_1 = N N' V(v_s),        v_1 + 1/2 N N' V(v_s + v_1),        V(v) = sum_j |v_j| v_j / sum_j |v_j|,
 
@@ -88,9 +89,13 @@ class Riding:
 
     @cached_property
     def _held(self) -> Bools:
-        """Candidates (c,) that friction holds where the increment starts, caps aside."""
-        r, mu = self.start.forces, np.where(np.isfinite(self.candidates.mu), self.candidates.mu, 0.0)
-        return norm(r[:, 1:]) < mu * r[:, 0] - HOLDS * float(norm(r).max(initial=0.0))
+        """Candidates (c,) of tools of which friction holds all points that push where it starts, caps aside."""
+        contacts, r = self.candidates, self.start.forces
+        mu, tools = np.where(np.isfinite(contacts.mu), contacts.mu, 0.0), np.arange(len(contacts.scene.tools))
+        slides = norm(r[:, 1:]) >= mu * r[:, 0] - HOLDS * float(norm(r).max(initial=0.0))
+        own = contacts.tool == tools[:, None]
+        holds = (own & carries(r)).any(axis=1) & ~(own & carries(r) & slides).any(axis=1)
+        return np.asarray(holds[contacts.tool])
 
     @cached_property
     def _images(self) -> Floats:

@@ -22,6 +22,7 @@ from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
 from studies.fuzz.unfolded import unfolded
+from studies.verification.cases.strip_rolling import MU, PRESSED, RADIUS, rolled
 from tests.inclined import turned
 
 SLAB = block(1.0, 0.1, 6, 2, element=Element.Q4)
@@ -162,3 +163,20 @@ def test_a_brick_rides_as_well():
     exact = 0.2 * -steps[-1].tool_force(0)[2] * -1 / 2 * np.hypot(ALONG, 0.03) / 4
     assert steps[-1].energies.friction == pytest.approx(exact, rel=0.05)
     assert max(m.energies for m in measured_in_space(Ran(asked, steps, ""))) < 1e-9
+
+
+def test_a_roll_pulls_in_what_reaches_it_slower_than_it_turns():
+    """A strip comes to a roll that turns in its place: it is slower there, and slips by no more than it is slower."""
+    strip, landed = rolled(1), 0
+    for a in march(strip, Schedule(40, first=0.002, landings=(PRESSED,))):
+        contacts, r = a.solved.iterate.increment.system.candidates, a.solved.r
+        slower = RADIUS * (strip.tools[0].pose(a.state.tau)[2] - strip.tools[0].pose(a.start.tau)[2])
+        slower = slower - a.state.du[contacts.node, 0]
+        lands = (a.start.gap > 1e-8) & (r[:, 0] > 1e-6) & (a.start.tau >= PRESSED)
+        assert (slower[lands] > 0).all()
+        np.testing.assert_allclose(r[lands, 1], -MU * r[lands, 0], rtol=1e-6)
+        assert (np.abs(a.solved.iterate.motion[lands, 1]) < 1.1 * slower[lands]).all()
+        landed += int(lands.sum())
+        if a.state.tau > 0.5:
+            break
+    assert landed

@@ -101,7 +101,8 @@ def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: St
         curved.slid[own] = found.slip - np.vecdot(tangent, beside)
         curved.places[own] = tool.extent
         curved.blurred[own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1), 0.0)
-        curved.apart[planes.tool == k], curved.past[own] = found.apart, found.past
+        curved.apart[planes.tool == k], curved.left[planes.tool == k] = found.apart, found.left
+        curved.past[own] = found.past
         curved.stretch[0][own], curved.stretch[1][own] = found.stretch
     return replace(planes, normal=normal, motion=motion, offset=offset, offset_end=offset_end, curved=curved)
 
@@ -116,6 +117,7 @@ def _as_if_flat(planes: Contacts) -> Curved:
         slid=np.zeros(count),
         blurred=np.zeros(count),
         apart=np.zeros(len(planes.node), dtype=bool),
+        left=np.full(len(planes.node), np.inf),
         past=np.zeros(count, dtype=bool),
         places=np.zeros(count),
     )

@@ -112,6 +112,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
         follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked)),
         before=before,
         apart=found.apart,
+        left=np.where(found.apart, found.left, before),
         past=parts.any(found.past),
         owner=parts.owner,
         part=parts.node,

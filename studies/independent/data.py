@@ -76,7 +76,7 @@ class Curved:
     which the arc of a tool is longer than the way of the node; what gap and slip grow by beyond the way along normal
     and tangent, ``opened`` and ``slid`` (w,), and the lengths (w,) of places that these are differences of,
     ``blurred``; ``past`` (w,) says which end past an open end of the tool, ``places`` (w,) is the size of its numbers.
-    ``apart`` (c,) says which candidates start in the air.
+    ``apart`` (c,) says which candidates start in the air, ``left`` (c,) the gaps with which they begin to slip.
     """
 
     normal: Floats
@@ -85,6 +85,7 @@ class Curved:
     slid: Floats
     blurred: Floats
     apart: Bools
+    left: Floats
     past: Bools
     places: Floats
 

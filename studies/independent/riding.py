@@ -1,9 +1,10 @@
 """How far the tools that touch a body take it along where its supports leave it free: nothing of the library.
 
 Of tool j each point that touches at the start takes along v: what its tool goes towards the body along the normal,
-what it goes across it where friction holds it, and all that it goes where it is welded. v_j is the mean by the forces
-that push, or over all points if none does. What tool k meets goes by the mean of the v_j of the other tools, mirror
-images included, each counted as often as it is long; then by half of the same mean of what the tools go beyond that.
+what it goes across it where friction holds all points that push, and all that it goes where it is welded. v_j is the
+mean by the forces that push, or over all points if none does. What tool k meets goes by the mean of the v_j of the
+other tools, mirror images included, each counted as often as it is long; then by half of the same mean of what the
+tools go beyond that.
 """
 
 from __future__ import annotations
@@ -64,13 +65,15 @@ class Ride:
         pushing = near & (self.r[:, 0] > CARRIES * largest)
         weight = (self.r[:, 0] if pushing.any() else np.ones(len(near))) * (pushing if pushing.any() else near)
         friction = np.linalg.norm(self.r[:, 1:], axis=1)
-        held = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
+        holds = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
+        pushes = (self.tool == k) & (self.r[:, 0] > CARRIES * largest)
+        held = bool(pushes.any() and holds[pushes].all())
         total, out = 0.0, np.zeros(self.r.shape[1])
         for c, share, n, m in zip(
             self.owner.tolist(), np.abs(self.share).tolist(), self.normal, self.goes - way, strict=True
         ):
             towards = float(n @ m)
-            v = m if self.welded[c] else max(towards, 0.0) * n + held[c] * (m - towards * n)
+            v = m if self.welded[c] else max(towards, 0.0) * n + held * (m - towards * n)
             out += share * float(weight[c]) * v
             total += share * float(weight[c])
         return out / (total or 1.0)
