@@ -22,7 +22,7 @@ from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
 from studies.fuzz.unfolded import unfolded
-from studies.verification.cases.strip_rolling import MU, PRESSED, RADIUS, rolled
+from studies.verification.cases.strip_rolling import MU, PRESSED, RADIUS, STEADY, rolled
 from tests.inclined import turned
 
 SLAB = block(1.0, 0.1, 6, 2, element=Element.Q4)
@@ -180,3 +180,24 @@ def test_a_roll_pulls_in_what_reaches_it_slower_than_it_turns():
         if a.state.tau > 0.5:
             break
     assert landed
+
+
+@pytest.mark.slow
+def test_a_rolled_strip_takes_in_few_increments_what_it_does_in_many():
+    """Force of the roll on the steady way, and friction there: with the wrong sign at landings twice as much."""
+
+    def steady(increments):
+        begun, spent, force = STEADY[0] + 1e-9, [0.0], 0.0
+        for a in march(rolled(2), Schedule(increments, first=0.002, landings=(PRESSED, *STEADY))):
+            if a.state.tau > STEADY[1] + 1e-9:
+                break
+            if a.state.tau > begun:
+                force += (a.state.tau - a.start.tau) * a.tool_forces[0][1]
+                spent.append(a.energies.friction)
+            else:
+                spent = [a.energies.friction]
+        return force, spent[-1] - spent[0]
+
+    (few, rubbed_in_few), (many, rubbed_in_many) = steady(40), steady(160)
+    assert few == pytest.approx(many, rel=0.003)
+    assert rubbed_in_few == pytest.approx(rubbed_in_many, rel=0.05)
