@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import null_space
 
+from bipot.borne import Riding
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
@@ -20,6 +21,9 @@ from bipot.typing import Floats, Vector
 
 ROUND_OFF = 1e-12
 """A direction whose part within the planes is no more than this is normal to them."""
+
+ALIGNED = 1e-9
+"""Directions of supports that differ by less are one."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
@@ -74,18 +78,44 @@ class Advance:
         the other supports prescribe; held nodes move as prescribed. This is continuous in what is prescribed, exact
         where that is a translation, and the same for half a body as for the whole.
         """
-        scene = self.candidates.scene
         if not self.driven.any():
             return self.driven
-        d = scene.mesh.dimension
-        # A ring moves along its axis.
-        planes = [s.along(d) for s in scene.supports if isinstance(s, Symmetry)]
-        planes += [(1.0, 0.0)] * (scene.geometry is Geometry.AXISYMMETRIC)
+        holding = self.candidates.scene.holding
+        missing = np.where(holding.held, holding.axes.components(self.driven - self._way), 0.0)
+        return self._way + holding.axes.field(missing)
+
+    @cached_property
+    def _way(self) -> Floats:
+        """The translation (d,) of such a body."""
+        scene = self.candidates.scene
+        if not self.driven.any():
+            return np.zeros(scene.mesh.dimension)
         others = [s for s in scene.supports if not isinstance(s, Symmetry)]
-        way = nearest([s.along(d) for s in others], [self._asked(s) for s in others], planes)
-        axes = scene.holding.axes
-        missing = np.where(scene.holding.held, axes.components(self.driven - way), 0.0)
-        return way + axes.field(missing)
+        ways = [s.along(scene.mesh.dimension) for s in others]
+        return nearest(ways, [self._asked(s) for s in others], self._planes)
+
+    @property
+    def _planes(self) -> list[Vector]:
+        """Normals of the planes in which bodies stay: those of symmetry, and a ring moves along its axis."""
+        scene = self.candidates.scene
+        planes = [s.along(scene.mesh.dimension) for s in scene.supports if isinstance(s, Symmetry)]
+        return planes + [(1.0, 0.0)] * (scene.geometry is Geometry.AXISYMMETRIC)
+
+    @cached_property
+    def taken(self) -> Floats:
+        """Displacement (w, d) of parts of a body at rest that supports and, as a tool meets it, the others carry.
+
+        By its supports it goes :attr:`along`, and in directions that these leave free as in :mod:`bipot.borne`.
+        """
+        contacts = self.candidates
+        out, d = contacts.met.motion(self.along), contacts.scene.mesh.dimension
+        held = [s.along(d) for s in contacts.scene.supports] + self._planes
+        free = null_space(np.vstack([np.zeros(d), *held]), rcond=ALIGNED)
+        if not free.size or len(contacts.scene.tools) < 2 - bool(contacts.scene.planes):
+            return out
+        tool = contacts.tool[contacts.parts.owner]
+        motion = self.travel[tool] + self.swept(self.path) - self._way
+        return out + Riding(contacts, self.start, self.frames[:, 0], motion).ways(free)[tool]
 
     def _asked(self, support: Support) -> float:
         """The displacement of a support in the increment."""
@@ -125,8 +155,19 @@ class Advance:
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
         """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
-        before = self._in_air(advance[:, : du.shape[1]]) if self._forced else self._in_air_along_path
-        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), before)
+        return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), self._before(advance))
+
+    def left(self, advance: Floats) -> Floats:
+        """Gaps (c,) with which slips begin, as poses ``advance`` by (k, 3): to flat tools those of the start."""
+        if not self.candidates.curved:
+            return self.start.gap
+        gap = self.candidates.faces.after(self._going(np.zeros_like(self.start.nodes), advance), self._before(advance))
+        flat = np.array([tool.flat for tool in self.candidates.scene.tools], dtype=bool)
+        return np.where(flat[self.candidates.tool], self.start.gap, gap)
+
+    def _before(self, advance: Floats) -> Floats:
+        """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, 3)."""
+        return self._in_air(advance[:, : self.start.nodes.shape[1]]) if self._forced else self._in_air_along_path
 
     def _going(self, du: Floats, advance: Floats) -> Going:
         """The motion of parts and tools for these displacements (a, d) and changes of poses (k, 3)."""
@@ -143,10 +184,11 @@ class Advance:
         return self._in_air(self.travel)
 
     def _in_air(self, travel: Floats) -> Floats:
-        """The displacement (w, d) of parts before they touch, in a body that supports may carry :attr:`along`.
+        """The displacement (w, d) of parts before they touch, in a body at rest that is :attr:`taken` along.
 
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
         apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
-        return self.candidates.faces.in_air(apart, self._going(self.along, self.by(travel)))
+        rests = Going(self.candidates.met.places(self.start.nodes), self.taken, self.placed, self.by(travel))
+        return self.candidates.faces.in_air(apart, rests)

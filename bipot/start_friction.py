@@ -15,8 +15,9 @@ lands on it, is in touch as long as the point follows it. Of its slip the part
 
     b = |v| / (|v| + a),        v = n . (du - du_0) less what a penalty lets it sink,
 
-rubs, with a the gap that opens or closes and du_0 the motion of a body that its supports carry and that is otherwise at
-rest. Slips of points that land on curved tools begin where they land (:mod:`bipot.tools.meeting`): b is one.
+rubs, with a the gap that opens, or that closes while a point slips, and du_0 the motion of a body that its supports and
+the other tools carry and that is otherwise at rest (:mod:`bipot.borne`). Slips of points that curved tools come to
+begin where these touch them (:mod:`bipot.tools.meeting`): no gap is left to close.
 
 The ``start`` is the accepted state, of which an increment of BDF2 starts from another, with its flow carried on.
 """
@@ -72,11 +73,11 @@ def in_touch(start: State, iterate: Iterate) -> Floats:
     """The part b (c,) of slips that is not in the air (module docstring)."""
     contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.mesh.size
     begun, ended = start.gap, iterate.motion[:, 0]
-    flat = np.array([tool.flat for tool in contacts.scene.tools], dtype=bool)[contacts.tool]
-    air = np.where(flat & ~touches(begun, size), begun, 0.0) + np.where(touches(ended, size), 0.0, ended)
+    left = iterate.increment.tools.left(iterate.advance)
+    air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
     aloft, out = air > 0, np.ones(len(air))
     if aloft.any():
-        by = contacts.met.motion(iterate.response.du - iterate.increment.tools.along)
+        by = contacts.met.motion(iterate.response.du) - iterate.increment.tools.taken
         followed = contacts.parts.gathered(np.vecdot(iterate.increment.tools.frames[:, 0], by))
         sunk = np.minimum(ended, 0.0) - np.minimum(begun, 0.0)
         followed = np.abs(followed - sunk)

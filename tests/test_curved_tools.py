@@ -30,13 +30,17 @@ from tests.scenes import PLANES, refused
 
 
 def where_touched(before, by, gap, radius=RADIUS):
-    """Where slip begins for places off the centre that go ``by``, of who starts apart: at the circle, or at the end."""
+    """Where slip begins for places off the centre that go ``by``, of who starts apart.
+
+    At the circle, or after the part of that which it brings them nearer.
+    """
     out = before.copy()
     for k in np.flatnonzero(gap > 1e-9):
         a, b, c = by @ by, before[k] @ by, before[k] @ before[k] - radius**2
         root = b**2 - a * c
         meets = root > 0 and 0 < (-b - np.sqrt(root)) / a < 1
-        out[k] += by * ((-b - np.sqrt(root)) / a if meets else 1.0)
+        nearer = max(0.0, np.hypot(*before[k]) - np.hypot(*(before[k] + by))) / gap[k]
+        out[k] += by * ((-b - np.sqrt(root)) / a if meets else nearer)
     return out
 
 

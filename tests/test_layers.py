@@ -17,6 +17,7 @@ LAYERS = (
     ("scene",),
     ("contact",),
     ("response",),
+    ("borne",),
     ("advance", "system"),
     ("scales",),
     ("iterate",),

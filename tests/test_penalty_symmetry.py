@@ -18,6 +18,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.tools.revolved import sphere
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
+from studies.fuzz.unfolded import unfolded
 
 STEEL = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 2000.0))
 SOFT = 1e4
@@ -104,3 +105,17 @@ def test_the_scaled_penalty_of_half_a_body_is_that_of_the_whole(name):
         mesh = replace(scene.mesh, nodes=scene.mesh.nodes * np.arange(1, scene.mesh.dimension + 1))
         found.append(contact_penalty(system_of(replace(scene, mesh=mesh)).candidates, 2.0))
     assert found[1] == pytest.approx(found[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("sampling", Sampling)
+def test_sides_that_end_on_a_plane_count_as_in_the_whole_body(sampling):
+    """A platen on a ridge touches one node: what may touch it are top and side, which the plane of the base cuts."""
+    _, half = strips(platen(2, sampling=sampling), element=Element.Q8)
+    x = half.mesh.nodes * [1.0, 1.0]
+    x[:, 1] *= 1.2 - 0.1 * x[:, 0]
+    tool = replace(half.tools[0], point=(0.0, 1.2), candidates=("top", "right"))
+    mesh, planes = Mesh(x, half.mesh.elements, half.mesh.boundaries), (Symmetry("left", 0), Symmetry("base", 1))
+    quarter = replace(half, mesh=mesh, supports=planes, tools=(tool,))
+    for seen in unfolded(quarter):
+        whole, own = (contact_penalty(system_of(scene).candidates) for scene in (seen.scene, quarter))
+        assert own == pytest.approx(whole, rel=1e-12)

@@ -174,12 +174,24 @@ def _lines(candidates: Candidates, closed: Bools) -> Iterator[tuple[Ints, float]
     Tools may be of nodes and of weighted points: what they have in common are nodes of edges.
     """
     tools, scene = range(len(candidates.points)), candidates.scene
-    closed_or_all = [[on_line(candidates, k, chosen) for k in tools] for chosen in (closed, np.ones_like(closed))]
-    for chosen in (*closed_or_all, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
+    on_lines, may_touch = [on_line(candidates, k, closed) for k in tools], [_may_touch(candidates, k) for k in tools]
+    for chosen in (on_lines, may_touch, [np.ones(len(own.edges), dtype=bool) for own in candidates.points]):
         pairs = list(zip(candidates.points, chosen, strict=True))
         lines = np.concatenate([own.lines[mine] for own, mine in pairs])
         parts = [shares(scene, k, own)[np.unique(own.edges[mine])] for k, (own, mine) in enumerate(pairs)]
         yield lines, sum(float(part.sum()) for part in parts)
+
+
+def _may_touch(candidates: Candidates, number: int) -> Bools:
+    """Which edges (f,) of the boundaries of the tool of that ``number`` are of candidates, in the whole body.
+
+    There a node is one, too, that a plane of symmetry holds along the normal of a tool that it does not cut.
+    """
+    scene, own, may = candidates.scene, candidates.points[number], candidates.number[number] >= 0
+    for plane in scene.planes:
+        if not plane.cuts(scene.tools[number]):
+            may = may | plane.holds(scene.mesh.nodes[own.node])
+    return np.asarray(may[own.edges].all(axis=1))
 
 
 def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:

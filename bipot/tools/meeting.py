@@ -3,7 +3,7 @@ r"""Where candidates meet their tools at the end of an increment, and how that c
 In the tool's own frame a candidate moves from y to y + dy in the increment. Its gap at the end is that at the start
 plus its growth. Its slip is the arc of the surface between the nearest points at start and end, so slips add up over
 increments (:mod:`bipot.tools.surfaces`); in space it is that of :mod:`bipot.tools.slips`. For a candidate that starts
-apart from the tool, slip begins where the body at rest would touch it: motion in the air is no slip
+apart from the tool, slip begins where the body, as far as it is carried, would touch it: motion in the air is no slip
 (:meth:`Faces.in_air`). With frame n, t_i and C = grad n at the end (c t t' in a plane), forces r = (r_n, r_t) dual to
 them are
 
@@ -185,14 +185,17 @@ class Faces:
     def in_air(self, apart: Bools, going: Going) -> Floats:
         """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
-        They are ``going`` as in a body at rest; for those that do not touch then it is their whole motion.
+        They are ``going`` as in a body at rest. For those that do not touch then it is as large a part of that as it
+        closes of their gap: what closes the rest is the body's own motion, with which they slip all the way.
         """
         out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
             start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
-            out[own] = by
-            lands = self._touching(tool, own, start + by)[owner[own]]
+            gap, left = self._gaps(tool, own, start), self._gaps(tool, own, start + by)
+            closed = np.clip(1 - np.divide(left, gap, out=np.ones_like(gap), where=gap > 0), 0.0, 1.0)
+            out[own] = closed[owner[own], None] * by
+            lands = (left < 0)[owner[own]]
             if lands.any():
                 own, start, by = own[lands], start[lands], by[lands]
                 out[own] = self._before(tool, own, start, by)[:, None] * by
@@ -204,15 +207,22 @@ class Faces:
         for _ in range(TIMES):
             step /= PARTS
             late = early[:, None] + step * np.arange(1, PARTS)
-            touches = self._touching(tool, own, start[:, None] + late[owner, :, None] * by[:, None])
+            touches = self._gaps(tool, own, start[:, None] + late[owner, :, None] * by[:, None]) < 0
             early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
         return early[owner]
 
-    def _touching(self, tool: Tool, own: Ints, places: Floats) -> Bools:
-        """Candidates (c, …) inside the ``tool`` when their ``own`` parts (m,) are at its ``places`` (m, …, d)."""
+    def _gaps(self, tool: Tool, own: Ints, places: Floats) -> Floats:
+        """Gaps (c, …) of candidates of which ``own`` parts (m,) are at ``places`` (m, …, d) of the ``tool``."""
         gap = np.zeros((len(self.parts.owner), *places.shape[1:-1]))
         gap[own] = tool.face.gap(places, np.zeros(places.shape[-1]))
-        return self.parts.gathered(gap) < 0
+        return self.parts.gathered(gap)
+
+    def after(self, going: Going, before: Floats) -> Floats:
+        """Gaps (c,) after the motion ``before`` (w, d) of :meth:`in_air`, with what is ``going`` where it starts."""
+        gap = np.empty(len(going.x))
+        for mine, tool, pose in zip(self.owned, self.tools, going.placed, strict=True):
+            gap[mine] = tool.face.gap(tool.own(going.x[mine], pose) + before[mine], np.zeros(going.x.shape[1]))
+        return self.parts.gathered(gap)
 
     def crossed(self, meeting: Meeting) -> Bools:
         """Candidates (c,) of which a part went through a tool and came out on another side of it."""

@@ -20,6 +20,7 @@ from studies.fuzz.placed import (
     turned_by_moments,
 )
 from studies.fuzz.points import Points, edges_of, points_of
+from studies.fuzz.riding import ridden
 from studies.fuzz.surfaces import outlines
 from studies.independent.data import Contacts, Curved, Setting
 from studies.independent.element import place
@@ -59,7 +60,7 @@ def contacts(scene: Scene, setting: Setting, points: Points, start: State, end: 
 def facing(scene: Scene, setting: Setting, points: Points, start: State, end: State) -> Contacts:
     """The same without caps: it is not asked what friction they may carry."""
     node, tool = points.node, points.tool
-    parts = Parts.of(points.weights)
+    parts, shapes = Parts.of(points.weights), [rigid(scene, k, start, end) for k in range(len(scene.tools))]
     each = tool[parts.owner]
     flat = [own if isinstance(own, FlatTool) else None for own in scene.tools]
     normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
@@ -75,7 +76,7 @@ def facing(scene: Scene, setting: Setting, points: Points, start: State, end: St
         offset=np.vecdot(normal, point + tools_at(scene, start))[each],
         offset_end=np.vecdot(normal, point + tools_at(scene, end))[each],
         motion=tools_gone(scene, start, end)[each],
-        taken=taken_along(scene, start.tau, end.tau)[parts.node],
+        taken=taken_along(scene, start.tau, end.tau)[parts.node] + ridden(scene, setting, (start, end), shapes)[each],
     )
     return planes if None not in flat else _met(scene, setting, planes, start, end)
 
@@ -100,7 +101,8 @@ def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: St
         curved.slid[own] = found.slip - np.vecdot(tangent, beside)
         curved.places[own] = tool.extent
         curved.blurred[own] = np.where(found.blurred, tool.extent + np.abs(after[own]).max(axis=1), 0.0)
-        curved.apart[planes.tool == k], curved.past[own] = found.apart, found.past
+        curved.apart[planes.tool == k], curved.left[planes.tool == k] = found.apart, found.left
+        curved.past[own] = found.past
         curved.stretch[0][own], curved.stretch[1][own] = found.stretch
     return replace(planes, normal=normal, motion=motion, offset=offset, offset_end=offset_end, curved=curved)
 
@@ -115,6 +117,7 @@ def _as_if_flat(planes: Contacts) -> Curved:
         slid=np.zeros(count),
         blurred=np.zeros(count),
         apart=np.zeros(len(planes.node), dtype=bool),
+        left=np.full(len(planes.node), np.inf),
         past=np.zeros(count, dtype=bool),
         places=np.zeros(count),
     )

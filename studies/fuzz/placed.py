@@ -216,22 +216,32 @@ def _multiple(tool: AnyTool, tau: float) -> Floats:
     return np.array([np.interp(tau, taus, [np.ravel(m)[k % np.size(m)] for _, m in tool.path]) for k in range(2)])
 
 
-def taken_along(scene: Scene, before: float, after: float) -> Floats:
-    """Displacement (a, 2) between two times of a body that nothing but its supports moves.
+def way_along(scene: Scene, before: float, after: float) -> Floats:
+    """Translation (2,) between two times of a body that nothing but its supports moves.
 
-    All of it goes by the translation in the planes of symmetry that is nearest to what other supports ask for, by least
-    squares, along the axis on a ring; of what they hold components go as they ask.
+    In the planes of symmetry the one nearest to what other supports ask for, by least squares, along the axis on a
+    ring.
     """
-    alone = prescribed_at(scene, after) - prescribed_at(scene, before)
     normal, asked = directions_of(scene), np.zeros(len(scene.supports))
     for k, support in enumerate(scene.supports):
         if isinstance(support, Prescribed):
             asked[k] = support.displacement * (_at(support.amplitude, after) - _at(support.amplitude, before))
     if not asked.any():
-        return alone
+        return np.zeros(2)
     mirrored = np.array([isinstance(support, Symmetry) for support in scene.supports])
-    across = np.vstack([normal[mirrored], [[float(scene.geometry is Geometry.AXISYMMETRIC), 0.0]]])
+    across = across_what_holds(scene, mirrored)
     inside = np.eye(2) - np.linalg.pinv(across) @ across
-    way = np.linalg.pinv(normal[~mirrored] @ inside, rcond=1e-9) @ asked[~mirrored]
+    return np.linalg.pinv(normal[~mirrored] @ inside, rcond=1e-9) @ asked[~mirrored]
+
+
+def taken_along(scene: Scene, before: float, after: float) -> Floats:
+    """Displacement (a, 2) of such a body: it goes that way, and what supports hold goes as they ask."""
+    way, alone = way_along(scene, before, after), prescribed_at(scene, after) - prescribed_at(scene, before)
     axes, held = held_by(scene)
     return way + einsum("aij,ai->aj", axes, held * einsum("aij,aj->ai", axes, alone - way))
+
+
+def across_what_holds(scene: Scene, chosen: Bools) -> Floats:
+    """Directions (s, 2) of the ``chosen`` supports, and across the axis on a ring; zeros if it is none."""
+    ring = float(scene.geometry is Geometry.AXISYMMETRIC)
+    return np.vstack([directions_of(scene)[chosen], [[ring, 0.0]]])

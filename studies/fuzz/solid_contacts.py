@@ -17,6 +17,7 @@ from studies.fuzz.solid_held import prescribed_at
 from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
 from studies.fuzz.solid_points import Posed, faces_of, owners, posed
+from studies.fuzz.solid_riding import ridden
 from studies.fuzz.solid_surfaces import bent
 from studies.fuzz.solid_touching import Touching
 from studies.independent.contact import TOUCHING
@@ -53,7 +54,8 @@ def framed(frames: Floats, normal: Vector | None = None) -> Floats:
 
 def touching(scene: Scene, accepted: Accepted) -> Touching:
     """The candidates of an increment: points of which a node can move along the normal, or their tool can."""
-    joined = Touching.joined([_of_tool(scene, accepted, k) for k in range(len(scene.tools))])
+    ways = ridden(scene, accepted)
+    joined = Touching.joined([_of_tool(scene, accepted, k, way) for k, way in enumerate(ways)])
     before, after = accepted.start.gap, accepted.state.gap
     if len(joined.node) != len(before):
         raise ValueError(f"{len(before)} gaps for {len(joined.node)} candidates")
@@ -71,8 +73,8 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
     )
 
 
-def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
-    """Those of the k-th tool, gaps by positions."""
+def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
+    """Those of the k-th tool, gaps by positions; other tools take the body along a ``way`` (3,)."""
     tool, every, end = scene.tools[k], posed(scene, k), accepted.state
     shape, nodal = solid(scene, k, accepted), movable(scene, k)
     free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
@@ -83,7 +85,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         raise ValueError(f"{len(stored)} candidates, not {len(own.node)}")
     reference = framed(stored, tool.face.normal if not bent(tool) and isinstance(tool.face, Plane) else None)
     before = accepted.start.gap[candidates.tool == k]
-    going = _going(scene, accepted, parts)
+    going = _going(scene, accepted, parts, way)
     found = met(shape, going, bent(tool) & (before > TOUCHING * scene.mesh.size))
     tangents = [carried_to(reference[parts.owner], normal)[:, 1:] for normal in found.normal]
     kept = einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
@@ -110,6 +112,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
         follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked)),
         before=before,
         apart=found.apart,
+        left=np.where(found.apart, found.left, before),
         past=parts.any(found.past),
         owner=parts.owner,
         part=parts.node,
@@ -121,10 +124,10 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int) -> Touching:
     )
 
 
-def _going(scene: Scene, accepted: Accepted, parts: Parts) -> Going:
-    """How nodes go, and would in a body at rest."""
+def _going(scene: Scene, accepted: Accepted, parts: Parts, way: Floats) -> Going:
+    """How nodes go, and would in a body at rest that supports and, along a ``way`` (3,), other tools take along."""
     start, end, node = accepted.start, accepted.state, parts.node
-    asked = taken_along(scene, start.tau, end.tau)
+    asked = taken_along(scene, start.tau, end.tau) + way
     return Going(parts, start.nodes[node], end.nodes[node], end.du[node], asked[node])
 
 

@@ -77,21 +77,31 @@ def cuts(scene: Scene, tool: AnyTool) -> list[tuple[Floats, Bools]]:
     return [(way, inside) for way, inside in planes_of(scene) if cut(tool, way, float((x[inside] @ way).mean()))]
 
 
-def taken_along(scene: Scene, before: float, after: float) -> Floats:
-    """Displacement (a, 3) between two times of a body that nothing but its supports moves.
+def way_along(scene: Scene, before: float, after: float) -> Floats:
+    """Translation (3,) between two times of a body that nothing but its supports moves.
 
-    All of it goes by the translation in the planes of symmetry that is nearest to what other supports ask for, by least
-    squares; what they hold goes as they ask.
+    In the planes of symmetry the one nearest to what other supports ask for, by least squares.
     """
-    alone = prescribed_at(scene, after) - prescribed_at(scene, before)
     if not any(isinstance(support, Prescribed) for support in scene.supports):
-        return alone
+        return np.zeros(3)
     others = [support for support in scene.supports if not isinstance(support, Symmetry)]
     normals = np.array([way for way, _ in planes_of(scene)]).reshape(-1, 3)
     inside = np.eye(3) - np.linalg.pinv(normals) @ normals
     by = np.array([asked(support, after) - asked(support, before) for support in others])
-    way = np.linalg.pinv(np.array([direction_of(support) for support in others]) @ inside, rcond=1e-9) @ by
+    ways = np.array([direction_of(support) for support in others]) @ inside
+    return np.asarray(np.linalg.pinv(ways, rcond=1e-9) @ by, np.float64)
+
+
+def taken_along(scene: Scene, before: float, after: float) -> Floats:
+    """Displacement (a, 3) of such a body: it goes that way, and what supports hold goes as they ask."""
+    way, alone = way_along(scene, before, after), prescribed_at(scene, after) - prescribed_at(scene, before)
     return way + einsum("aij,aj->ai", np.eye(3) - freed(scene), alone - way)
+
+
+def alone_gone(scene: Scene, number: int, accepted: Accepted) -> Floats:
+    """What a pose (4,) changes by along the path and by the prescribed turn alone."""
+    tool = scene.tools[number]
+    return _by_path(tool, accepted.state.tau) - _by_path(tool, accepted.start.tau)
 
 
 def asked_of(scene: Scene, number: int, tau: float) -> tuple[float, float]:

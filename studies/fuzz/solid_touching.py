@@ -21,9 +21,9 @@ class Touching:
     is of no unknown, ``cap`` (c,) what the shear yield stress lets it carry at the end and ``cap_before`` (c,) at the
     start, inf where none is. Where supports hold
     both tangents ``dragged`` (c, 2) is what the tool slips by along them. Of slips and friction planes of symmetry
-    leave ``kept`` (c, 2, 2). Points ``follow`` (c,) their tool along its normal at the start, beyond what supports
-    carry them, from a gap ``before`` (c,). Some start ``apart`` from a tool that is not flat, or end ``past`` its open
-    end.
+    leave ``kept`` (c, 2, 2). Points ``follow`` (c,) their tool along its normal at the start, beyond what
+    carries them, from a gap ``before`` (c,), and slip from one ``left`` (c,). Some start ``apart`` from a tool that is
+    not flat, or end ``past`` its open end.
 
     Node by node, ``owner`` (w,) is the candidate, ``part`` (w,) the node, ``share`` (w,) its weight; ``frames`` (w, 3,
     3) and ``begun`` (w, 3, 3) are what gap and slip change by as it moves, at the end and the start: by rows the
@@ -48,6 +48,7 @@ class Touching:
     follow: Floats
     before: Floats
     apart: Bools
+    left: Floats
     past: Bools
     owner: Ints
     part: Ints
@@ -121,7 +122,7 @@ class Touching:
 
     def not_in_air(self, size: float) -> Floats:
         """The part (c,) of slips along which points touch, in a body of the ``size``, as in the plane."""
-        return touching_part(self.before, self.gap, self.follow, ~self.apart, size)
+        return touching_part(self.left, self.before, self.gap, self.follow, size)
 
     def most(self, r: Floats) -> Floats:
         """Largest friction (c,) under forces r (c, 3) of the end."""

@@ -147,12 +147,13 @@ def _not_yet(c: Contacts, before: Floats, after: Floats, slip: Floats) -> Floats
     return np.where(slides, c.most_before(before) * np.abs(slip) + before[:, 1] * slip, 0.0)
 
 
-def touching_part(before: Floats, after: Floats, goes: Floats, lands: Bools, size: float) -> Floats:
+def touching_part(left: Floats, before: Floats, after: Floats, goes: Floats, size: float) -> Floats:
     """The part (c,) of slips along which points touch that go ``goes`` (c,) with their tool along its normal.
 
-    From gaps ``before`` to ``after`` (c,), of which those before count of points that slip from the start, ``lands``.
+    From gaps ``before`` to ``after`` (c,), with gaps ``left`` (c,) where slips begin.
     """
-    away = np.where(lands & (before > TOUCHING * size), before, 0.0) + np.where(after > TOUCHING * size, after, 0.0)
+    lands = np.where(np.minimum(left, before) > TOUCHING * size, left, 0.0)
+    away = lands + np.where(after > TOUCHING * size, after, 0.0)
     follows = np.abs(goes - np.minimum(after, 0.0) + np.minimum(before, 0.0))
     return np.where(away > 0, follows / np.where(away > 0, follows + away, 1.0), 1.0)
 
@@ -160,11 +161,11 @@ def touching_part(before: Floats, after: Floats, goes: Floats, lands: Bools, siz
 def _not_in_air(c: Contacts, before: Floats, after: Floats, went: Floats, size: float) -> Floats:
     """The part (c,) of slips along which points touch, with gaps ``before`` and ``after`` (c,), nodes ``went`` (w, 2).
 
-    The tool's way along the normal is what points go with it, beyond what supports carry them, and what it is away from
-    them; of slips of shaped tools what is before they land is left out already.
+    The tool's way along the normal is what points go with it, beyond how they are carried, and what it is away from
+    them; of slips of shaped tools what is before they come to points is left out already.
     """
-    lands = np.ones(len(before), dtype=bool) if c.curved is None else ~c.curved.apart
-    return touching_part(before, after, c.parts.mean(np.vecdot(c.start_normal, went - c.taken)), lands, size)
+    left = before if c.curved is None else np.minimum(c.curved.left, before)
+    return touching_part(left, before, after, c.parts.mean(np.vecdot(c.start_normal, went - c.taken)), size)
 
 
 def _tied(rho: Floats, gap: Floats, slip: Floats) -> Floats:

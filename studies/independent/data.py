@@ -76,7 +76,7 @@ class Curved:
     which the arc of a tool is longer than the way of the node; what gap and slip grow by beyond the way along normal
     and tangent, ``opened`` and ``slid`` (w,), and the lengths (w,) of places that these are differences of,
     ``blurred``; ``past`` (w,) says which end past an open end of the tool, ``places`` (w,) is the size of its numbers.
-    ``apart`` (c,) says which candidates start in the air.
+    ``apart`` (c,) says which candidates start in the air, ``left`` (c,) the gaps with which they begin to slip.
     """
 
     normal: Floats
@@ -85,6 +85,7 @@ class Curved:
     slid: Floats
     blurred: Floats
     apart: Bools
+    left: Floats
     past: Bools
     places: Floats
 
@@ -100,7 +101,7 @@ class Contacts:
     Node by node, of the w :attr:`parts`: the ``normal`` (w, 2) of the tool's plane, its ``offset`` n . x at start and
     end (w,), its ``motion`` (w, 2). Of a curved tool the plane is the one that is tangent where the node is nearest at
     the end, and ``offset`` is that of the start; the motion is that of the tool's point there. In a body that supports
-    carry and that is at rest otherwise, nodes go ``taken`` (w, 2). Gaps and slips of
+    and other tools carry and that is at rest otherwise, nodes go ``taken`` (w, 2). Gaps and slips of
     candidates are the means of those of nodes, and nodes take their shares of forces as vectors of their own.
     """
 

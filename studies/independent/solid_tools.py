@@ -72,7 +72,7 @@ class MetInSpace:
 
     ``past`` says who ends past an open end; ``slip`` (w, 3) is a tangent at the end, as in the module docstring, and
     ``unsure`` (w,) what it may be off by, over round-off. ``gone`` (w, 3) is how far the tool went under the node,
-    ``apart`` (c,) are the candidates that start in the air.
+    ``apart`` (c,) are the candidates that start in the air, ``left`` (c,) the gaps with which they begin to slip.
     """
 
     gap: tuple[Floats, Floats]
@@ -83,6 +83,7 @@ class MetInSpace:
     unsure: Floats
     gone: Floats
     apart: Bools
+    left: Floats
 
 
 def met(tool: Solid, nodes: Going, apart: Bools) -> MetInSpace:
@@ -107,6 +108,7 @@ def met(tool: Solid, nodes: Going, apart: Bools) -> MetInSpace:
         unsure=np.linalg.norm(dy, axis=1) + np.abs(begun.gap) * (1 + bends) + turned * tool.extent,
         gone=tool.carried((nodes.start + nodes.end) / 2),
         apart=apart,
+        left=nodes.parts.mean(begun.gap),
     )
 
 

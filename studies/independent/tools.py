@@ -4,7 +4,7 @@ A point of the tool that is at X at rest is at C + a + Q(theta) (X - C) in the p
 tool as if it rested. Of a node that the tool sees at y and that goes by dy there, the slip is the arc of the outline
 between the nearest places of start and end, over a joint of two outlines that of both. A candidate is a mean of nodes:
 of one that starts apart from the tool slips begin where its mean gap would come to close as the tool goes on past a
-body at rest.
+body that goes as it is carried.
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ class Met:
 
     ``past`` says who ends past an open end, ``opened`` what the gap grew by, ``slip`` is as in the module docstring.
     ``gone`` (w, 2) is how far the tool went under the node; ``blurred`` (w,) says where ``opened`` and ``slip`` are
-    differences of places. ``apart`` (c,) are the candidates that start in the air.
+    differences of places. ``apart`` (c,) are the candidates that start in the air, ``left`` (c,) their gaps where slips
+    begin.
     """
 
     gap: tuple[Floats, Floats]
@@ -97,6 +98,7 @@ class Met:
     gone: Floats
     blurred: Bools
     apart: Bools
+    left: Floats
 
 
 @dataclass(frozen=True)
@@ -118,13 +120,15 @@ def met(tool: Rigid, nodes: Going, size: float) -> Met:
     y, dy = tool.seen(nodes.start, tool.begun), tool.way(nodes.start, nodes.by)
     one, other = tool.near(y)[0], tool.near(tool.seen(nodes.end, tool.ended))[0]
     passed, blurred = _passed(tool, y, dy)
-    slip, apart = passed[:, 1], nodes.parts.mean(one.gap) > TOUCHES * size
+    slip, left = passed[:, 1], nodes.parts.mean(one.gap)
+    apart = left > TOUCHES * size
     late = apart[nodes.parts.owner]
     if late.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
         way = aloft.way(nodes.start, nodes.asked)
         air = in_air(lambda at: tool.near(at)[0].gap, nodes.parts, y, way)
         slid, jumped = _passed(tool, y + air, dy - air)
+        left = np.where(apart, nodes.parts.mean(tool.near(y + air)[0].gap), left)
         slip, blurred = np.where(late, slid[:, 1], slip), blurred | (late & jumped)
     return Met(
         gap=(one.gap, other.gap),
@@ -136,6 +140,7 @@ def met(tool: Rigid, nodes: Going, size: float) -> Met:
         gone=tool.carried((nodes.start + nodes.end) / 2),
         blurred=blurred,
         apart=apart,
+        left=left,
     )
 
 
@@ -173,19 +178,21 @@ def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) 
 def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: Floats) -> Floats:
     """How far (w, d) nodes that a tool sees at y, and go a ``way`` (w, d), come before their candidates touch.
 
-    The ``gap`` of a tool is that (w,) of points (w, d). The whole way of candidates that do not touch.
+    The ``gap`` of a tool is that (w,) of points (w, d). Candidates that do not touch come the part of it by which it
+    brings them nearer.
     """
 
     def inside(fraction: Floats) -> Bools:
         return parts.mean(gap(y + fraction[parts.owner, None] * way)) < 0
 
     low, high = np.zeros(parts.count), np.ones(parts.count)
-    lands = inside(high)
+    lands, far, near = inside(high), parts.mean(gap(y)), parts.mean(gap(y + way))
+    nearer = np.maximum(np.where(far > 0, (far - near) / np.where(far > 0, far, 1.0), 0.0), 0.0)
     for _ in range(LOOKS):
         middle = (low + high) / 2
         touches = inside(middle)
         low, high = np.where(touches, low, middle), np.where(touches, middle, high)
-    return np.where(lands, low, 1.0)[parts.owner, None] * way
+    return np.where(lands, low, nearer)[parts.owner, None] * way
 
 
 def turning(angle: float) -> Floats:

@@ -1,0 +1,75 @@
+"""What tools of a drawn scene take along of a body that supports leave free, in plain arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bipot.paths import Amplitude
+from bipot.response import State
+from bipot.scene.scene import Scene
+from bipot.tools.poses import Turn
+from bipot.tools.tool import FlatTool
+from bipot.typing import Floats
+from studies.fuzz.placed import across_what_holds, along_path, planes, poses, way_along
+from studies.fuzz.points import posed
+from studies.fuzz.solid_held import multiple
+from studies.fuzz.surfaces import cut
+from studies.independent.data import Setting
+from studies.independent.riding import Ride
+from studies.independent.sampling import Parts
+from studies.independent.tools import Rigid, turning
+
+
+def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Sequence[Rigid | None]) -> Floats:
+    """How far (k, 2) a body goes with the other tools between both ``ends``, as each tool meets it.
+
+    ``shapes`` are the tools that are not flat.
+    """
+    points, (start, end) = posed(scene, setting), ends
+    parts = Parts.of(points.weights)
+    tool, x, pose = points.tool[parts.owner], start.nodes[parts.node], poses(scene, start)
+    normal, gap, goes = np.zeros_like(x), np.zeros(len(x)), np.zeros_like(x)
+    for k, (own, shape, by) in enumerate(zip(scene.tools, shapes, _gone(scene, start, end), strict=True)):
+        mine = tool == k
+        if isinstance(own, FlatTool):
+            normal[mine] = own.normal
+            gap[mine] = (x[mine] - np.array(own.point) - pose[k, :2]) @ np.array(own.normal)
+        elif shape is not None:
+            near, _ = shape.near(shape.seen(x[mine], pose[k]))
+            normal[mine], gap[mine] = near.normal @ turning(pose[k, 2]).T, near.gap
+        arm = x[mine] - pose[k, :2] - (0.0 if own.turn is None else np.array(own.turn.centre))
+        back, across = 2 * np.sin(by[2] / 2) ** 2, np.sin(by[2])
+        goes[mine] = by[:2] - back * arm + across * np.column_stack([-arm[:, 1], arm[:, 0]])
+    each = list(zip([scene.tools[k] for k in points.tool.tolist()], points.node.tolist(), strict=True))
+    mu = np.array([own.mu_at.get(a, own.mu) for own, a in each])
+    shear = np.array([own.shear_at.get(a, own.shear) for own, a in each])
+    ride = Ride(
+        tool=points.tool,
+        gap=parts.mean(gap),
+        mu=mu,
+        welded=np.isinf(mu) & np.isinf(shear),
+        r=start.forces,
+        owner=parts.owner,
+        share=parts.share,
+        normal=normal,
+        goes=goes - way_along(scene, start.tau, end.tau),
+        images=np.array([2.0 ** sum(not cut(own, *plane) for plane in planes(scene)) for own in scene.tools]),
+        held=across_what_holds(scene, np.ones(len(scene.supports), dtype=bool)),
+    )
+    return ride.ways(setting.size)
+
+
+def _gone(scene: Scene, start: State, end: State) -> Floats:
+    """What poses (k, 3) change by along paths and by prescribed turns alone, whatever forces and moments make."""
+    turns = [0.0 if turn is None else turn.angle * _grown(turn.amplitude, start, end) for turn in _turns(scene)]
+    return np.column_stack([along_path(scene, start.tau, end.tau), turns])
+
+
+def _turns(scene: Scene) -> list[Turn | None]:
+    return [tool.turn for tool in scene.tools]
+
+
+def _grown(amplitude: Amplitude, start: State, end: State) -> float:
+    return multiple(amplitude, end.tau) - multiple(amplitude, start.tau)
