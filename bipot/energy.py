@@ -82,8 +82,9 @@ class Energies:
         elastic = (end.stress - before) @ scene.material.elasticity.compliance(before.shape[-1])
         r = (1 - theta) * start_forces(start, increment) + theta * solved.iterate.rubbed(solved.r)
         against = np.vecdot(r[:, 1:], slipped(solved.iterate))
-        aloft = float((1 - in_touch(start, solved.iterate)) @ against)
-        more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r)
+        touching = in_touch(start, solved.iterate, solved.r)
+        aloft = float((1 - touching) @ against)
+        more = aloft + (1 - theta) * missing_friction(start, solved.iterate, solved.r, touching)
         load = (1 - theta) * increment.load_before + theta * solved.iterate.nodal_load
         loads = vdot(load, end.du) + _driven(start, solved, theta)
         return self._plus(

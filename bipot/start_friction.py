@@ -55,13 +55,16 @@ def start_limit(start: State, increment: Increment) -> Floats:
     return np.where(rows.tied, 0.0, rows.limit(start.forces))
 
 
-def missing_friction(start: State, iterate: Iterate, r: Floats) -> float:
-    """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy."""
+def missing_friction(start: State, iterate: Iterate, r: Floats, touching: Floats) -> float:
+    """What the slip to the end, with forces r (c, d), lacks of the start's friction (module docstring), energy.
+
+    Of the slip the part ``touching`` (c,) rubs, :func:`in_touch`.
+    """
     increment, ended = iterate.increment, iterate.rubbed(r)
     slip, begun = slipped(iterate), start_forces(start, increment)
     holds = norm(ended[:, 1:]) < iterate.rows.limit(r) - HOLDS * float(norm(ended).max(initial=0.0))
     gap = start_limit(start, increment) * norm(slip) + np.vecdot(begun[:, 1:], slip)
-    return float(gap[~holds] @ in_touch(start, iterate)[~holds])
+    return float(gap[~holds] @ touching[~holds])
 
 
 def slipped(iterate: Iterate) -> Floats:
@@ -69,13 +72,16 @@ def slipped(iterate: Iterate) -> Floats:
     return iterate.motion[:, 1:] + iterate.increment.dragged
 
 
-def in_touch(start: State, iterate: Iterate) -> Floats:
-    """The part b (c,) of slips that is not in the air (module docstring)."""
+def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
+    """The part b (c,) of slips to the end, with forces r (c, d), that is not in the air (module docstring).
+
+    It is one where there is a force neither at the start nor at the end.
+    """
     contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.mesh.size
     begun, ended = start.gap, iterate.motion[:, 0]
     left = iterate.increment.tools.left(iterate.advance)
     air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)
-    aloft, out = air > 0, np.ones(len(air))
+    aloft, out = (air > 0) & (start.forces.any(axis=1) | r.any(axis=1)), np.ones(len(air))
     if aloft.any():
         by = contacts.met.motion(iterate.response.du) - iterate.increment.tools.taken
         followed = contacts.parts.gathered(np.vecdot(iterate.increment.tools.frames[:, 0], by))
