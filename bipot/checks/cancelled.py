@@ -12,7 +12,8 @@ The law is met at the means, so that no certificate shows it. The part is that o
     sum_p l_p / (|W| + sum_p l_p),
 
 for a rigid lid that turns on a face all of which slides the part of the moment that is left out, and zero at nodes.
-Slips are those of the whole increment, also in the air.
+Slips are those of the whole increment, also in the air. In an increment in which tools and supports rest there is no
+work, and what nodes creep within their means may be all of it: there it is one.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ ROUND_OFF = 64 * float(np.finfo(float).eps)
 
 
 def cancelled(iterate: Iterate, r: Floats) -> float:
-    """The part of the increment's work by which friction under contact forces r (c, d) is too small, in [0, 1)."""
+    """The part of the increment's work by which friction under contact forces r (c, d) is too small, in [0, 1]."""
     contacts = iterate.increment.system.candidates
     if not any(own.weighted for own in contacts.points):
         return 0.0
