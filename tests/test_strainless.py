@@ -263,5 +263,8 @@ def test_a_slab_of_hexahedra_with_volume_changes_on_constants_is_refused(rule):
     slab = brick(3.0, 1.0, 3.0, 3, 1, 3, element=Element.H20)
     with pytest.raises(SceneError, match=f"{rule.name} with P0.*motions without strain"):
         Scene(slab, Geometry.SOLID, RUBBER, CLAMPED, quadrature=rule, volume=VolumeChange.P0)
+    few = brick(1.0, 1.0, 1.0, 2, 2, 2, element=Element.H20)
+    with pytest.raises(SceneError, match=r"few elements beside each other are projected on constants, as element 0"):
+        Scene(few, Geometry.SOLID, RUBBER, CLAMPED, volume=VolumeChange.P0)
     cube = brick(1.0, 1.0, 1.0, 3, 3, 3, element=Element.H20)
     Scene(cube, Geometry.SOLID, RUBBER, CLAMPED, quadrature=rule, volume=VolumeChange.P0)

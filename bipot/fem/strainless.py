@@ -116,10 +116,12 @@ def require_strained(
     ways = [(rule, volume) for rule in RULES[mesh.element] for volume in VOLUMES[mesh.element]]
     known = [f"{rule.name} with {volume.name}" for rule, volume in ways if not loose(rule, volume).size]
     place = tuple(np.round(mesh.nodes[mesh.elements[found[0]]].mean(axis=0), 6).tolist())
-    middles = "the middles of elements beside each other are nearly in one plane"
-    level = np.isin(found[0], _level(mesh, geometry, volume))
-    row = middles if level else "elements stand alone or in a row of single ones"
-    left = f"where {row}, as element {found[0]} at {place}, it leaves motions without strain, or nearly so"
+    why = "volume changes of few elements beside each other are projected on constants"
+    if found[0] in _level(mesh, geometry, volume):
+        why = "the middles of elements beside each other are nearly in one plane"
+    elif found[0] in np.flatnonzero(alone(mesh, held, axes)):
+        why = "elements stand alone or in a row of single ones"
+    left = f"where {why}, as element {found[0]} at {place}, it leaves motions without strain, or nearly so"
     allowed = f"of {known}, or have more elements beside each other: {left}"
     require(False, "scene.quadrature, scene.volume", f"{rule.name} with {volume.name}", allowed)
 
