@@ -82,7 +82,7 @@ TURNED = (0.0, -np.sin(0.4), np.cos(0.4))
 SCENES = {
     "stretched": lambda: body(HELD, load=(0.0, 0.0, 1.1 * SIGMA), configuration=Configuration.MIDPOINT),
     "hardened": lambda: body(HELD, load=(0.0, 0.0, 2.2 * SIGMA), hardening=Voce(SIGMA, SIGMA, 8.0)),
-    "on a base": lambda: body(SIDES, load=(0.0, 0.0, -1.5 * SIGMA), tools=(BASE,), element=Element.T10),
+    "on a base": lambda: body(SIDES, load=(0.0, 0.0, -1.5 * SIGMA), tools=(BASE,), element=Element.T10, cells=2),
     "smooth": lambda: pressed(1.1, 0.0),
     "rubbed": lambda: pressed(1.5, 0.3, cells=2),
     "aside": lambda: body((SIDES[0], *HELD[2:], Support("base", 1)), tools=(punch((0.0, 400.0, -1600.0), 0.3),)),

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from bipot import Element, FlatTool, Mesh, Sampling, Scene, Support, Symmetry, brick
+from bipot import Element, FlatTool, Mesh, Sampling, Scene, SceneError, Support, Symmetry, brick
 from bipot.fem.reduction import Geometry
 from bipot.laws.hardening import Linear
 from bipot.laws.von_mises import Elasticity, VonMises
@@ -170,9 +171,16 @@ def test_paths_whose_components_go_apart_are_turned_with_their_tools():
         np.testing.assert_allclose(other.pose(tau)[:3], Q @ tool.pose(tau)[:3], atol=1e-16)
 
 
+def taken(seeds):
+    """The scenes of seeds, without those that are refused when they are made."""
+    for seed in seeds:
+        with suppress(SceneError):
+            yield draw_solid(seed)
+
+
 @pytest.mark.slow
 def test_weighted_contact_leaning_sides_and_slants_are_drawn():
-    kinds = [draw_solid(seed) for seed in range(24)]
+    kinds = list(taken(range(26)))
     for word in ("weighted", "aslant"):
         assert 3 <= sum(word in found.kind.split() for found in kinds) <= 20
     planes = [s for found in kinds for s in found.scene.supports if isinstance(s, Symmetry)]

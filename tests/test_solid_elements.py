@@ -30,6 +30,7 @@ from tests.solids import COMBINATIONS, SOLIDS, curved, distorted, turned
 SOLID = Geometry.SOLID
 STEEL = VonMises(Elasticity(210.0, 0.3), Linear(0.3, 0.5))
 ELASTIC = STEEL.elasticity
+WALLS = (Support("left", 0), Support("front", 1), Support("base", 2))
 NO_SUPPORT = np.empty(0, dtype=np.intp)
 STABLE = [(element, volume) for element in SOLIDS for volume in VOLUMES[element]]
 
@@ -114,7 +115,7 @@ def differences(function, x, direction, step):
 @pytest.mark.parametrize("configuration", Configuration)
 @pytest.mark.parametrize(("element", "volume"), STABLE)
 def test_the_tangent_is_the_derivative_of_the_internal_forces(element, volume, configuration):
-    scene = Scene(curved(element), SOLID, STEEL, (Support("base", 2),), configuration=configuration, volume=volume)
+    scene = Scene(curved(element), SOLID, STEEL, WALLS, configuration=configuration, volume=volume)
     body, rng = Body(scene, body_space(scene)), np.random.default_rng(2)
     state = rest(scene, np.zeros(0))
     state = replace(state, stress=0.1 * rng.normal(size=state.stress.shape))
@@ -171,7 +172,7 @@ def test_the_pressure_s_stiffness_is_its_derivative(element):
 ])  # fmt: skip
 def test_an_element_puts_so_many_constraints_on_its_volume(element, volume, constraints):
     mesh = curved(element)
-    scene = Scene(mesh, SOLID, STEEL, (), volume=volume)
+    scene = Scene(mesh, SOLID, STEEL, WALLS, volume=volume)
     body = Body(scene, body_space(scene))
     placed = gradients(mesh.nodes, mesh.elements, body.space.reference, SOLID, body.projection)
     ranks = np.linalg.matrix_rank(placed.B[:, :, :3].sum(axis=2), tol=1e-9)

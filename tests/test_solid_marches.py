@@ -35,6 +35,7 @@ from bipot import (
     Symmetry,
     Tangent,
     Traction,
+    VolumeChange,
     VonMises,
     brick,
     cylinder_3d,
@@ -138,7 +139,8 @@ def test_loads_have_their_resultants(element):
         Pressure("top", 2.0),
     )
     holds = tuple(Support("base", k) for k in range(3))
-    scene = Scene(mesh, Geometry.SOLID, STEEL, holds, loads=loads, quadrature=RULES[element][-1])
+    rule, volume = RULES[element][-1], VolumeChange.AS_IS
+    scene = Scene(mesh, Geometry.SOLID, STEEL, holds, loads=loads, quadrature=rule, volume=volume)
     (end,) = march(scene, Schedule(1), Control(Newton()))
     load = end.solved.iterate.nodal_load
     expected = np.array([24 + 7, 48, 72 + 5 * 12 - 2 * 6])

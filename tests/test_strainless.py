@@ -21,6 +21,7 @@ from bipot import (
     VolumeChange,
     block,
     brick,
+    cylinder_3d,
     march,
     ring_3d,
 )
@@ -57,6 +58,13 @@ def part(mesh: Mesh, elements: list[int], name: str) -> Mesh:
 def boss() -> Mesh:
     """A block of two by two elements with a single one on its top."""
     return part(brick(2.0, 2.0, 2.0, 2, 2, 2, element=Element.H20), [0, 1, 2, 3, 4], "base")
+
+
+def tower(element: Element) -> Mesh:
+    """Two by two by two cubes with a single one on top."""
+    mesh = brick(2.0, 2.0, 3.0, 2, 2, 3, element=element)
+    middle = mesh.nodes[mesh.elements[:, : element.corners]].mean(axis=1)
+    return part(mesh, np.flatnonzero((middle[:, 2] < 2) | (middle[:, :2] < 1).all(axis=1)).tolist(), "base")
 
 
 def frame(n: int) -> Mesh:
@@ -96,7 +104,7 @@ def moved(mesh: Mesh, far: float, seed: int = 0) -> Mesh:
         (moved(PRISM, 0.05), (), "TETRAHEDRON4 with P0"),
         (PRISM, (Support("base", 2),), "TETRAHEDRON4 with P0"),
         (SIX, (), "TETRAHEDRON4 with P0"),
-        (SIX, (Support("base", 2),), r"must be of \['TETRAHEDRON4 with AS_IS'.*middles.* in one plane"),
+        (SIX, (Support("base", 2),), r"must be of \['TETRAHEDRON4 with AS_IS'.*middles.* nearly in one plane"),
     ],
     ids=[
         "row",
@@ -154,7 +162,7 @@ def test_a_cantilever_of_single_elements_bends_as_a_beam_by_the_rule_that_sees_i
     [
         brick(2.0, 2.0, 1.0, 2, 2, 1, element=Element.H20),
         brick(2.0, 0.2, 3.0, 3, 1, 3, element=Element.H20),
-        brick(1.0, 1.0, 1.0, 1, 1, 1, element=Element.T10),
+        brick(2.0, 2.0, 2.0, 2, 2, 2, element=Element.T10),
         ring_3d(1.0, 1.2, 1.0, 3, 2, 1, element=Element.H20),
     ],
     ids=["slab", "plate", "tetrahedra", "ring"],
@@ -207,4 +215,56 @@ def test_a_ring_of_two_triangles_with_middles_at_one_height_is_refused():
 def test_tetrahedra_that_supports_hold_or_with_middles_apart_are_taken():
     Scene(SIX, Geometry.SOLID, RUBBER, CLAMPED)
     Scene(SIX, Geometry.SOLID, RUBBER, CUT)
-    Scene(brick(1.0, 1.0, 2.0, 1, 1, 2, element=Element.T10), Geometry.SOLID, RUBBER, ())
+    Scene(brick(1.0, 1.0, 2.0, 2, 2, 2, element=Element.T10), Geometry.SOLID, RUBBER, ())
+
+
+@pytest.mark.parametrize(
+    ("mesh", "supports"),
+    [
+        (brick(1.0, 1.0, 2.0, 1, 1, 2, element=Element.T10), ()),
+        (brick(1.0, 1.0, 6.0, 1, 1, 6, element=Element.T10), CLAMPED),
+        (brick(2.0, 1.0, 2.0, 2, 1, 2, element=Element.T10), CLAMPED),
+        (moved(brick(1e-3, 1e-3, 4e-3, 1, 1, 4, element=Element.T10), 5e-5), CLAMPED),
+        (tower(Element.T10), CLAMPED),
+    ],
+    ids=["two cubes", "row", "two rows", "distorted row in other units", "single cube on a block"],
+)
+def test_rows_of_tetrahedra_that_means_leave_soft_are_refused(mesh, supports):
+    """Tractions that are linear on each face move them 4 to 15 times as far as they should."""
+    with pytest.raises(SceneError, match=r"TETRAHEDRON4 with P0.*middles of elements .* in one plane, as element"):
+        Scene(mesh, Geometry.SOLID, RUBBER, supports)
+    Scene(mesh, Geometry.SOLID, RUBBER, supports, volume=VolumeChange.AS_IS)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "supports"),
+    [
+        (brick(1.0, 1.0, 1.0, 2, 2, 2, element=Element.T10), ()),
+        (moved(brick(2.0, 2.0, 2.0, 2, 2, 2, element=Element.T10), 0.05, 1), ()),
+        (brick(10.0, 10.0, 1.0, 2, 2, 2, element=Element.T10), CLAMPED),
+        (brick(8.0, 8.0, 0.2, 4, 4, 1, element=Element.T10), (Support("base", 2),)),
+        (brick(1.0, 1.0, 10.0, 2, 2, 10, element=Element.T10), ()),
+        (brick(1.0, 1.0, 1.0, 2, 2, 2, element=Element.T10, grading=(5.0, 5.0, 5.0)), ()),
+        (brick(1.0, 1.0, 6.0, 1, 1, 6, element=Element.T10), CUT),
+        (cylinder_3d(5.0, 5.0, 2, 1, 2, element=Element.T10), ()),
+        (cylinder_3d(5.0, 5.0, 1, 1, 1, element=Element.T10), CUT),
+        (ring_3d(1.0, 1.1, 0.3, 4, 1, 1, element=Element.T10), CUT),
+        (ring_3d(1.0, 2.0, 1.0, 3, 2, 2, element=Element.T10), ()),
+    ],
+    ids=["2 2 2", "distorted", "flat", "plate", "bar", "graded", "quarter bar", "cylinder", "eighth", "tube", "ring"],
+)
+def test_tetrahedra_beside_each_other_are_taken(mesh, supports):
+    Scene(mesh, Geometry.SOLID, RUBBER, supports)
+
+
+@pytest.mark.parametrize("rule", [Quadrature.GAUSS2, Quadrature.GAUSS3])
+def test_a_slab_of_hexahedra_with_volume_changes_on_constants_is_refused(rule):
+    """Tractions that are linear on each face move one of any width 15 times as far as they should, and more."""
+    slab = brick(3.0, 1.0, 3.0, 3, 1, 3, element=Element.H20)
+    with pytest.raises(SceneError, match=f"{rule.name} with P0.*motions without strain"):
+        Scene(slab, Geometry.SOLID, RUBBER, CLAMPED, quadrature=rule, volume=VolumeChange.P0)
+    few = brick(1.0, 1.0, 1.0, 2, 2, 2, element=Element.H20)
+    with pytest.raises(SceneError, match=r"few elements beside each other are projected on constants, as element 0"):
+        Scene(few, Geometry.SOLID, RUBBER, CLAMPED, volume=VolumeChange.P0)
+    cube = brick(1.0, 1.0, 1.0, 3, 3, 3, element=Element.H20)
+    Scene(cube, Geometry.SOLID, RUBBER, CLAMPED, quadrature=rule, volume=VolumeChange.P0)

@@ -11,47 +11,64 @@ Of what the volume change of these motions costs, elements of volumes V with mid
 
     min over b of  sum V (b . (c - o))^2 / int (b . (x - o))^2 dx,    o the middle of all.
 
-On a meridian b is along the axis, and in a plane the strain e = (b . x) 1 has a component across it, which is none.
+It is found for an element with those that share a corner with it: a row of single cubes on a large body has such
+motions by itself. On a meridian b is along the axis, and in a plane the strain e = (b . x) 1 has a component across it,
+which is none.
 """
 
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigvalsh
+import scipy.sparse as sp
 
 from bipot.fem.reduction import Geometry
 from bipot.meshes.mesh import Mesh
-from bipot.typing import Floats
+from bipot.typing import Floats, Ints, einsum
 
 WAYS = {Geometry.SOLID: slice(None), Geometry.AXISYMMETRIC: slice(1, 2), Geometry.PLANE_STRAIN: slice(0)}
 """Along which coordinates b may be."""
 
+FLAT = 1e-14
+"""Of a second moment, over the largest of the same body, what is no more than round-off."""
 
-def kept_by_means(mesh: Mesh, geometry: Geometry) -> float:
-    """The part that a mesh of triangles or tetrahedra keeps, by its straight sides; one where no b is possible.
+
+def kept_by_means(mesh: Mesh, geometry: Geometry) -> Floats:
+    """The parts (e,) that triangles or tetrahedra keep with their neighbours, by straight sides; one without a b.
 
     >>> from bipot.meshes.elements import Element
     >>> from bipot.meshes.solids import brick
     >>> cubes = (brick(1.0, 1.0, n, 1, 1, n, element=Element.T10) for n in (1, 2))
-    >>> [abs(round(kept_by_means(cube, Geometry.SOLID), 3)) for cube in cubes]
+    >>> [abs(round(float(kept_by_means(cube, Geometry.SOLID).min()), 3)) for cube in cubes]
     [0.0, 0.203]
     """
     ways = range(mesh.dimension)[WAYS[geometry]]
+    corners = mesh.elements[:, : mesh.element.corners]
     if not ways:
-        return 1.0
-    x = mesh.nodes[mesh.elements[:, : mesh.element.corners]]
+        return np.ones(len(corners))
+    x = (mesh.nodes[corners] - mesh.nodes.mean(axis=0)) / mesh.size
     middle = x.mean(axis=1)
     volume = np.abs(np.linalg.det(x[:, 1:] - x[:, :1]))
     if geometry is Geometry.AXISYMMETRIC:
-        volume = volume * middle[:, 0]
-    between = _second(volume, middle - np.average(middle, axis=0, weights=volume), ways)
-    count = mesh.element.corners
-    off = (x - middle[:, None]).reshape(-1, mesh.dimension)
-    inside = _second(np.repeat(volume / (count * (count + 1)), count), off, ways)
-    return float(eigvalsh(between, between + inside)[0])
+        volume = volume * mesh.nodes[corners, 0].mean(axis=1)
+    x, middle = x[..., list(ways)], middle[:, list(ways)]
+    off, count = x - middle[:, None], corners.shape[1]
+    inside = einsum("e,eki,ekj->eij", volume / (count * (count + 1)), off, off)
+    beside = _beside(corners)
+    whole, first = beside @ volume, beside @ (volume[:, None] * middle)
+    second = beside @ einsum("e,ei,ej->eij", volume, middle, middle).reshape(len(middle), -1)
+    between = second.reshape(inside.shape) - einsum("ei,ej,e->eij", first, first, 1 / whole)
+    every = between + (beside @ inside.reshape(len(inside), -1)).reshape(inside.shape)
+    part, along = np.linalg.eigh(every)
+    # Of a body so flat that round-off decides, what it keeps across its plane comes out as too little.
+    over = along / np.sqrt(np.maximum(part, FLAT * part[:, -1:]))[:, None]
+    least: Floats = np.linalg.eigh(over.transpose(0, 2, 1) @ between @ over)[0]
+    return least[:, 0]
 
 
-def _second(weights: Floats, x: Floats, ways: range) -> Floats:
-    """sum w x x' (k, k) of the coordinates ``ways`` of points x (n, d)."""
-    some = x[:, list(ways)]
-    return some.T @ (weights[:, None] * some)
+def _beside(corners: Ints) -> sp.csr_matrix:
+    """Which elements (e, e) share a corner, of elements' ``corners`` (e, n), themselves included: ones."""
+    count, width = corners.shape
+    own = sp.csr_matrix((np.ones(corners.size), corners.ravel(), width * np.arange(count + 1)))
+    shared = sp.csr_matrix(own @ own.T)
+    shared.data[:] = 1.0
+    return shared

@@ -19,8 +19,14 @@ such motions need not reach. Elements that may not have them are left out. Rows 
 nodes moved by up to 15 % of an element 0.015 v'K_f v at most. Two elements between clamped faces have 0.003 to 0.007
 with nodes moved by 5 %, where a force at a node is answered 14 to 25 times as far as by three points, 0.01 to 0.025
 with 10 %, where it is 5 to 8 times, and at most 0.041 with 15 %. A single one between such faces has 0.5, a frame of
-one between its corners 0.095, where it is 1.5 times. Elements beside each other have 0.02 with a volume change
-projected on constants, where it is twice, so these have a bound of their own.
+one between its corners 0.095, where it is 1.5 times.
+
+Quadratic elements whose volume change is projected on constants are softer, and have bounds of their own. Hexahedra of
+H20 in a slab of one layer have 0.025 and less, and 2 x 2 x 2 of them with eight points 0.027, where tractions that are
+linear on each face move them 9 to 25 times as far as they should; 3 x 3 x 3 have 0.037, where it is 3.5 times.
+Tetrahedra that make a row of single cubes have 0.06 (7 to 15 times), rows of two beside each other 0.09 to 0.11 (4 to 6
+times, and 2 to 3 times under tractions that are the same all over a face), a layer of single cubes on a plane 0.14 and
+2 x 2 x 2 cubes 0.15 (twice). No load moves a body farther than 1/least times as far as K_f lets it.
 """
 
 from __future__ import annotations
@@ -44,10 +50,10 @@ from bipot.meshes.mesh import Mesh
 from bipot.tensors import identity, norm
 from bipot.typing import Bools, Floats, Ints
 
-LEAST, LEAST_WEAK, SHIFT = 0.05, 0.015, 1e-11
+LEAST, LEAST_LEVEL, LEAST_WEAK, SHIFT = 0.05, 0.12, 0.033, 1e-11
 
-LEVEL = 0.1
-"""The part of conformal motions that is kept, below which supports must hold those of a mesh."""
+LEVEL = 0.55
+"""The part of conformal motions that is kept by elements, below which others or supports must hold them."""
 
 ASKEW = 1e-3
 """The most of a facet's normal, as the sine of an angle, along which nodes may move that are held along it."""
@@ -110,9 +116,12 @@ def require_strained(
     ways = [(rule, volume) for rule in RULES[mesh.element] for volume in VOLUMES[mesh.element]]
     known = [f"{rule.name} with {volume.name}" for rule, volume in ways if not loose(rule, volume).size]
     place = tuple(np.round(mesh.nodes[mesh.elements[found[0]]].mean(axis=0), 6).tolist())
-    row = f"elements stand alone or in a row of single ones, as element {found[0]} at {place}"
-    where = f"where {'the middles of all elements are in one plane' if _level(mesh, geometry, volume) else row}"
-    left = f"{where}, it leaves motions without strain, or nearly so"
+    why = "volume changes of few elements beside each other are projected on constants"
+    if found[0] in _level(mesh, geometry, volume):
+        why = "the middles of elements beside each other are nearly in one plane"
+    elif found[0] in np.flatnonzero(alone(mesh, held, axes)):
+        why = "elements stand alone or in a row of single ones"
+    left = f"where {why}, as element {found[0]} at {place}, it leaves motions without strain, or nearly so"
     allowed = f"of {known}, or have more elements beside each other: {left}"
     require(False, "scene.quadrature, scene.volume", f"{rule.name} with {volume.name}", allowed)
 
@@ -123,17 +132,19 @@ def strainless(mesh: Mesh, geometry: Geometry, rule: Quadrature, volume: VolumeC
         return NONE
     # Constants hold quadratic elements so weakly that those beside each other may have such motions, too.
     weak, every = volume is VolumeChange.P0 is not VOLUMES[mesh.element][0], np.arange(len(mesh.elements))
-    single = every if _level(mesh, geometry, volume) else np.flatnonzero(alone(mesh, held, axes))
-    for loose, least in ((single, LEAST), (every if weak else NONE, LEAST_WEAK)):
+    single = np.flatnonzero(alone(mesh, held, axes))
+    level = _level(mesh, geometry, volume), LEAST_LEVEL if geometry is Geometry.SOLID else LEAST
+    for loose, least in ((single, LEAST), level, (every if weak else NONE, LEAST_WEAK)):
         if loose.size and not all_strained(mesh, geometry, rule, volume, held, axes, loose, least):
             return loose
     return NONE
 
 
-def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> bool:
-    """Whether constants may leave triangles or tetrahedra conformal motions: their middles nearly are in one plane."""
-    means = volume is VolumeChange.P0 and not mesh.element.shape.cube
-    return means and kept_by_means(mesh, geometry) < LEVEL
+def _level(mesh: Mesh, geometry: Geometry, volume: VolumeChange) -> Ints:
+    """Triangles or tetrahedra (n,) that constants may leave conformal motions: middles nearly are in one plane."""
+    if volume is not VolumeChange.P0 or mesh.element.shape.cube:
+        return NONE
+    return np.flatnonzero(kept_by_means(mesh, geometry) < LEVEL)
 
 
 def all_strained(

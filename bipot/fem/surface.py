@@ -32,9 +32,14 @@ def facet_mass(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
     >>> facet_mass(x, np.array([[0, 1, 2]]), Geometry.PLANE_STRAIN).sum()
     np.float64(1.0)
     """
+    table = _table(nodes, facets)
+    return einsum("fq,qi,qj->fij", facet_weights(nodes, facets, geometry), table.values, table.values)
+
+
+def facet_weights(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:
+    """dA (f, q) of facets (f, n) at the points of :func:`bipot.fem.elements.facet`; of the full ring on a meridian."""
     table, x = _table(nodes, facets), nodes[facets]
-    size = norm(_normals(x, table))
-    return einsum("fq,qi,qj->fij", _ring(x, geometry, table) * table.weights * size, table.values, table.values)
+    return _ring(x, geometry, table) * table.weights * norm(_normals(x, table))
 
 
 def outward_area(nodes: Floats, facets: Ints, geometry: Geometry) -> Floats:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.certificate import Bounds
+from bipot.checks.cancelled import cancelled
 from bipot.contact.overlap import overlap, unfelt
 from bipot.control.accepted import Accepted
 from bipot.control.pacing import error_estimate
@@ -101,6 +102,11 @@ UNFELT = Column(
     lambda system, a: unfelt(
         system.body.scene, a.state.nodes, system.body.scene.placed(a.state.tau, a.state.translation)
     ),
+)
+CANCELLED = Column(
+    "cancelled",
+    "friction that contact in means leaves out, as slips of different directions cancel, over the work and it",
+    lambda _, a: cancelled(a.solved.iterate, a.solved.r),
 )
 ENERGY_ERROR = Column(
     "energy_error",
