@@ -46,7 +46,7 @@ from studies.options import coefficient, count
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
-BEGIN, GROWTH = (0.025, 0.016), (1.3, 1.5)
+BEGIN, GROWTH = (0.025, 0.017), (1.3, 1.5)
 """First increments of the two histories, of the height, and the growth of the next.
 
 A first one that leaves yield behind errs least (bipot.control.pacing). Of schedules like these, tried in steps of a
@@ -81,7 +81,7 @@ def histories(fast: bool) -> list[History]:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
         History(0.1, 0.45, Schedule(8, first=BEGIN[0] / 0.45, settling=1, growth=GROWTH[0])),
-        History(0.3, 0.44, Schedule(22, first=BEGIN[1] / 0.44, settling=1, growth=GROWTH[1])),
+        History(0.3, 0.44, Schedule(21, first=BEGIN[1] / 0.44, settling=1, growth=GROWTH[1])),
     ]
 
 

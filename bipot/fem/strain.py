@@ -180,8 +180,7 @@ class Midpoint:
         half = forms.half_rotation(middle, reduction)
         strain = forms.turn(contract(middle, reduction.symmetric.T), half)
         # Volumes at the middle: of those at the end the change of volume would be off by first order in the increment.
-        weight = end.volume * np.exp(-trace(strain) / 2)
-        straining = None if projection is None else projection.at(weight)
+        straining = None if projection is None else projection.at(end.volume * np.exp(-trace(strain) / 2))
         return Kinematics(
             **vars(end), strain=strained(strain, straining), middle=middle, straining=straining, half=half
         )

@@ -58,10 +58,11 @@ class Search:
     everything is linear; where a landing unloads the body or brings much of it to yield, the whole step goes too far
     and g changes its sign. Then t is found by false position such that |g(t)| is at most ``work`` times |g(0)|. A whole
     step that is too short is not lengthened. A step to a larger merit is halved: contacts have met what it was not made
-    for. Where there are none, as in a body that loads alone deform, it is not: a load beyond the limit, of which the
-    steps grow without end, is then given up soon. A step is halved, too, until the merit falls, where g(0) is not
-    below zero and says nothing. If ``trials`` do not get there the one of least merit is taken: active sets change past
-    a bump.
+    for. Where there are no contacts, as in a body that loads alone deform, it is not: a load beyond the limit, of which
+    the steps grow without end, is then given up soon. A step of less merit next to one that was halved so, along which
+    g has hardly begun to fall, is as good as any between them: these are as far from g = 0. A step is halved, too,
+    until the merit falls, where g(0) is not below zero and says nothing. If ``trials`` do not get there the one of
+    least merit is taken: active sets change past a bump.
 
     A tool that a force drives and that few contacts resist would go through all others. Those that were open are taken
     to push it where it comes upon them, by ``landing`` times the elastic stiffness there, less than all of it as they
@@ -80,6 +81,9 @@ class Search:
             require(0 <= value < 1, f"newton.search.{name}", value, "in [0, 1)")
         require_count(self.trials, "newton.search.trials", 0)
 
+
+UNBEGUN = 0.8
+"""g(t)/g(0) above which g has hardly begun to fall."""
 
 NARROWED = 0.15, 0.75
 """Part of its bracket that a false position leaves and takes, at least and at most."""
@@ -263,6 +267,8 @@ class _Aim:
         self.driven = along.copy()
         self.driven[: len(here.iterate.increment.system.body.space.free)] = 0.0
         self.halves = not self.work < 0
+        # Whether the last trial was too long because contacts met something.
+        self.met = False
         # Step lengths with g(t)/g(0) above and below zero.
         self.short, self.long = (0.0, 1.0), (1.0, FOLDED)
 
@@ -279,7 +285,8 @@ class _Aim:
             return trial.merit <= self.here.merit
         falls = trial.merit <= self.search.fall * self.here.merit and not self._landing(trial)
         whole = t == 1.0 and (rest > 0 or falls)
-        return whole or abs(rest) <= self.search.work
+        before = self.met and rest > UNBEGUN and trial.merit <= self.here.merit
+        return whole or before or abs(rest) <= self.search.work
 
     def _landing(self, trial: Point) -> float:
         """What the work of the unbalanced forces grows by where driven tools come upon open contacts."""
@@ -289,6 +296,7 @@ class _Aim:
         """The length to try after t."""
         if self.halves:
             return t / 2
+        self.met = rest == -1.0
         if rest > 0:
             self.short = t, rest
         else:
