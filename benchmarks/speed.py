@@ -46,11 +46,11 @@ from studies.options import coefficient, count
 FORMS: dict[FormName, Form] = {FormName.NEWTON: Newton(), FormName.TANGENT: Tangent()}
 REFERENCE, ONSET, SPREAD = 850, 0.02, 0.02
 SMALL, MEASURED = 0.001, 10
-BEGIN, GROWTH = (0.025, 0.017), (1.3, 1.5)
-"""First increments of the two histories, of the height, and the growth of the next.
+BEGIN = {0.1: 0.025, 0.3: 0.017}
+"""First increments of the histories, of the height.
 
 A first one that leaves yield behind errs least (bipot.control.pacing). Of schedules like these, tried in steps of a
-thousandth, they have the fewest passes among those that err by what the targets allow.
+thousandth or more, they have the fewest passes among those that err by what the targets allow.
 """
 
 LARGE, MEMORY_INCREMENTS, HIGH_FRICTION = 80, 6, 0.3
@@ -75,13 +75,24 @@ class History:
         return upsetting(mu=self.mu, reduction=self.reduction, elements=self.elements)
 
 
+def shrinking(first: float, more: int, ratio: float) -> Schedule:
+    """An increment to ``first`` and ``more`` from there, each the last one times the ``ratio``: error grows with force.
+
+    >>> [round(tau, 3) for tau in shrinking(0.25, 2, 0.5).times()]
+    [0.25, 0.75, 1.0]
+    """
+    rest = np.cumsum(ratio ** np.arange(more))
+    ends = first + (1 - first) * np.append(0.0, rest[:-1]) / rest[-1]
+    return Schedule(1, landings=tuple(ends.tolist()))
+
+
 def histories(fast: bool) -> list[History]:
     """The two of the seed paper; fast: one on a small mesh over a short path."""
     if fast:
         return [History(0.1, 0.06, Schedule(2, first=SMALL / 0.06, settling=4, growth=2), elements=3)]
     return [
-        History(0.1, 0.45, Schedule(8, first=BEGIN[0] / 0.45, settling=1, growth=GROWTH[0])),
-        History(0.3, 0.44, Schedule(21, first=BEGIN[1] / 0.44, settling=1, growth=GROWTH[1])),
+        History(0.1, 0.45, shrinking(BEGIN[0.1] / 0.45, 9, 0.985)),
+        History(0.3, 0.44, Schedule(21, first=BEGIN[0.3] / 0.44, settling=1, growth=1.5)),
     ]
 
 
