@@ -15,8 +15,9 @@ from functools import partial
 from typing import NamedTuple
 
 from bipot.control.accepted import Accepted
-from bipot.control.carrying import Attempt, Dissipated, carry_on
+from bipot.control.carrying import Attempt, carry_on
 from bipot.control.course import Course
+from bipot.control.dissipated import Dissipated
 from bipot.control.failing import given_up
 from bipot.control.landing import Landing, Locate, locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow, error_estimate

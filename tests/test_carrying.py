@@ -9,7 +9,8 @@ import pytest
 from bipot import Control, FlatTool, Newton, Schedule, march, upsetting
 from bipot.certificate import Bounds
 from bipot.control import carrying
-from bipot.control.carrying import Attempt, Dissipated, carry_on
+from bipot.control.carrying import Attempt, carry_on
+from bipot.control.dissipated import Dissipated
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import IncrementFailed
 from bipot.forms import Cache, Tangent
@@ -278,7 +279,7 @@ def test_dissipation_is_that_of_the_energies_and_its_sign_is_told():
 
 
 def test_a_march_whose_dissipation_is_negative_ends_in_words(monkeypatch):
-    monkeypatch.setattr(carrying.Dissipated, "of", staticmethod(lambda *_: Dissipated(-1.0, 0.0, 1.0)))
+    monkeypatch.setattr(Dissipated, "of", staticmethod(lambda *_: Dissipated(-1.0, 0.0, 1.0)))
     with pytest.raises(IncrementFailed, match="plastic dissipation is negative"):
         next(march(SCENE, Schedule(2), Control(Newton(), (), cuts=0)))
 

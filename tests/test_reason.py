@@ -8,7 +8,7 @@ import pytest
 
 from bipot.conic.solver import Accuracy
 from bipot.control import carrying
-from bipot.control.carrying import Dissipated
+from bipot.control.dissipated import Dissipated
 from bipot.control.landing import Locate
 from bipot.control.reason import Reason, ReasonKind
 from bipot.errors import InfeasibleProgram, InvertedElement, NotConverged, ProgramError, UnboundedProgram, UnsuitedForm

@@ -18,11 +18,12 @@ the flow continues in it; otherwise the increment is solved from there with the 
 depend on the luck of a solver which of the two is accepted.
 
 These solutions need not be converged to the last digit: an iterate within ROUGH of one shows as well where the flow did
-not continue, and the iteration continues from there. The accepted solution is converged and measured again.
+not continue, one within EARLY if it is clear of every point, and the iteration continues from there. The accepted
+solution is converged and measured again.
 
 So sigma : de_p = |dev sigma| (a n : de_p0 + gamma) is positive where flow continues, and not negative where a point
 dropped its flow. The plastic dissipation of the increment is therefore never negative. It is checked nevertheless,
-together with that of friction, before an increment is accepted.
+together with that of friction (:mod:`bipot.control.dissipated`), before an increment is accepted.
 """
 
 from __future__ import annotations
@@ -34,7 +35,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.certificate import EPS
 from bipot.control.reason import Reason, ReasonKind
 from bipot.forms import FormName
 from bipot.increment import Leave, Near, Solved
@@ -42,6 +42,7 @@ from bipot.iterate import Increment
 from bipot.laws.flow import Flow, fraction
 from bipot.response import State
 from bipot.system import System
+from bipot.tensors import equivalent_stress
 from bipot.typing import Bools, Floats, vdot
 
 TOO_MUCH, TOO_LITTLE = 0.1, 0.2
@@ -52,7 +53,15 @@ ROUGH = 1e-5
 """Unbalanced forces and error of the law over the contact forces, up to which an iterate shows what the flow does.
 
 A point that is stopped too early stays so. Where many points reverse, a value ten times larger lets two forms, whose
-iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification)."""
+iterates differ, end with forces that differ by 7e-4 (`wedge_indentation` of the verification).
+"""
+
+EARLY, MARGIN = 1e-2, 200.0
+"""Up to the error EARLY an iterate shows which points stop, if each is farther from it than MARGIN times the error.
+
+How far a point is from it (:func:`_short`) was seen to change, to the end of the iteration, by up to 140 times the
+error, and by more only where the last flow was a twentieth of that of most points or less.
+"""
 
 
 class Attempt(NamedTuple):
@@ -209,10 +218,33 @@ def _turned(system: System, carried: Carried, near: Near, error: float) -> bool:
 
     Carrying no flow at all is decided on solutions only.
     """
-    if error > ROUGH:
+    early = error > ROUGH
+    if error > EARLY or (early and not _is_clear(system, carried, near, MARGIN * error)):
         return False
-    after = carried.after(Flowed.of(system, carried, near))
-    return after is not carried and after.wrong <= RATIOS
+    flowed = Flowed.of(system, carried, near)
+    after = carried.after(flowed)
+    return after is not carried and after.wrong <= RATIOS and not (early and carried.is_wrong(flowed.overall))
+
+
+def _is_clear(system: System, carried: Carried, near: Near, margin: float) -> bool:
+    """Whether points stop, and each that carries flow is farther than the ``margin`` from beginning or ceasing to."""
+    short = _short(system, carried, near)[carried.on]
+    return bool((short > 0).any() and (np.abs(short) > margin).all())
+
+
+def _short(system: System, carried: Carried, near: Near) -> Floats:
+    """How far the flow (e, q) is short of what goes on, over the last one; negative where it goes on.
+
+    It is - de_p : de_p0 / |de_p0|^2 where a point flows, and (sigma_Y - sigma_eq)/(3 G) over the equivalent strain of
+    de_p0, where it stays elastic with the stress sigma.
+    """
+    response, material = near.response, system.body.scene.material
+    last, returned = response.kinematics.turned(carried.last.strain), response.returned
+    square = np.vecdot(last, last)
+    square = np.where(square > 0, square, 1.0)
+    below = material.yield_stress(response.state.peeq) - equivalent_stress(returned.trial)
+    elastic = below / (3 * material.elasticity.shear * np.sqrt(square * 2 / 3))
+    return np.where(returned.plastic, -np.vecdot(returned.plastic_strain, last) / square, elastic)
 
 
 def _without(state: State, solve: Solve, refused: Objection, near_to: Near | None) -> Attempt:
@@ -227,40 +259,3 @@ def _joined(tried: list[Attempt]) -> Attempt:
     failures = tuple(failure for attempt in tried for failure in attempt.failures)
     strayed = any(attempt.strayed for attempt in tried)
     return tried[-1]._replace(passes=sum(attempt.passes for attempt in tried), failures=failures, strayed=strayed)
-
-
-class Dissipated(NamedTuple):
-    """Plastic and frictional dissipation of an increment, and their ``scale`` (energy units).
-
-    They are sum_q w sigma : de_p with the stored de_p, and - sum_c r_t . du_t. The scale is
-    sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up and that stored; ``blur`` is the work of
-    contacts due to round-off of the increment's length.
-    """
-
-    plastic: float
-    friction: float
-    scale: float
-    blur: float = 0.0
-
-    @staticmethod
-    def of(start: State, solved: Solved) -> Dissipated:
-        """That of the increment ``solved`` from ``start``, with the flow carried on from there."""
-        response, body = solved.response, solved.iterate.increment.system.body
-        stress, kin = response.returned.stress, response.kinematics
-        carried = response.kinematics.turned(response.state.plastic_strain - start.plastic_strain)
-        slip = solved.iterate.motion[:, 1:]
-        compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
-        taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
-        return Dissipated(
-            vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain)),
-            -vdot(solved.r[:, 1:], slip),
-            vdot(kin.volume, taken),
-            EPS * float(np.abs(solved.r).sum()) * solved.iterate.increment.units.length,
-        )
-
-    def negative(self, margin: float, friction: bool) -> Reason | None:
-        """The dissipations below - ``margin`` times the scale, and round-off, or None; friction's only if chosen."""
-        found = {"plastic": self.plastic, "friction's": self.friction if friction else 0.0}
-        below = {name: d for name, d in found.items() if d < -margin * self.scale - self.blur}
-        said = " and ".join(f"{name} dissipation is negative, {d:.2g}" for name, d in below.items())
-        return Reason(ReasonKind.DISSIPATION, said, measures=below) if below else None
