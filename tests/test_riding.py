@@ -18,6 +18,7 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
 from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
@@ -180,6 +181,16 @@ def test_a_roll_pulls_in_what_reaches_it_slower_than_it_turns():
         if a.state.tau > 0.5:
             break
     assert landed
+
+
+def test_friction_under_a_force_of_round_off_has_no_sign():
+    """A slab that is pushed to a roll and touches it where an increment ends: no force but round-off, either way."""
+    pusher = FlatTool((1.0, 0.0), (-1.0, 0.0), (-0.06, 0.0), ("right",), 0.0)
+    rail, centre = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.1), (-2.02, 0.05)
+    roll = ShapedTool(Circle(centre, 2.0), (0.0, 0.0), ("left",), 0.2, turn=Turn(0.002, centre))
+    asked = Scene(SLAB, Geometry.PLANE_STRAIN, CORK, (), (pusher, rail, roll))
+    steps = list(march(asked, Schedule(4), Control(Newton())))
+    assert not [reason for a in steps for reason in a.reasons]
 
 
 @pytest.mark.slow
