@@ -20,12 +20,12 @@ is solved again, shorter. The factors one half and one tenth are calibrated: wit
 accumulated errors of motion included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
 At rest and at a kink, the first increment has a strain of YIELDING yield strains, at least ONSET sqrt(accuracy) and at
-most GROWTH times that, judged by the travel of tools and supports over the body's extent. Where a load changes or a
-tool turns, what that strains is not known, and the first increment is at most UNDRIVEN of the way to the next kink. If
-flow begins in it, the next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the
-force of 1e-3 at first yield, which decays soon. A first increment that passes first yield has the smallest error, 1e-4
-to 3e-4 in a metal, which the estimate does not contain. A body with a yield strain of one hundredth would need more
-strain than an increment may have, and its error is larger there.
+most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the body's
+extent. Where a load changes or a tool turns, what that strains is not known, and the first increment is at most
+UNDRIVEN of the way to the next kink. If flow begins in it, the next one is shorter, BEGUN of it. Increments of the size
+of the yield strain have an error of the force of 1e-3 at first yield, which decays soon. A first increment that passes
+first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. A body with a yield
+strain of one hundredth would need more strain than an increment may have, and its error is larger there.
 """
 
 from __future__ import annotations
@@ -139,8 +139,9 @@ class Pacer:
         whole, scene = Increment(system, state, target), system.body.scene
         # Tools out of reach of the body strain nothing.
         near = system.candidates.reached(whole.rows.gap)
-        ways = [whole.driven, whole.travel[near]]
-        strained = float((np.abs(np.concatenate(ways)) / np.ptp(scene.mesh.nodes, axis=0)).sum(axis=1).max(initial=0.0))
+        # What moves apart or together, or moves against a body at rest: beyond a plane of symmetry that is half of it.
+        ways = np.concatenate([whole.driven, whole.travel[near], np.zeros((1, scene.mesh.dimension))])
+        strained = float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
         # What a load or a turn strains is not known beforehand.
         stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
         most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
