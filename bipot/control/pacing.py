@@ -9,9 +9,9 @@ The estimate of an increment is a fraction of the force,
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
   power is of order two in the increment, like the error of the flow carried on.
 * |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
-* v, v_0 are the nodal velocities of this increment and the last: the curvature of the motion. A change by more than
-  TURNED is an event (first yield, a landing) that does not depend on the length of increments. After a kink, or where
-  nothing flows, the two velocities are unrelated.
+* v, v_0 are the nodal velocities of the whole body, of this increment and the last: the curvature of the motion. A
+  change by more than TURNED is an event (first yield, a landing) that does not depend on the length of increments.
+  After a kink, or where nothing flows, the two velocities are unrelated.
 * L is the energy by which friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane.
 
 L is of order one, and the other terms are of order two where the solution is smooth. The next increment is AIMED
@@ -97,13 +97,16 @@ def begins_flow(start: State, solved: Solved) -> bool:
 def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
-    speed = vdot(velocity, velocity)
+    # Of the whole body, which has nodes in planes of symmetry once and others twice.
+    planes, x = increment.system.body.scene.planes, increment.system.body.scene.mesh.nodes
+    part = 0.5 ** np.sum([np.zeros(len(x)), *(plane.holds(x) for plane in planes)], axis=0)
+    speed = vdot(part, np.vecdot(velocity, velocity))
     # Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains.
     moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length
     if not (start.length > 0 and moves) or at_kink(increment.system, start.tau):
         return 0.0
     change = velocity - start.velocity
-    return min(vdot(change, change) / speed, TURNED)
+    return min(vdot(part, np.vecdot(change, change)) / speed, TURNED)
 
 
 @dataclass(frozen=True)
