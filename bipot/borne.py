@@ -6,8 +6,8 @@ beyond a way v of the body it takes along
     v_j(v) = mean_c n (n . m)+,    m = m_c - v,
 
 (1 - n n') m besides where friction holds all points that push, and all of m where it is welded, by the mean over its
-points that push, weighted by r_n, or over all if none does. A body that tool k meets is taken along by the others,
-beyond the way v_s of the supports by
+points that push, weighted by r_n, or over all of the whole body if none does. A body that tool k meets is taken along
+by the others, beyond the way v_s of the supports by
 
     v_1 = N N' V(v_s),        v_1 + 1/2 N N' V(v_s + v_1),        V(v) = sum_j |v_j| v_j / sum_j |v_j|,
 
@@ -77,7 +77,7 @@ class Riding:
         touching = touches(self.start.gap, contacts.scene.mesh.size)
         own = contacts.tool == np.arange(len(contacts.scene.tools))[:, None]
         pushing = own & touching & carries(r)
-        share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], own & touching)
+        share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], (own & touching) * contacts.share)
         return np.abs(contacts.parts.weight) * share[:, contacts.parts.owner]
 
     def _along(self, motion: Floats) -> Floats:

@@ -14,12 +14,13 @@ from bipot.meshes.sections import block
 from bipot.paths import Amplitude
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support
+from bipot.scene.supports import Support, Symmetry
 from bipot.tools.tool import FlatTool
 from studies.accuracy import paced
 from studies.accuracy.paced import FAST, FEWEST, Plan, Row, cheapest, key, run
 from studies.accuracy.paced_scenes import SCENES, cylinder
 from studies.closed_forms import Cylinder
+from studies.fuzz.unfolded import unfolded
 from studies.tables import read_rows
 
 KEPT = Path(__file__).parents[1] / "docs" / "results"
@@ -132,3 +133,14 @@ def test_a_large_yield_strain_does_not_make_one_increment_of_the_whole_path():
     material, held = VonMises(Elasticity(1000.0, 0.3), Linear(50.0, 100.0)), (Support("base", 0), Support("base", 1))
     scene = Scene(block(2.5, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, (punch,))
     assert error_of(scene, 3e-4, 64) < 3 * 3e-4
+
+
+def test_half_a_body_takes_the_increments_of_the_whole():
+    """Between two platens the whole strains by what both go, and has nodes in its middle once."""
+    platen = FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -2.0), ("top",), 0.1)
+    mesh, held = block(20.0, 10.0, 4, 2), (Symmetry("base", 1), Support("left", 0))
+    half = Scene(mesh, Geometry.PLANE_STRAIN, VonMises(Elasticity(210_000.0, 0.3), Linear(300.0, 0.0)), held, (platen,))
+    (seen,) = unfolded(half)
+    ends = [[a.state.tau for a in march(scene, Schedule(accuracy=1e-4))] for scene in (half, seen.scene)]
+    assert len(ends[0]) > 10
+    assert ends[0] == pytest.approx(ends[1], rel=1e-6)

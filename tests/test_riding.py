@@ -11,6 +11,7 @@ from bipot.laws.material import Elastic, Material
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Control, march, system_of
 from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block
 from bipot.meshes.solids import brick
 from bipot.paths import Amplitude
@@ -18,6 +19,8 @@ from bipot.scene.scene import Scene
 from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.schedule import Schedule
 from bipot.tools.circle import Circle
+from bipot.tools.poses import Turn
+from bipot.tools.profiles.profile import Profile
 from bipot.tools.tool import FlatTool, ShapedTool
 from studies.fuzz.judge import Ran, measured
 from studies.fuzz.solid import measured as measured_in_space
@@ -116,6 +119,28 @@ def test_half_a_body_rides_as_the_whole_does(way):
     assert halves[-1].energies.friction > 0
 
 
+def test_half_a_roof_that_nothing_pushes_yet_rides_as_the_whole_does():
+    """Under a hollow lid points have different normals; of those in the plane of symmetry there is one, not two."""
+    nodes, edge, slope = SLAB.nodes.copy(), 1 / 6, 0.2
+    nodes[:, 1] *= 1 - slope * np.maximum(nodes[:, 0] - edge, 0.0)
+    low = 0.1 * (1 - slope * (1.5 - edge))
+    hollow = Profile(((1.5, low), (edge, 0.1), (-edge, 0.1), (-1.5, low)))
+    lid = ShapedTool(hollow, (0.0, -4 * DEPTH), ("top",), 0.1)
+    tools = (lid, FlatTool((0.0, -3 * DEPTH), (0.0, 1.0), (0.0, 0.0), ("base",), 0.3))
+    roof = Mesh(nodes, SLAB.elements, SLAB.boundaries)
+    asked = Scene(roof, Geometry.PLANE_STRAIN, STEEL, (Symmetry("left", 0),), tools)
+    (seen,) = unfolded(asked)
+
+    def taken(scene):
+        system = system_of(scene)
+        way = Increment(system, system.rest(), 1.0).tools.taken[system.candidates.tool == 1, 1]
+        assert np.ptp(way) == 0
+        return way[0]
+
+    assert taken(asked) == pytest.approx(taken(seen.scene), rel=1e-12)
+    assert -4 * DEPTH < taken(asked) < -0.99 * 4 * DEPTH
+
+
 @pytest.mark.parametrize("frame", [0.0, 0.4, 1.3])
 def test_a_squeezed_body_goes_as_its_tools_do_on_the_average(frame):
     """As seen from a place that goes down itself, too."""
@@ -180,6 +205,16 @@ def test_a_roll_pulls_in_what_reaches_it_slower_than_it_turns():
         if a.state.tau > 0.5:
             break
     assert landed
+
+
+def test_friction_under_a_force_of_round_off_has_no_sign():
+    """A slab that is pushed to a roll and touches it where an increment ends: no force but round-off, either way."""
+    pusher = FlatTool((1.0, 0.0), (-1.0, 0.0), (-0.06, 0.0), ("right",), 0.0)
+    rail, centre = FlatTool((0.0, 0.0), (0.0, 1.0), (0.0, 0.0), ("base",), 0.1), (-2.02, 0.05)
+    roll = ShapedTool(Circle(centre, 2.0), (0.0, 0.0), ("left",), 0.2, turn=Turn(0.002, centre))
+    asked = Scene(SLAB, Geometry.PLANE_STRAIN, CORK, (), (pusher, rail, roll))
+    steps = list(march(asked, Schedule(4), Control(Newton())))
+    assert not [reason for a in steps for reason in a.reasons]
 
 
 @pytest.mark.slow

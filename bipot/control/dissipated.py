@@ -10,6 +10,7 @@ from bipot.certificate import EPS
 from bipot.control.reason import Reason, ReasonKind
 from bipot.increment import Solved
 from bipot.response import State
+from bipot.tensors import norm
 from bipot.typing import vdot
 
 
@@ -18,7 +19,7 @@ class Dissipated(NamedTuple):
 
     They are sum_q w sigma : de_p with the stored de_p, and - sum_c r_t . du_t. The scale is
     sum_q w |sigma : de| + sum_q w/2 sigma : C^-1 : sigma, the energy taken up and that stored; ``blur`` is the work of
-    contacts due to round-off of the increment's length.
+    contacts due to round-off: of the increment's length, and of nodal forces on the slip.
     """
 
     plastic: float
@@ -35,11 +36,13 @@ class Dissipated(NamedTuple):
         slip = solved.iterate.motion[:, 1:]
         compliance = body.scene.material.elasticity.compliance(stress.shape[-1])
         taken = np.abs(np.vecdot(stress, kin.strain)) + np.vecdot(stress, stress @ compliance) / 2
+        length = solved.iterate.increment.units.length
+        unsure = solved.iterate.increment.system.round_off(response.rotated, length)
         return Dissipated(
             vdot(kin.volume, np.vecdot(stress, carried + response.returned.plastic_strain)),
             -vdot(solved.r[:, 1:], slip),
             vdot(kin.volume, taken),
-            EPS * float(np.abs(solved.r).sum()) * solved.iterate.increment.units.length,
+            EPS * float(np.abs(solved.r).sum()) * length + unsure * float(norm(slip).sum()),
         )
 
     def negative(self, margin: float, friction: bool) -> Reason | None:

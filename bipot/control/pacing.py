@@ -9,9 +9,9 @@ The estimate of an increment is a fraction of the force,
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
   power is of order two in the increment, like the error of the flow carried on.
 * |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
-* v, v_0 are the nodal velocities of this increment and the last: the curvature of the motion. A change by more than
-  TURNED is an event (first yield, a landing) that does not depend on the length of increments. After a kink, or where
-  nothing flows, the two velocities are unrelated.
+* v, v_0 are the nodal velocities of the whole body, of this increment and the last: the curvature of the motion. A
+  change by more than TURNED is an event (first yield, a landing) that does not depend on the length of increments.
+  After a kink, or where nothing flows, the two velocities are unrelated.
 * L is the energy by which friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane.
 
 L is of order one, and the other terms are of order two where the solution is smooth. The next increment is AIMED
@@ -20,12 +20,12 @@ is solved again, shorter. The factors one half and one tenth are calibrated: wit
 accumulated errors of motion included, is 0.3 to 3 times the accuracy (studies/accuracy/paced.py).
 
 At rest and at a kink, the first increment has a strain of YIELDING yield strains, at least ONSET sqrt(accuracy) and at
-most GROWTH times that, judged by the travel of tools and supports over the body's extent. Where a load changes or a
-tool turns, what that strains is not known, and the first increment is at most UNDRIVEN of the way to the next kink. If
-flow begins in it, the next one is shorter, BEGUN of it. Increments of the size of the yield strain have an error of the
-force of 1e-3 at first yield, which decays soon. A first increment that passes first yield has the smallest error, 1e-4
-to 3e-4 in a metal, which the estimate does not contain. A body with a yield strain of one hundredth would need more
-strain than an increment may have, and its error is larger there.
+most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the body's
+extent. Where a load changes or a tool turns, what that strains is not known, and the first increment is at most
+UNDRIVEN of the way to the next kink. If flow begins in it, the next one is shorter, BEGUN of it. Increments of the size
+of the yield strain have an error of the force of 1e-3 at first yield, which decays soon. A first increment that passes
+first yield has the smallest error, 1e-4 to 3e-4 in a metal, which the estimate does not contain. A body with a yield
+strain of one hundredth would need more strain than an increment may have, and its error is larger there.
 """
 
 from __future__ import annotations
@@ -97,13 +97,16 @@ def begins_flow(start: State, solved: Solved) -> bool:
 def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
-    speed = vdot(velocity, velocity)
+    # Of the whole body, which has nodes in planes of symmetry once and others twice.
+    planes, x = increment.system.body.scene.planes, increment.system.body.scene.mesh.nodes
+    part = 0.5 ** np.sum([np.zeros(len(x)), *(plane.holds(x) for plane in planes)], axis=0)
+    speed = vdot(part, np.vecdot(velocity, velocity))
     # Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains.
     moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length
     if not (start.length > 0 and moves) or at_kink(increment.system, start.tau):
         return 0.0
     change = velocity - start.velocity
-    return min(vdot(change, change) / speed, TURNED)
+    return min(vdot(part, np.vecdot(change, change)) / speed, TURNED)
 
 
 @dataclass(frozen=True)
@@ -139,8 +142,9 @@ class Pacer:
         whole, scene = Increment(system, state, target), system.body.scene
         # Tools out of reach of the body strain nothing.
         near = system.candidates.reached(whole.rows.gap)
-        ways = [whole.driven, whole.travel[near]]
-        strained = float((np.abs(np.concatenate(ways)) / np.ptp(scene.mesh.nodes, axis=0)).sum(axis=1).max(initial=0.0))
+        # What moves apart or together, or moves against a body at rest: beyond a plane of symmetry that is half of it.
+        ways = np.concatenate([whole.driven, whole.travel[near], np.zeros((1, scene.mesh.dimension))])
+        strained = float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
         # What a load or a turn strains is not known beforehand.
         stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
         most = UNDRIVEN * stretch if strained == 0 or unknown else stretch

@@ -13,7 +13,7 @@ from bipot.tools.poses import Turn
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.placed import across_what_holds, along_path, planes, poses, way_along
-from studies.fuzz.points import posed
+from studies.fuzz.points import ON_AXIS, Points, posed
 from studies.fuzz.solid_held import multiple
 from studies.fuzz.surfaces import cut
 from studies.independent.data import Setting
@@ -55,10 +55,20 @@ def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Se
         share=parts.share,
         normal=normal,
         goes=goes - way_along(scene, start.tau, end.tau),
+        part=_part(scene, setting, points),
         images=np.array([2.0 ** sum(not cut(own, *plane) for plane in planes(scene)) for own in scene.tools]),
         held=across_what_holds(scene, np.ones(len(scene.supports), dtype=bool)),
     )
     return ride.ways(setting.size)
+
+
+def _part(scene: Scene, setting: Setting, points: Points) -> Floats:
+    """What part (c,) of a point of the whole body each is: a half in a plane of symmetry that cuts its tool."""
+    out = np.ones(len(points.node))
+    for d, position in planes(scene):
+        inside = np.abs(setting.rest[points.node, d] - position) <= ON_AXIS * setting.size
+        out[inside & np.array([cut(tool, d, position) for tool in scene.tools])[points.tool]] /= 2
+    return out
 
 
 def _gone(scene: Scene, start: State, end: State) -> Floats:

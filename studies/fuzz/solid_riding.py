@@ -15,6 +15,9 @@ from studies.independent.riding import Ride
 from studies.independent.sampling import Parts
 from studies.independent.solid_tools import about, turned_by
 
+HALVED = 1e-9
+"""A point has less than this left of the normal of a plane beyond which it goes on."""
+
 
 def ridden(scene: Scene, accepted: Accepted) -> Floats:
     """How far (k, 3) a body goes with the other tools in an increment, as each tool meets it."""
@@ -36,10 +39,19 @@ def ridden(scene: Scene, accepted: Accepted) -> Floats:
         share=np.concatenate([part.share for part in parts]),
         normal=np.concatenate([normal for _, _, normal, _ in every]),
         goes=np.concatenate([goes for _, _, _, goes in every]) - way,
+        part=np.concatenate([_part(scene, k, own) for k, (own, _, _, _) in enumerate(every)]),
         images=np.array([2.0 ** (len(planes_of(scene)) - len(cuts(scene, tool))) for tool in scene.tools]),
         held=np.array([(0.0, 0.0, 0.0), *(direction_of(support) for support in scene.supports)]),
     )
     return ride.ways(scene.mesh.size)
+
+
+def _part(scene: Scene, k: int, own: Posed) -> Floats:
+    """What part (c,) of a point of the whole body each of the k-th tool is: a half in each plane that cuts the tool."""
+    out = np.ones(len(own.node))
+    for way, _ in cuts(scene, scene.tools[k]):
+        out[np.linalg.norm(own.within @ way, axis=1) < HALVED] /= 2
+    return out
 
 
 def _of_tool(scene: Scene, accepted: Accepted, k: int) -> tuple[Posed, Floats, Floats, Floats]:

@@ -2,9 +2,9 @@
 
 Of tool j each point that touches at the start takes along v: what its tool goes towards the body along the normal,
 what it goes across it where friction holds all points that push, and all that it goes where it is welded. v_j is the
-mean by the forces that push, or over all points if none does. What tool k meets goes by the mean of the v_j of the
-other tools, mirror images included, each counted as often as it is long; then by half of the same mean of what the
-tools go beyond that.
+mean by the forces that push, or over all points of the whole body if none does. What tool k meets goes by the mean of
+the v_j of the other tools, mirror images included, each counted as often as it is long; then by half of the same mean
+of what the tools go beyond that.
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ class Ride:
     """Candidates (c,) with their ``tool``, ``gap``, ``mu``, forces r (c, d) at the start, and who is ``welded``.
 
     They are means of nodes (w,): ``owner``, ``share``, the ``normal`` (w, d) and the way ``goes`` (w, d) of the tool
-    under it, beyond that of the supports. ``images`` (k,) are how many tools of the whole body each one is, ``held``
-    (s, d) directions in which supports or planes hold the body.
+    under it, beyond that of the supports. ``part`` (c,) is what each is of a point of the whole body, ``images`` (k,)
+    are how many tools of the whole body each one is, ``held`` (s, d) directions in which supports or planes hold the
+    body.
     """
 
     tool: Ints
@@ -36,6 +37,7 @@ class Ride:
     share: Floats
     normal: Floats
     goes: Floats
+    part: Floats
     images: Floats
     held: Floats
 
@@ -63,7 +65,7 @@ class Ride:
         near = (self.tool == k) & (self.gap <= TOUCHING * size)
         largest = float(np.linalg.norm(self.r, axis=1).max(initial=0.0))
         pushing = near & (self.r[:, 0] > CARRIES * largest)
-        weight = (self.r[:, 0] if pushing.any() else np.ones(len(near))) * (pushing if pushing.any() else near)
+        weight = self.r[:, 0] * pushing if pushing.any() else self.part * near
         friction = np.linalg.norm(self.r[:, 1:], axis=1)
         holds = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
         pushes = (self.tool == k) & (self.r[:, 0] > CARRIES * largest)
