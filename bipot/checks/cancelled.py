@@ -62,7 +62,9 @@ def _parted(iterate: Iterate) -> Floats:
         mine = number >= 0
         lengths[number[mine]] = length[mine] / area[mine]
         slips[number[mine]] = mean[mine] / area[mine, None]
-    return np.maximum(lengths - norm(contacts.means.kept(slips)), 0.0)
+    # In a plane a mean that continues beyond an axis or a plane of symmetry does not slip, nor do supports move it.
+    still = ~(contacts.tangent_free | contacts.tangent_held)
+    return np.maximum(lengths - np.where(still, 0.0, norm(contacts.means.kept(slips))), 0.0)
 
 
 def _slips(iterate: Iterate) -> Floats:
