@@ -18,6 +18,7 @@ from bipot.results.columns import CANCELLED
 from bipot.scene.scene import Scene
 from bipot.scene.supports import Support, Symmetry
 from bipot.schedule import Schedule
+from bipot.tools.circle import Circle
 from bipot.tools.poses import Turn
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool, Sampling, ShapedTool
@@ -107,3 +108,36 @@ def test_in_a_plane_slips_of_both_signs_cancel_in_the_mean_between_them():
     middle = np.flatnonzero(np.isin(system_of(scene).candidates.node, on[0]))
     lost = MU * last.solved.r[middle, 0] @ [float(w @ ((1 - s) * np.abs(slip)) / 0.5)]
     assert value(scene, last) == pytest.approx(lost / (last.solved.iterate.work(last.solved.r) + lost), rel=1e-6)
+
+
+@pytest.mark.parametrize("surface", [Plane((0.0, 1.0), (0.0, -1.0)), Circle((0.0, 5.0), 4.0)])
+def test_half_a_strip_leaves_out_what_the_whole_one_does(surface):
+    """In the plane of symmetry the mean does not slip, though its modelled half does."""
+    platen = ShapedTool(surface, (0.0, -0.05), ("top",), MU, sampling=Sampling.WEIGHTED)
+    mesh, support = block(4.0, 1.0, 4, 1, element=Element.Q8), Support("base", 1)
+    whole = Mesh(mesh.nodes - [2.0, 0.0], mesh.elements, mesh.boundaries)
+    half = block(2.0, 1.0, 2, 1, element=Element.Q8)
+    scenes = (
+        Scene(half, Geometry.PLANE_STRAIN, STEEL, (support, Symmetry("left", 0)), (platen,)),
+        Scene(whole, Geometry.PLANE_STRAIN, STEEL, (support,), (platen,)),
+    )
+    found = [value(scene, last_of(scene, 1)) for scene in scenes]
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert found[0] > 1e-3
+
+
+def test_the_mean_about_the_axis_of_a_disc_does_not_slip():
+    """Slips are -v s (1 - s) 4 - w s (2 s - 1) along the radius s of one edge, and none is left of their mean."""
+    platen = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.01), ("top",), MU, sampling=Sampling.WEIGHTED)
+    mesh = block(1.0, 1.0, 1, 1, element=Element.Q8)
+    scene = Scene(mesh, Geometry.AXISYMMETRIC, STEEL, (Support("base", 1), Support("left", 0)), (platen,))
+    last = last_of(scene, 1)
+    x, u, candidates = mesh.nodes, last.state.du[:, 0], system_of(scene).candidates
+    middle, rim = (np.flatnonzero((x[:, 1] == 1.0) & (x[:, 0] == at))[0] for at in (0.5, 1.0))
+    s, w = np.polynomial.legendre.leggauss(6)
+    s, w = (s + 1) / 2, w / 2
+    slip = 4 * s * (1 - s) * u[middle] + s * (2 * s - 1) * u[rim]
+    hat = 1 - s
+    centre = np.flatnonzero(x[candidates.node, 0] == 0.0)
+    lost = MU * last.solved.r[centre[0], 0] * (w @ (s * hat * np.abs(slip))) / (w @ (s * hat))
+    assert value(scene, last) == pytest.approx(lost / (last.solved.iterate.work(last.solved.r) + lost), rel=1e-2)

@@ -62,19 +62,27 @@ def _parted(iterate: Iterate) -> Floats:
         mine = number >= 0
         lengths[number[mine]] = length[mine] / area[mine]
         slips[number[mine]] = mean[mine] / area[mine, None]
-    return np.maximum(lengths - norm(contacts.means.kept(slips)), 0.0)
+    # In a plane a mean that continues beyond an axis or a plane of symmetry does not slip, nor do supports move it.
+    still = ~(contacts.tangent_free | contacts.tangent_held)
+    return np.maximum(lengths - np.where(still, 0.0, norm(contacts.means.kept(slips))), 0.0)
 
 
 def _slips(iterate: Iterate) -> Floats:
-    """What nodes (tools, a, d) move along each tool, zero for those that are in no mean at it."""
+    """What nodes (tools, a, d) move along each tool, zero for those that are in no mean at it.
+
+    In a plane that is an arc, of which a curved tool turns the direction from node to node: its first component.
+    """
     increment, contacts, du = iterate.increment, iterate.increment.system.candidates, iterate.response.du
     owner, apart = contacts.means.owner, contacts.means.apart()
-    gone, normal = iterate.tool_travel[contacts.tool[owner]], iterate.frames[:, 0]
+    gone, frames = iterate.tool_travel[contacts.tool[owner]], iterate.frames
     if contacts.curved:
         gone = gone + increment.tools.carried(du, iterate.advance)
     else:
-        normal = normal[owner]
+        frames = frames[owner]
     slip = apart.motion(du) - gone
+    slip = slip - np.vecdot(slip, frames[:, 0])[:, None] * frames[:, 0]
+    if slip.shape[1] == 2:
+        slip = np.vecdot(slip, frames[:, 1])[:, None] * (1.0, 0.0)
     out = np.zeros((len(contacts.scene.tools), *du.shape))
-    out[contacts.tool[owner], contacts.means.weights.indices] = slip - np.vecdot(slip, normal)[:, None] * normal
+    out[contacts.tool[owner], contacts.means.weights.indices] = slip
     return out
