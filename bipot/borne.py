@@ -32,7 +32,8 @@ from bipot.tensors import norm
 from bipot.typing import Bools, Floats
 
 HOLDS = 1e-6
-"""Friction farther below its limit than this fraction of the largest contact force holds its point."""
+"""Friction farther below its limit than this fraction of the largest contact force holds its point: no more than that
+does the certificate's law leave undecided."""
 
 
 @dataclass(frozen=True)

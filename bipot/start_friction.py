@@ -28,6 +28,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bipot.borne import HOLDS
 from bipot.contact.closeness import touches
 from bipot.contact.shear import Strength, caps
 from bipot.contact.supported import rubbed
@@ -36,10 +37,6 @@ from bipot.iterate import Increment, Iterate
 from bipot.response import State
 from bipot.tensors import norm
 from bipot.typing import Floats
-
-HOLDS = 1e-6
-"""A friction force that is farther below its limit than this fraction of the largest contact force holds its point: no
-more than that does the certificate's law leave undecided."""
 
 
 def start_forces(start: State, increment: Increment) -> Floats:

@@ -14,7 +14,8 @@ from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Delassus, Dissipation, Newton, Penalty, Tangent, Uzawa
-from bipot.forms.newton import Reuse, Search
+from bipot.forms.newton import Reuse
+from bipot.forms.search import Search
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Tabulated, Voce
 from bipot.laws.material import Elastic

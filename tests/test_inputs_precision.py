@@ -10,7 +10,8 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.control.landing import Locate
 from bipot.forms import Newton, Penalty, Uzawa
-from bipot.forms.newton import Reuse, Search
+from bipot.forms.newton import Reuse
+from bipot.forms.search import Search
 from bipot.increment import Limits
 from bipot.laws.hardening import Linear, Perfect, Swift, Tabulated, Voce
 from bipot.laws.von_mises import Elasticity, VonMises

@@ -13,7 +13,8 @@ from bipot.certificate import Bounds
 from bipot.control.accepted import Accepted
 from bipot.fem.strain import Configuration
 from bipot.forms import Cache, Dissipation, FormName, Newton, Tangent
-from bipot.forms.newton import Reuse, Search
+from bipot.forms.newton import Reuse
+from bipot.forms.search import Search
 from bipot.increment import Limits, Trial, solve_increment
 from bipot.iterate import Increment
 from bipot.marching import Control, Schedule, march, system_of

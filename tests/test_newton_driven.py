@@ -14,7 +14,7 @@ from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
 from bipot.forms import Newton
 from bipot.forms.base import Cache
-from bipot.forms.newton import Search
+from bipot.forms.search import Search
 from bipot.iterate import Increment
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity

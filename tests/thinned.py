@@ -10,6 +10,7 @@ THINNED = {
     "test_inputs_precision": {"test_a_march_is_that_of_the_same_numbers": 4},
     "test_accuracy": {
         "test_the_error_is_what_was_asked": 10,
+        "test_uniform_increments_of_that_error_cost_as_much": 3,
     },
     "test_accuracy_mesh": {"test_without_friction_every_element_is_exact": 12},
     "test_accuracy_paced": {"test_the_true_error_is_that_of_the_closed_form_without_friction": 2},

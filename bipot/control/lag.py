@@ -18,7 +18,6 @@ import numpy as np
 from bipot.increment import Solved
 from bipot.response import State
 from bipot.tensors import norm
-from bipot.tools.poses import angles_of, rotation
 from bipot.typing import Floats, vdot
 
 LEAST_SLIP = 1e-6
@@ -53,8 +52,8 @@ def _with_tools(solved: Solved, vectors: Floats) -> Floats:
     """Vectors (w, 3) where tools are met, turned as these turn in the increment."""
     contacts, out = solved.iterate.increment.system.candidates, vectors.copy()
     owner = contacts.tool[contacts.parts.owner]
-    for tool in np.flatnonzero(contacts.scene.turning).tolist():
-        out[owner == tool] = vectors[owner == tool] @ rotation(angles_of(solved.iterate.advance[tool])).T
+    for k, (tool, advance) in enumerate(zip(contacts.scene.tools, solved.iterate.advance, strict=True)):
+        out[owner == k] = tool.turned(vectors[owner == k], advance)
     return out
 
 
