@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bipot.control.landing import Locate
-from bipot.control.pacing import QUICK, REFUSED, Pacer, error_estimate
+from bipot.control.pacing import CHEAPEST, QUICK, REFUSED, Pacer, error_estimate
 from bipot.control.reason import ReasonKind
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry
@@ -42,13 +42,32 @@ def accurate(name, accuracy):
     return paced.run(SCENES[name](), Schedule(accuracy=accuracy))
 
 
-@pytest.mark.parametrize("name", SCENES)
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+QUICKLY = {("mu = 0.1", 1e-3), ("ring", 1e-3), ("ring", 1e-4), ("block", 1e-3), ("block", 1e-4), ("q4p0 block", 1e-3)}
+BEYOND = {("q4p0 mu = 0.3", 1e-4), ("q4p0 ring", 1e-4)}
+"""Where what first yield leaves is more than the accuracy."""
+
+
+def judged(name, accuracy):
+    """The parameters, slow unless :data:`QUICKLY`."""
+    marks = [] if (name, accuracy) in QUICKLY else [pytest.mark.slow]
+    if (name, accuracy) in BEYOND:
+        marks.append(pytest.mark.xfail(strict=True, reason="first yield leaves an error that shorter ones do not cure"))
+    return pytest.param(name, accuracy, marks=marks)
+
+
+@pytest.mark.parametrize(("name", "accuracy"), [judged(name, asked) for name in SCENES for asked in (1e-2, 1e-3, 1e-4)])
 def test_the_error_is_what_was_asked(name, accuracy):
-    assert 1 / 3 <= accurate(name, accuracy).error / accuracy <= 3
+    """At most three times that; not below a third, but that none is coarser than the cheapest, nor on coarse meshes."""
+    found = accurate(name, accuracy).error / accuracy
+    assert found <= 3
+    assert found >= 1 / 3 or accuracy > CHEAPEST or name.startswith("coarse")
 
 
-@pytest.mark.parametrize(("name", "increments"), [("mu = 0.1", 7), ("mu = 0.3", 8), ("ring", 7)])
+def test_on_coarse_meshes_errors_of_increments_cancel():
+    assert accurate("coarse mu = 0.1", 1e-3).error < accurate("mu = 0.1", 1e-3).error
+
+
+@pytest.mark.parametrize(("name", "increments"), [("mu = 0.1", 9), ("ring", 7), ("q4p0 ring", 8)])
 def test_uniform_increments_of_that_error_cost_as_much(name, increments):
     """``increments`` is the least number whose error is not above that of the accuracy: fewer err more."""
     scene, by_accuracy = SCENES[name](), accurate(name, 1e-3)
@@ -58,7 +77,7 @@ def test_uniform_increments_of_that_error_cost_as_much(name, increments):
 
 def test_less_is_asked_at_no_more_cost():
     """Above the cheapest accuracy increments are not longer."""
-    scene = cylinder(0.3)
+    scene = cylinder(0.3, elements=5)
     assert paced.run(scene, Schedule(accuracy=1e-2)).passes <= paced.run(scene, Schedule(accuracy=1e-3)).passes
 
 

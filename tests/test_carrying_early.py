@@ -11,7 +11,7 @@ from bipot.tensors import norm
 from studies.accuracy.paced import CONTROL
 from studies.accuracy.paced_scenes import cylinder
 
-SCENE, SCHEDULE = cylinder(0.3), Schedule(8)
+SCENE, SCHEDULE = cylinder(0.3, elements=5), Schedule(8)
 
 
 @pytest.fixture

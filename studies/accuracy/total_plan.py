@@ -17,7 +17,7 @@ from studies.methods import Method
 
 SIDES = (3, 6, 10, 20)
 COARSE = SIDES[:3]
-ACCURATE: tuple[Pace, ...] = (Pace(accuracy=1e-3),)
+ACCURATE: tuple[Pace, ...] = (Pace(accuracy=1e-2), Pace(accuracy=1e-3))
 BOTH = (*ACCURATE, Pace(increments=40))
 
 
