@@ -85,13 +85,17 @@ class Turn:
         """Points x (…, d) in the tool's frame; the effect of the turn is added, because the centre may be far away."""
         return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
 
-    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
         """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
 
-        It is exact to the round-off of the motions, not of the positions.
+        After a ``part`` (…) of both, which translate and turn evenly: the way there is no straight one. It is exact to
+        the round-off of the motions, not of the positions.
         """
-        moved = (by - advance[: len(self.centre)]) @ rotation(angles_of(pose + advance))
-        return moved + self.arm(x, pose) @ rotation(angles_of(pose)) @ turned_by(angles_of(advance))
+        part = np.asarray(part, dtype=np.float64)[..., None]
+        Q, angle = rotation(angles_of(pose)), part * float(angles_of(advance) @ self.about)
+        moved = part * (by - advance[: len(self.centre)]) @ Q
+        turning = self.swirl(self.arm(x, pose) @ Q + moved)
+        return moved - np.sin(angle) * turning + 2 * np.sin(angle / 2) ** 2 * self.swirl(turning)
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of the tool's points at x (…, d) in the ``pose``."""

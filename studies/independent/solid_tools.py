@@ -13,6 +13,7 @@ slips begin where its mean gap would come to close as the tool goes on past a bo
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -50,6 +51,21 @@ class Solid:
         old, angle = about(self.axis, self.begun[3]), float(self.gone[3])
         arm = (x - self.centre - self.begun[:3]) @ old
         return (by - self.gone[:3]) @ old @ about(self.axis, angle) + arm @ turned_by(self.axis, angle)
+
+    def on_way(self, x: Floats, by: Floats) -> Callable[[Floats], Floats]:
+        """How far (w, 3) points x (w, 3) that go ``by`` (w, 3) are after a fraction (w, 1), as the tool sees them.
+
+        What is along the axis stays so; what is across it turns back by so much of the angle.
+        """
+        old = about(self.axis, self.begun[3])
+        arm, goes = (x - self.centre - self.begun[:3]) @ old, (by - self.gone[:3]) @ old
+
+        def gone(fraction: Floats) -> Floats:
+            angle, moved = fraction * self.gone[3], fraction * goes
+            across = (arm + moved) - np.outer((arm + moved) @ self.axis, self.axis)
+            return moved - 2 * np.sin(angle / 2) ** 2 * across - np.sin(angle) * np.cross(self.axis, across)
+
+        return gone
 
     def carried(self, middle: Floats) -> Floats:
         """How far (w, 3) the tool's points go whose ways have their ``middle`` (w, 3): chords of circles."""
@@ -93,7 +109,7 @@ def met(tool: Solid, nodes: Going, apart: Bools) -> MetInSpace:
     air = np.zeros_like(y)
     if apart.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, 0.0, tool.by_moment))
-        air = in_air(lambda at: tool.near(at).gap, nodes.parts, y, aloft.way(nodes.start, nodes.asked))
+        air = in_air(lambda at: tool.near(at).gap, nodes.parts, y, aloft.on_way(nodes.start, nodes.asked))
         air[~apart[nodes.parts.owner]] = 0.0
     begun = tool.near(y + air)
     old, new = about(tool.axis, tool.begun[3]), about(tool.axis, tool.ended[3])
