@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.tools.poses import pose_size, turned_on
 from bipot.tools.tool import Tool
 from bipot.typing import Floats, Ints
 
@@ -14,19 +15,54 @@ PARTS, TIMES = 16, 14
 """Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
 
 
+class Carried(NamedTuple):
+    """How w points are carried along: evenly ``by`` (w, d), and by a turn of their ``arm`` (w, d) by ``angle`` (w,).
+
+    The turn is about the ``axis`` (w, 1), in space (w, 3).
+    """
+
+    by: Floats
+    arm: Floats
+    angle: Floats
+    axis: Floats
+
+    @staticmethod
+    def evenly(by: Floats) -> Carried:
+        """Along ``by`` (w, d), without any turn."""
+        count, d = by.shape
+        return Carried(by, np.zeros_like(by), np.zeros(count), np.zeros((count, pose_size(d) - d)))
+
+    def after(self, part: Floats) -> Floats:
+        """Their displacement (w, …, d) after a ``part`` (w, …) of the increment."""
+        each, angle = _each(part), part[..., None] * self.angle[_each(part)][..., None]
+        return part[..., None] * self.by[each] + turned_on(self.axis[each], angle, self.arm[each])
+
+    def only(self, own: Ints) -> Carried:
+        """Those of the ``own`` points (m,)."""
+        return Carried(*(field[own] for field in self))
+
+
+class Aloft(NamedTuple):
+    """Parts at x (w, d) that are ``carried`` while tools in the poses ``placed`` (k, p) ``advance`` (k, p)."""
+
+    x: Floats
+    carried: Carried
+    placed: Floats
+    advance: Floats
+
+
 class Way(NamedTuple):
-    """Of m points at x (m, d) that move ``by`` (m, d), evenly, as their ``tool`` in the ``pose`` (p,) advances."""
+    """Of m points at x (m, d) that are ``carried`` as their ``tool`` in the ``pose`` (p,) advances."""
 
     tool: Tool
     x: Floats
-    by: Floats
+    carried: Carried
     pose: Floats
     advance: Floats
 
     def gone(self, part: Floats) -> Floats:
         """How far (m, …, d) they have gone in the frame of the tool after a ``part`` (m, …) of the increment."""
-        each = _each(part)
-        return self.tool.going(self.x[each], self.by[each], self.pose, self.advance, part)
+        return self.tool.going(self.x[_each(part)], self.carried.after(part), self.pose, self.advance, part)
 
     def seen(self, part: Floats) -> Floats:
         """Where they are then in the frame of the tool (m, …, d)."""

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bipot.tools.aloft import Way
+from bipot.tools.aloft import Aloft, Way
 from bipot.tools.parts import Parts
 from bipot.tools.poses import Turn, rotation
 from bipot.tools.slips import Slip, measured, spin, transported
@@ -180,7 +180,7 @@ class Faces:
         out[:, 0] += gap
         return out
 
-    def in_air(self, apart: Bools, going: Going) -> Floats:
+    def in_air(self, apart: Bools, going: Aloft) -> Floats:
         """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
         They are ``going`` as in a body at rest, evenly with their tools: where these turn, not straight. Those that do
@@ -190,7 +190,7 @@ class Faces:
         out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
-            way = Way(tool, going.x[own], going.by[own], pose, advance)
+            way = Way(tool, going.x[own], going.carried.only(own), pose, advance)
             out[own] = way.gone(way.in_air(lambda at, tool=tool, own=own: self._gaps(tool, own, at), owner[own]))
         return out
 

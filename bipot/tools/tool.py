@@ -174,12 +174,12 @@ class Tool:
         return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
-        """Motion in the frame of the tool, which moves by ``advance`` (p,), of points x (…, d) that move ``by``.
+        """Motion in the frame of the tool, which moves by a ``part`` (…) of ``advance`` (p,), of points x (…, d).
 
-        After a ``part`` (…) of both motions.
+        They move ``by`` (…, d).
         """
         if self.turn is None:
-            return np.asarray(part)[..., None] * (by - advance[: x.shape[-1]])
+            return by - np.asarray(part)[..., None] * advance[: x.shape[-1]]
         return self.turn.going(x, by, pose, advance, part)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:

@@ -21,6 +21,7 @@ from studies.fuzz.solid_riding import ridden
 from studies.fuzz.solid_surfaces import bent
 from studies.fuzz.solid_touching import Touching
 from studies.independent.contact import TOUCHING
+from studies.independent.riding import Ridden
 from studies.independent.sampling import Parts
 from studies.independent.shear import mean_shear
 from studies.independent.solid import place
@@ -73,8 +74,8 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
     )
 
 
-def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
-    """Those of the k-th tool, gaps by positions; other tools take the body along a ``way`` (3,)."""
+def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Ridden) -> Touching:
+    """Those of the k-th tool, gaps by positions; other tools take the body along a ``way``."""
     tool, every, end = scene.tools[k], posed(scene, k), accepted.state
     shape, nodal = solid(scene, k, accepted), movable(scene, k)
     free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
@@ -109,7 +110,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
         slip=np.where(rubs[:, None], einsum("cij,cj->ci", kept, slid), 0.0),
         dragged=_dragged(scene, accepted, shape, own, reference) * (~sliding & (not bent(tool)))[:, None],
         kept=kept,
-        follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked)),
+        follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked(np.ones((len(parts.node), 1))))),
         before=before,
         apart=found.apart,
         left=np.where(found.apart, found.left, before),
@@ -124,11 +125,15 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
     )
 
 
-def _going(scene: Scene, accepted: Accepted, parts: Parts, way: Floats) -> Going:
-    """How nodes go, and would in a body at rest that supports and, along a ``way`` (3,), other tools take along."""
+def _going(scene: Scene, accepted: Accepted, parts: Parts, way: Ridden) -> Going:
+    """How nodes go, and would in a body at rest that supports and, along a ``way``, other tools take along."""
     start, end, node = accepted.start, accepted.state, parts.node
-    asked = taken_along(scene, start.tau, end.tau) + way
-    return Going(parts, start.nodes[node], end.nodes[node], end.du[node], asked[node])
+    by_supports, x = taken_along(scene, start.tau, end.tau)[node], start.nodes[node]
+
+    def asked(fraction: Floats) -> Floats:
+        return fraction * by_supports + way.after(x, fraction)
+
+    return Going(parts, x, end.nodes[node], end.du[node], asked)
 
 
 def _rows(found: MetInSpace, tangents: Floats, when: int) -> Floats:

@@ -13,14 +13,14 @@ slips begin where its mean gap would come to close as the tool goes on past a bo
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from studies.independent.element import Bools, Floats
 from studies.independent.revolved import Face, Seen, nearest
-from studies.independent.tools import Going, in_air
+from studies.independent.riding import swung
+from studies.independent.tools import Going, OnWay, in_air
 
 SHORT = 1e-6
 """Of an angle (radians): alpha/sin alpha is one to the last bit below."""
@@ -52,18 +52,14 @@ class Solid:
         arm = (x - self.centre - self.begun[:3]) @ old
         return (by - self.gone[:3]) @ old @ about(self.axis, angle) + arm @ turned_by(self.axis, angle)
 
-    def on_way(self, x: Floats, by: Floats) -> Callable[[Floats], Floats]:
-        """How far (w, 3) points x (w, 3) that go ``by`` (w, 3) are after a fraction (w, 1), as the tool sees them.
-
-        What is along the axis stays so; what is across it turns back by so much of the angle.
-        """
+    def on_way(self, x: Floats, by: OnWay) -> OnWay:
+        """How far points x (w, 3) that go ``by`` (w, 3) are after a fraction (w, 1), as the tool sees them."""
         old = about(self.axis, self.begun[3])
-        arm, goes = (x - self.centre - self.begun[:3]) @ old, (by - self.gone[:3]) @ old
+        arm = (x - self.centre - self.begun[:3]) @ old
 
         def gone(fraction: Floats) -> Floats:
-            angle, moved = fraction * self.gone[3], fraction * goes
-            across = (arm + moved) - np.outer((arm + moved) @ self.axis, self.axis)
-            return moved - 2 * np.sin(angle / 2) ** 2 * across - np.sin(angle) * np.cross(self.axis, across)
+            goes = (by(fraction) - fraction * self.gone[:3]) @ old
+            return goes + swung(arm + goes, self.axis, -fraction * self.gone[3])
 
         return gone
 

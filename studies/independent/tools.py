@@ -25,6 +25,10 @@ LOOKS = 52
 """Halvings of an increment, until a candidate in the air touches."""
 
 
+OnWay = Callable[[Floats], Floats]
+"""How far nodes (w, d) have come after a fraction (w, 1) of the increment."""
+
+
 @dataclass(frozen=True)
 class Rigid:
     """A tool of several ``outlines`` at rest, which turns about ``centre`` (2,).
@@ -56,17 +60,18 @@ class Rigid:
         arm = (x - self.centre - self.begun[:2]) @ old
         return (by - self.gone[:2]) @ old @ turning(angle) + arm @ np.array([[near, -across], [across, near]])
 
-    def on_way(self, x: Floats, by: Floats) -> Callable[[Floats], Floats]:
-        """How far (c, 2) points x (c, 2) that go ``by`` (c, 2) are after a fraction (c, 1), as the tool sees them.
+    def on_way(self, x: Floats, by: OnWay) -> OnWay:
+        """How far points x (c, 2) that go ``by`` (c, 2) are after a fraction (c, 1), as the tool sees them.
 
-        In the plane of complex numbers: what goes evenly is turned back by what the tool has turned so far.
+        In the plane of complex numbers: they are turned back by what the tool has turned so far.
         """
         as_seen = np.exp(-1j * self.begun[2])
-        arm, goes = (v @ (1.0, 1j) * as_seen for v in (x - self.centre - self.begun[:2], by - self.gone[:2]))
+        arm = (x - self.centre - self.begun[:2]) @ (1.0, 1j) * as_seen
 
         def gone(fraction: Floats) -> Floats:
-            part = fraction[:, 0]
-            z = part * goes * np.exp(-1j * part * self.gone[2]) + arm * np.expm1(-1j * part * self.gone[2])
+            back = -1j * fraction[:, 0] * self.gone[2]
+            goes = (by(fraction) - fraction * self.gone[:2]) @ (1.0, 1j) * as_seen
+            z = goes * np.exp(back) + arm * np.expm1(back)
             return np.column_stack([z.real, z.imag])
 
         return gone
@@ -120,14 +125,14 @@ class Met:
 class Going:
     """Nodes that are the ``parts`` of c candidates and go ``by`` (w, 2) from ``start`` to ``end`` (w, 2).
 
-    Supports ask them to go ``asked`` (w, 2): of a body at rest they would go so, and not at all elsewhere.
+    Supports and other tools ask them to go ``asked`` (w, 2): of a body that is otherwise at rest they would go so.
     """
 
     parts: Parts
     start: Floats
     end: Floats
     by: Floats
-    asked: Floats
+    asked: OnWay
 
 
 def met(tool: Rigid, nodes: Going, size: float) -> Met:
@@ -189,7 +194,7 @@ def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) 
     return out
 
 
-def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: Callable[[Floats], Floats]) -> Floats:
+def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: OnWay) -> Floats:
     """How far (w, d) nodes that a tool sees at y come before their candidates touch.
 
     They have come ``way`` (w, d) after a fraction (w, 1) of the increment. The ``gap`` of a tool is that (w,) of points
