@@ -13,6 +13,7 @@ from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF, cleaned
+from bipot.checks.jammed import jammed
 from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
@@ -35,7 +36,7 @@ SPINS = 0.95
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """A sentence why the increment from ``state`` to ``tau`` failed, None where the scene is not the cause."""
     found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
-    found = found or _unheld(system, state, tau)
+    found = found or jammed(system, state, tau) or _unheld(system, state, tau)
     return found or _aloft(system, state, tau) or _past(system, state, tau) or _spun(system, state, tau)
 
 
