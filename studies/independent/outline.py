@@ -77,12 +77,19 @@ class Outline:
         """The nearest place of points x (c, 2)."""
         on_straights, on_arcs = self._straights(x), self._arcs(x)
         far = np.hstack([on_straights[0], on_arcs[0]])
-        piece = np.argmin(far, axis=1)
+        # At a sharp corner a point is on no side of it for sure: its normal is the corner's own, the middle one. What
+        # side of the outline it is on is told by the piece that is nearest.
+        piece = np.argmin(np.hstack([on_straights[0], np.where(self._at_corner(x), -1.0, on_arcs[0])]), axis=1)
+        chosen = np.argmin(far, axis=1), piece, piece, piece
         gap, stretch, arc, past = (
-            np.take_along_axis(np.hstack([a, b]), piece[:, None], 1)[:, 0]
-            for a, b in zip(on_straights[1:], on_arcs[1:], strict=True)
+            np.take_along_axis(np.hstack([a, b]), which[:, None], 1)[:, 0]
+            for a, b, which in zip(on_straights[1:], on_arcs[1:], chosen, strict=True)
         )
         return Near(piece, gap, self._normal(x, piece), arc, stretch, past > 0)
+
+    def _at_corner(self, x: Floats) -> Bools:
+        """Which points (c, 2) are at sharp corners (c, m)."""
+        return (self.radius == 0) & (np.linalg.norm(x[:, None] - self.centre, axis=2) <= JOINT * self.span)
 
     def _straights(self, x: Floats) -> tuple[Floats, ...]:
         """Distance, gap, stretch, arc, past (c, l); inf where the foot is on no straight."""
@@ -100,13 +107,10 @@ class Outline:
         clipped = np.clip(angle, -self.half, self.half)
         on = np.abs(angle - clipped) * np.maximum(self.radius, far) <= JOINT * self.span
         away = np.where(on, np.abs(far - self.radius), np.inf)
-        # At a sharp corner a point is on no side of it for sure: the corner's own normal is the middle one.
-        at = (self.radius == 0) & (far <= JOINT * self.span)
-        away[at] = -1.0
         safe = np.where(far > 0, far, 1.0)
         arc = self.begin[len(self.length) :] + self.radius * (self.half - self.turn * clipped)
         gap = self.turn * (far - self.radius)
-        return away, gap, np.where(at, 1.0, self.radius / safe), arc, np.zeros_like(far)
+        return away, gap, np.where(self._at_corner(x), 1.0, self.radius / safe), arc, np.zeros_like(far)
 
     def _normal(self, x: Floats, piece: Ints) -> Floats:
         """Unit normals (c, 2) where the nearest pieces (c,) are these; at a sharp corner the middle one."""
@@ -133,8 +137,9 @@ class Outline:
         straight = (one.piece == other.piece) & (one.piece < len(self.length))
         t = self.along[one.piece[straight]]
         out[straight] = np.column_stack([np.vecdot(left(t), by[straight]), np.vecdot(t, by[straight])])
-        for k in np.unique(one.piece[(one.piece == other.piece) & ~straight]).tolist():
-            mine, m = (one.piece == k) & (other.piece == k), k - len(self.length)
+        around = (one.piece == other.piece) & ~straight & ~self._sharp(one) & ~self._sharp(other)
+        for k in np.unique(one.piece[around]).tolist():
+            mine, m = around & (one.piece == k), k - len(self.length)
             begun = x[mine] - self.centre[m]
             ended = begun + by[mine]
             sizes = np.linalg.norm(begun, axis=1) + np.linalg.norm(ended, axis=1)
