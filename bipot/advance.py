@@ -192,6 +192,6 @@ class Advance:
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
-        apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
+        apart = ~touches(self.start.gap, self.candidates.scene.size)
         rests = Aloft(self.candidates.met.places(self.start.nodes), self.carried_on, self.placed, self.by(travel))
         return self.candidates.faces.in_air(apart, rests)

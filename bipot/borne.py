@@ -113,7 +113,7 @@ class Riding:
         touched = self.place[weight > 0]
         across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
         spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
-        fits = beside <= ALIGNED and spread > ALIGNED * self.candidates.scene.mesh.size
+        fits = beside <= ALIGNED and spread > ALIGNED * self.candidates.scene.size
         return (j, spin) if holds and fits and spin.angle != 0 else None
 
     def _twisted(self, spin: Spin, weight: Floats) -> Spin:
@@ -148,7 +148,7 @@ class Riding:
     def _weights(self) -> Floats:
         """Of the means over the points of each tool (k, w)."""
         contacts, r = self.candidates, self.start.forces
-        touching = touches(self.start.gap, contacts.scene.mesh.size)
+        touching = touches(self.start.gap, contacts.scene.size)
         own = contacts.tool == np.arange(len(contacts.scene.tools))[:, None]
         pushing = own & touching & carries(r)
         share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], (own & touching) * contacts.share)

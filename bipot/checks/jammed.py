@@ -48,7 +48,7 @@ def jammed(system: System, state: State, tau: float) -> str | None:
 
 def _at_hand(increment: Increment) -> Bools:
     """Which candidates (c,) touch or push at the start, or are reached by the end if the body rests."""
-    start, size = increment.start, increment.system.body.scene.mesh.size
+    start, size = increment.start, increment.system.body.scene.size
     return carries(start.forces) | touches(np.minimum(start.gap, increment.rows.gap), size)
 
 

@@ -108,7 +108,7 @@ def _met(
             continue
         asked = _asked(scene, start, end, planes.parts.node[own], ways[k])
         going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], asked)
-        found = met(tool, going, setting.size)
+        found = met(tool, going, setting.whole)
         (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
         offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
         offset_end[own] = np.vecdot(found.normal[1], after[own]) - found.gap[1]

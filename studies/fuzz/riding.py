@@ -64,7 +64,7 @@ def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Se
         turns=gone[:, 2:] * (0.0, 0.0, 1.0),
         flat=np.array([isinstance(own.face, Plane) for own in scene.tools]),
     )
-    return ride.ways(setting.size)
+    return ride.ways(setting.whole)
 
 
 def _part(scene: Scene, setting: Setting, points: Points) -> Floats:

@@ -13,7 +13,7 @@ from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints, Vector, einsum
-from studies.fuzz.solid_held import prescribed_at
+from studies.fuzz.solid_held import prescribed_at, whole_size
 from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
 from studies.fuzz.solid_points import Posed, faces_of, owners, posed
@@ -70,7 +70,7 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
         # A gap to a curved tool grows by what is no linear function of motions: that of places would be off by more.
         opened=np.where(curved & agrees, after - before, joined.opened),
         blur=np.where(agrees, EPS * moved, 0.0),
-        tied=np.isinf(joined.mu) & np.isinf(joined.cap) & (before <= TOUCHING * scene.mesh.size),
+        tied=np.isinf(joined.mu) & np.isinf(joined.cap) & (before <= TOUCHING * whole_size(scene)),
     )
 
 
@@ -87,7 +87,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Ridden) -> Touching:
     reference = framed(stored, tool.face.normal if not bent(tool) and isinstance(tool.face, Plane) else None)
     before = accepted.start.gap[candidates.tool == k]
     going = _going(scene, accepted, parts, way)
-    found = met(shape, going, bent(tool) & (before > TOUCHING * scene.mesh.size))
+    found = met(shape, going, bent(tool) & (before > TOUCHING * whole_size(scene)))
     tangents = [carried_to(reference[parts.owner], normal)[:, 1:] for normal in found.normal]
     kept = einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
     still = (np.abs(einsum("cij,crj->cri", own.within, reference[:, 1:])) <= FREE).all(axis=(1, 2))

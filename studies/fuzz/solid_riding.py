@@ -8,7 +8,7 @@ from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.typing import Floats
-from studies.fuzz.solid_held import direction_of, planes_of
+from studies.fuzz.solid_held import direction_of, planes_of, whole_size
 from studies.fuzz.solid_movable import movable
 from studies.fuzz.solid_placed import alone_gone, axis_of, cuts, pose, solid, way_along
 from studies.fuzz.solid_points import Posed, posed
@@ -49,7 +49,7 @@ def ridden(scene: Scene, accepted: Accepted) -> list[Ridden]:
         turns=np.array([alone_gone(scene, k, accepted)[3] * axis_of(scene.tools[k]) for k in tools]),
         flat=np.array([isinstance(tool.face, Plane) for tool in scene.tools]),
     )
-    return ride.ways(scene.mesh.size)
+    return ride.ways(whole_size(scene))
 
 
 def _part(scene: Scene, k: int, own: Posed) -> Floats:
