@@ -81,7 +81,7 @@ def tool_of(outline, gone, begun=(0.0, 0.0, 0.0), centre=(0.0, 0.0)):
 def going(start, end, weights=None):
     """Nodes one by one, or as means of these weights, of a body that rests but for them."""
     parts = Parts.of(np.eye(len(start)) if weights is None else weights)
-    return Going(parts, start, end, end - start, np.zeros_like(start))
+    return Going(parts, start, end, end - start, lambda fraction: 0.0 * fraction * start)
 
 
 def test_a_node_that_goes_round_with_a_roll_does_not_slip_and_one_that_rests_slips_by_the_arc():

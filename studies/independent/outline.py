@@ -75,11 +75,12 @@ class Outline:
 
     def near(self, x: Floats) -> Near:
         """The nearest place of points x (c, 2)."""
-        on_straights, on_arcs = self._straights(x), self._arcs(x)
-        far = np.hstack([on_straights[0], on_arcs[0]])
+        at = self._at_corner(x)
+        on_straights, on_arcs = self._straights(x, np.where(at.any(axis=1), 0.0, JOINT * self.span)), self._arcs(x)
         # At a sharp corner a point is on no side of it for sure: its normal is the corner's own, the middle one. What
-        # side of the outline it is on is told by the piece that is nearest.
-        piece = np.argmin(np.hstack([on_straights[0], np.where(self._at_corner(x), -1.0, on_arcs[0])]), axis=1)
+        # side of the outline it is on is told by the piece that is nearest, with no more than its own length.
+        far = np.hstack([on_straights[0], on_arcs[0]])
+        piece = np.argmin(np.hstack([on_straights[0], np.where(at, -1.0, on_arcs[0])]), axis=1)
         chosen = np.argmin(far, axis=1), piece, piece, piece
         gap, stretch, arc, past = (
             np.take_along_axis(np.hstack([a, b]), which[:, None], 1)[:, 0]
@@ -91,11 +92,11 @@ class Outline:
         """Which points (c, 2) are at sharp corners (c, m)."""
         return (self.radius == 0) & (np.linalg.norm(x[:, None] - self.centre, axis=2) <= JOINT * self.span)
 
-    def _straights(self, x: Floats) -> tuple[Floats, ...]:
-        """Distance, gap, stretch, arc, past (c, l); inf where the foot is on no straight."""
+    def _straights(self, x: Floats, slack: Floats) -> tuple[Floats, ...]:
+        """Distance, gap, stretch, arc, past (c, l); inf where the foot is on no straight, its ends ``slack`` (c,)."""
         out = x[:, None] - self.start
         s, gap = np.vecdot(out, self.along), np.vecdot(out, left(self.along))
-        on = (s >= self.low - JOINT * self.span) & (s <= self.high + JOINT * self.span)
+        on = (s >= self.low - slack[:, None]) & (s <= self.high + slack[:, None])
         arc = self.begin[: len(self.length)] + s
         past = np.isfinite(self.length) & (((s < 0) & np.isinf(self.low)) | ((s > self.length) & np.isinf(self.high)))
         return np.where(on, np.abs(gap), np.inf), gap, np.ones_like(s), arc, past.astype(float)
@@ -105,12 +106,13 @@ class Outline:
         out = x[:, None] - self.centre
         far, angle = np.hypot(*np.moveaxis(out, -1, 0)), angle_of(self.middle, out)
         clipped = np.clip(angle, -self.half, self.half)
-        on = np.abs(angle - clipped) * np.maximum(self.radius, far) <= JOINT * self.span
+        at = self._at_corner(x)
+        on = at | (np.abs(angle - clipped) * np.maximum(self.radius, far) <= JOINT * self.span)
         away = np.where(on, np.abs(far - self.radius), np.inf)
         safe = np.where(far > 0, far, 1.0)
         arc = self.begin[len(self.length) :] + self.radius * (self.half - self.turn * clipped)
         gap = self.turn * (far - self.radius)
-        return away, gap, np.where(self._at_corner(x), 1.0, self.radius / safe), arc, np.zeros_like(far)
+        return away, gap, np.where(at, 1.0, self.radius / safe), arc, np.zeros_like(far)
 
     def _normal(self, x: Floats, piece: Ints) -> Floats:
         """Unit normals (c, 2) where the nearest pieces (c,) are these; at a sharp corner the middle one."""
