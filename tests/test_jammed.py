@@ -72,6 +72,19 @@ def test_between_walls_that_lean_the_angle_counts(mu):
     assert "less than 60 degrees" in said
 
 
+@pytest.mark.parametrize(("mu", "tools"), [((np.inf, 0.0), (0, 1)), ((0.1, np.inf), (1, 0))])
+def test_a_weld_that_takes_a_node_into_another_tool_is_named(mu, tools):
+    """Whatever the friction of the other, by half of the way in half of the time."""
+    said = words(pressed(mu))
+    assert said is not None
+    assert f"Node {NODE} is welded to tools[{tools[0]}], which takes it" in said
+    assert f"deep into tools[{tools[1]}]: give the former friction" in said
+
+
+def test_a_weld_that_takes_a_node_along_another_tool_is_not_blamed():
+    assert words(pressed((np.inf, 0.1), wall={"travel": (0.0, 0.0)})) is None
+
+
 def test_the_advice_is_followed():
     eased = pressed((1.2, 1.2), lid={"mu_at": {NODE: 0.5}})
     assert words(eased) is None
