@@ -102,7 +102,7 @@ def test_where_friction_does_the_work_the_lag_is_a_part_of_the_force(rides):
 @pytest.mark.slow
 @pytest.mark.parametrize("rides", [False, True])
 def test_a_spin_takes_no_more_increments_than_its_error_asks_for(rides):
-    """Against the work of strain alone it took 238, and more than 900; the truth is that of a short way."""
+    """Against the work of strain alone it took 238, and above a thousand; the truth is that of a short way."""
     accuracy, angle = 1e-3, 1.0
     paced = run(spun(angle, 0.01, rides), bp.Schedule(accuracy=accuracy))
     fine = run(spun(angle / 8, 0.01, rides), bp.Schedule(80))[-1]
