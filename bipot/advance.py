@@ -15,15 +15,13 @@ from bipot.contact.closeness import touches
 from bipot.fem.reduction import Geometry
 from bipot.response import State
 from bipot.scene.supports import Prescribed, Support, Symmetry
+from bipot.tools.aloft import Aloft, Carried
 from bipot.tools.meeting import Going, Meeting
 from bipot.tools.poses import pose_size
 from bipot.typing import Floats, Vector
 
 ROUND_OFF = 1e-12
 """A direction whose part within the planes is no more than this is normal to them."""
-
-ALIGNED = 1e-9
-"""Directions of supports that differ by less are one."""
 
 
 def nearest(ways: Sequence[Vector], asked: Sequence[float], planes: Sequence[Vector]) -> Floats:
@@ -103,19 +101,24 @@ class Advance:
 
     @cached_property
     def taken(self) -> Floats:
-        """Displacement (w, d) of parts of a body at rest that supports and, as a tool meets it, the others carry.
+        """Displacement (w, d) of parts of a body at rest that supports and, as a tool meets it, the others carry."""
+        return self.carried_on.after(np.ones(len(self.frames)))
+
+    @cached_property
+    def carried_on(self) -> Carried:
+        """The way to there of these parts (w,).
 
         By its supports it goes :attr:`along`, and in directions that these leave free as in :mod:`bipot.borne`.
         """
-        contacts = self.candidates
-        out, d = contacts.met.motion(self.along), contacts.scene.mesh.dimension
-        held = [s.along(d) for s in contacts.scene.supports] + self._planes
-        free = null_space(np.vstack([np.zeros(d), *held]), rcond=ALIGNED)
-        if not free.size or len(contacts.scene.tools) < 2 - bool(contacts.scene.planes):
-            return out
-        tool = contacts.tool[contacts.parts.owner]
-        motion = self.travel[tool] + self.swept(self.path) - self._way
-        return out + Riding(contacts, self.start, self.frames[:, 0], motion).ways(free)[tool]
+        contacts, scene = self.candidates, self.candidates.scene
+        along, d = contacts.met.motion(self.along), scene.mesh.dimension
+        if len(scene.tools) < 2 - bool(scene.planes):
+            return Carried.evenly(along)
+        motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self._way
+        held = np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
+        under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
+        ridden = Riding(contacts, self.start, *under, self.placed, self.turned, held).carried()
+        return ridden._replace(by=ridden.by + along)
 
     def _asked(self, support: Support) -> float:
         """The displacement of a support in the increment."""
@@ -189,6 +192,6 @@ class Advance:
         Tools ``travel`` (k, d) and turn as prescribed. A tool turned by a moment moves together with the body: its turn
         then counts for a part that reaches it as the part's own motion does.
         """
-        apart = ~touches(self.start.gap, self.candidates.scene.mesh.size)
-        rests = Going(self.candidates.met.places(self.start.nodes), self.taken, self.placed, self.by(travel))
+        apart = ~touches(self.start.gap, self.candidates.scene.size)
+        rests = Aloft(self.candidates.met.places(self.start.nodes), self.carried_on, self.placed, self.by(travel))
         return self.candidates.faces.in_air(apart, rests)

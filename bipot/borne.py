@@ -15,6 +15,12 @@ with N the directions in which no support and no plane of symmetry holds anythin
 pushes, as far as no other is in the way, the mean of both ways of two that squeeze, and none where all rest or recede.
 Mirror images of tools beyond planes of symmetry are tools, too.
 
+A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
+Where the tool is welded it is its turn by theta about its axis e, where friction holds the
+body what of it is about the mean normal N_c of the tool there, theta (e . N_c); or, of a flat tool, all as long as
+nothing else touches the body: on a curved one that holds it, it would roll. What supports hold is not turned but about
+the one direction in which they do.
+
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
 
@@ -22,13 +28,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import null_space
 
 from bipot.contact.candidates import Candidates
 from bipot.contact.closeness import carries, touches
 from bipot.response import State
 from bipot.tensors import norm
+from bipot.tools.aloft import Carried
+from bipot.tools.poses import crossed, turned_on
+from bipot.tools.surfaces import Plane
 from bipot.typing import Bools, Floats
 
 HOLDS = 1e-6
@@ -36,26 +47,88 @@ HOLDS = 1e-6
 does the certificate's law leave undecided."""
 
 
+ALIGNED = 1e-9
+"""Directions that differ by less are one."""
+
+
+class Spin(NamedTuple):
+    """A turn by ``angle`` about the unit ``axis`` (1,), in space (3,), through the ``middle`` (d,)."""
+
+    angle: float
+    axis: Floats
+    middle: Floats
+
+    def displacement(self, places: Floats) -> Floats:
+        """That of ``places`` (m, d)."""
+        return turned_on(self.axis, np.full((len(places), 1), self.angle), places - self.middle)
+
+
 @dataclass(frozen=True)
 class Riding:
-    """What rides on the tools of the ``candidates`` from the state ``start`` on, where they have normals n (w, d).
+    """What rides on the tools of the ``candidates`` from the state ``start`` on, at ``place`` and ``normal`` (w, d).
 
-    Parts of candidates meet points of the tools that go ``motion`` (w, d), beyond the way of the supports.
+    Parts of candidates meet points of the tools that go ``motion`` (w, d), beyond the way of the supports. The tools in
+    the poses ``placed`` (k, p) are to turn by ``angles`` (k,). Supports and planes hold the body along ``held`` (h, d).
     """
 
     candidates: Candidates
     start: State
+    place: Floats
     normal: Floats
     motion: Floats
+    placed: Floats
+    angles: Floats
+    held: Floats
 
-    def ways(self, free: Floats) -> Floats:
-        """Translation (k, d) of the body by the other tools, as each tool meets it, along the ``free`` (d, m)."""
-        count, out = len(self.candidates.scene.tools), np.zeros((len(self.candidates.scene.tools), len(free)))
-        alone = self._taken_along(np.zeros(len(free)))
-        for k in range(count):
-            once = self._by_others(alone, k) @ free @ free.T
-            out[k] = once + self._by_others(self._taken_along(once), k) @ free @ free.T / 2
+    def carried(self) -> Carried:
+        """How the body is carried by the other tools, where parts (w,) of each tool's candidates meet it."""
+        tool, out = self.candidates.tool[self.candidates.parts.owner], Carried.evenly(np.zeros_like(self.motion))
+        if not self._free.any():
+            return out
+        alone = self._taken_along(self.motion)
+        for k in range(len(self.angles)):
+            mine, spun, motion = tool == k, self._turning(k), self.motion
+            if spun is not None:
+                j, spin = spun
+                out.arm[mine], out.angle[mine], out.axis[mine] = self.place[mine] - spin.middle, spin.angle, spin.axis
+                motion = motion - (tool == j)[:, None] * spin.displacement(self.place)
+            once = self._by_others(alone if spun is None else self._taken_along(motion), k) @ self._free
+            out.by[mine] = once + self._by_others(self._taken_along(motion - once), k) @ self._free / 2
         return out
+
+    def _turning(self, k: int) -> tuple[int, Spin] | None:
+        """The number of the tool that turns what the k-th meets, and how, if any does."""
+        touching = np.asarray((self._weights > 0).any(axis=1))
+        others = touching * (self._images - (np.arange(len(touching)) == k))
+        j = int(np.argmax(others))
+        turn = self.candidates.scene.tools[j].turn
+        if others.sum() != 1 or turn is None or self.angles[j] == 0:
+            return None
+        weight, middle = self._weights[j], np.add(turn.centre, self.placed[j, : len(turn.centre)])
+        spin = Spin(float(self.angles[j]), turn.about, middle)
+        tool = self.candidates.scene.tools[j]
+        if not tool.welded and not (isinstance(tool.face, Plane) and not touching[k]):
+            spin = self._twisted(spin, weight)
+        holds = tool.welded or self._held[self.candidates.tool == j].all()
+        touched = self.place[weight > 0]
+        across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
+        spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
+        fits = beside <= ALIGNED and spread > ALIGNED * self.candidates.scene.size
+        return (j, spin) if holds and fits and spin.angle != 0 else None
+
+    def _twisted(self, spin: Spin, weight: Floats) -> Spin:
+        """What of it is about the normal, in the mean by the ``weight`` (w,): in a plane nothing is."""
+        normal = weight @ self.normal
+        length = float(norm(normal))
+        if len(normal) == 2 or length == 0:
+            return spin._replace(angle=0.0)
+        return spin._replace(angle=spin.angle * float(spin.axis @ normal) / length, axis=normal / length)
+
+    @cached_property
+    def _free(self) -> Floats:
+        """N N' (d, d)."""
+        basis = null_space(np.vstack([np.zeros(self.motion.shape[1]), self.held]), rcond=ALIGNED)
+        return basis @ basis.T
 
     def _by_others(self, own: Floats, k: int) -> Floats:
         """V (d,) of tools that take along ``own`` (k, d), as the k-th meets it: of its own images it is not one."""
@@ -63,9 +136,9 @@ class Riding:
         total = float(weights.sum())
         return weights @ own / total if total > 0 else np.zeros(own.shape[1])
 
-    def _taken_along(self, way: Floats) -> Floats:
-        """v_j (k, d) of each tool beyond a ``way`` (d,), zero where it touches nothing."""
-        along, out = self._along(self.motion - way), np.zeros((len(self._weights), len(way)))
+    def _taken_along(self, motion: Floats) -> Floats:
+        """v_j (k, d) of each tool that goes this ``motion`` (w, d) under the parts, zero where it touches nothing."""
+        along, out = self._along(motion), np.zeros((len(self._weights), motion.shape[1]))
         for own, weight in zip(out, self._weights, strict=True):
             if weight.any():
                 own[:] = weight @ along / weight.sum()
@@ -75,7 +148,7 @@ class Riding:
     def _weights(self) -> Floats:
         """Of the means over the points of each tool (k, w)."""
         contacts, r = self.candidates, self.start.forces
-        touching = touches(self.start.gap, contacts.scene.mesh.size)
+        touching = touches(self.start.gap, contacts.scene.size)
         own = contacts.tool == np.arange(len(contacts.scene.tools))[:, None]
         pushing = own & touching & carries(r)
         share = np.where(pushing.any(axis=1, keepdims=True), pushing * r[:, 0], (own & touching) * contacts.share)

@@ -116,7 +116,7 @@ def _tools(start: State, solved: Solved, r: Floats, theta: float) -> float:
     gone = travel[contacts.tool[parts.owner]] + increment.tools.carried(du, solved.iterate.advance)
     taken = parts.sums(np.vecdot(pushed, contacts.met.motion(du))) - np.vecdot(r[:, 1:], slipped(solved.iterate))
     done = parts.sums(np.vecdot(pushed, gone)) + r[:, 0] * opened
-    closing = ~touches(start.gap, increment.system.body.scene.mesh.size)
+    closing = ~touches(start.gap, increment.system.body.scene.size)
     return float(np.where(closing, taken, done).sum())
 
 

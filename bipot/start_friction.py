@@ -74,7 +74,7 @@ def in_touch(start: State, iterate: Iterate, r: Floats) -> Floats:
 
     It is one where there is a force neither at the start nor at the end.
     """
-    contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.mesh.size
+    contacts, size = iterate.increment.system.candidates, iterate.increment.system.body.scene.size
     begun, ended = start.gap, iterate.motion[:, 0]
     left = iterate.increment.tools.left(iterate.advance)
     air = np.where(touches(np.minimum(begun, left), size), 0.0, left) + np.where(touches(ended, size), 0.0, ended)

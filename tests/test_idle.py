@@ -74,3 +74,16 @@ def test_an_increment_that_moves_decides_its_gap():
     scene = Scene(mesh, Geometry.SOLID, Elastic(Elasticity(1e3, 0.3)), supports, (tool,))
     first = next(march(scene, Schedule(5), Control(Newton(), ())))
     assert first.solved.certificate.resolution.relative_gap < 1e-9
+
+
+@pytest.mark.parametrize("more", [0.0, 1e-12, 1e-10, 1e-8])
+def test_units_of_a_stressed_body_have_stiffness_however_little_moves(more):
+    """The program of `dissipation` keeps its answer: forces that differ by what is left of the way, and by 1e-7."""
+    path = ((0.0, 0.0), (0.4, 1.0), (1.0, 1.0 + more))
+    tool = FlatTool((0.0, 0.0, 0.5), (0.0, 0.0, -1.0), (0.0, 0.0, -0.03), ("top",), 0.3, path)
+    scene = Scene(brick(1.0, 1.0, 0.5, 1, 1, 1), Geometry.SOLID, Elastic(Elasticity(1e3, 0.3)), LEANING, (tool,))
+    *_, before, first, second, third = march(scene, Schedule(5), Control(Dissipation(), (), cuts=0))
+    forces = [a.state.forces[:, 0].sum() for a in (before, first, second, third)]
+    assert np.ptp(forces) < (1e-7 + 2 * more) * forces[0]
+    units = third.solved.iterate.increment.units
+    assert 1e3 * units.strain > 1e-7 * units.stress

@@ -56,6 +56,16 @@ def test_outlines_written_a_second_time_are_the_library_s(seed, length):
         np.testing.assert_allclose(own.slid(x, by), surface.passed(x, by), atol=1e-13)
 
 
+@pytest.mark.parametrize("inside", [True, False])
+def test_next_to_a_sharp_corner_a_point_is_inside_or_outside(inside):
+    """A wedge of which each flank rises by 3 in 4: by h above the tip a point is 4/5 h deep, by h below it h off."""
+    own, h = outline_of(Profile(((4.0, 3.0), (0.0, 0.0), (-4.0, 3.0)))), 1e-9
+    x, by = np.array([[0.0, h if inside else -h]]), np.array([[0.0, -h / 2]])
+    assert own.near(x).gap[0] == pytest.approx(-0.8 * h if inside else h, rel=1e-6, abs=0.0)
+    assert own.slid(x, by)[0, 0] == pytest.approx(0.4 * h if inside else h / 2, rel=1e-6, abs=0.0)
+    np.testing.assert_allclose(own.near(x).normal, [[0.0, -1.0]], atol=1e-12)
+
+
 def test_slips_of_a_billionth_are_no_differences_of_places():
     ball, by = disc((0.0, 5.0), 5.0, hollow=False), np.array([[1e-9, 0.0]])
     opened, slid = ball.slid(np.array([[0.0, 0.0]]), by)[0]
@@ -71,7 +81,7 @@ def tool_of(outline, gone, begun=(0.0, 0.0, 0.0), centre=(0.0, 0.0)):
 def going(start, end, weights=None):
     """Nodes one by one, or as means of these weights, of a body that rests but for them."""
     parts = Parts.of(np.eye(len(start)) if weights is None else weights)
-    return Going(parts, start, end, end - start, np.zeros_like(start))
+    return Going(parts, start, end, end - start, lambda fraction: 0.0 * fraction * start)
 
 
 def test_a_node_that_goes_round_with_a_roll_does_not_slip_and_one_that_rests_slips_by_the_arc():

@@ -1,5 +1,7 @@
 """Friction lags behind slip that turns: what it lags by, and increments by accuracy that see it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,11 +9,11 @@ import bipot as bp
 from bipot.control.lag import lag
 from bipot.control.pacing import error_estimate
 
-TOP = (0.0, 0.0, 5.0)
+TOP, MU = (0.0, 0.0, 5.0), 0.1
 STEEL = bp.VonMises(bp.Elasticity(210_000.0, 0.3), bp.Perfect(300.0))
 
 
-def twisted(angle, sink, elements=2, layers=1, material=STEEL, scale=1.0):
+def twisted(angle, sink, elements=2, layers=1, material: bp.Material = STEEL, scale=1.0):
     """A disc, held below, that a lid presses and turns on at once."""
     top = tuple(scale * x for x in TOP)
     lid = bp.ShapedTool(
@@ -24,6 +26,22 @@ def twisted(angle, sink, elements=2, layers=1, material=STEEL, scale=1.0):
     held = tuple(bp.Support("base", d) for d in range(3))
     mesh = bp.cylinder_3d(10.0 * scale, 5.0 * scale, elements, elements, layers, quarter=False)
     return bp.Scene(mesh=mesh, geometry=bp.Geometry.SOLID, material=material, supports=held, tools=(lid,))
+
+
+def spun(angle, sink, rides, material: bp.Material = STEEL):
+    """A disc that a lid presses in the first fifth of the way, and spins on after it.
+
+    Or which ``rides`` with the lid, and slides on another below it.
+    """
+    upper = replace(
+        twisted(angle, sink).tools[0],
+        mu=0.5 if rides else MU,
+        path=((0.0, 0.0), (0.2, 1.0), (1.0, 1.0)),
+        turn=bp.Turn(angle, TOP, bp.Amplitude(((0.0, 0.0), (0.2, 0.0), (1.0, 1.0))), axis=(0.0, 0.0, 1.0)),
+    )
+    lower = bp.FlatTool((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), ("base",), MU)
+    still = twisted(angle, sink, material=material)
+    return replace(still, supports=() if rides else still.supports, tools=(upper, lower) if rides else (upper,))
 
 
 def run(scene, schedule):
@@ -67,6 +85,35 @@ def test_a_body_that_the_lid_takes_along_does_not_lag():
     soft = bp.Elastic(bp.Elasticity(1.0, 0.0))
     step = run(twisted(1e-3, 0.5, material=soft), bp.Schedule(3))[-1]
     assert lag(step.start, step.solved) == 0
+
+
+@pytest.mark.parametrize("rides", [False, True])
+def test_where_friction_does_the_work_the_lag_is_a_part_of_the_force(rides):
+    """All slip turns by the same angle, and friction by half of it, of the whole force that presses.
+
+    A body that rides turns as well: on its way the lag is that of the direction's cosine.
+    """
+    angle, increments = 0.4, 5
+    step = run(spun(angle, 0.003, rides, bp.Elastic(STEEL.elasticity)), bp.Schedule(increments))[-1]
+    sine = np.sin(angle / (increments - 1) / 2)
+    assert error_estimate(step.start, step.solved) == pytest.approx(MU * sine + rides * sine**2, rel=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rides", [False, True])
+def test_a_spin_takes_no_more_increments_than_its_error_asks_for(rides):
+    """Against the work of strain alone it took 238, and above a thousand; the truth is that of a short way."""
+    accuracy, angle = 1e-3, 1.0
+    paced = run(spun(angle, 0.01, rides), bp.Schedule(accuracy=accuracy))
+    fine = run(spun(angle / 8, 0.01, rides), bp.Schedule(80))[-1]
+    assert len(paced) < 60
+    for own, true in zip(forces_of(paced[-1]), forces_of(fine), strict=True):
+        assert accuracy / 6 < abs(own / true - 1) < 3 * accuracy
+
+
+def forces_of(step):
+    """Force and moment of the lid."""
+    return step.tool_force(0)[2], step.tool_moment(0)
 
 
 @pytest.mark.slow

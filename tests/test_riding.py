@@ -119,6 +119,17 @@ def test_half_a_body_rides_as_the_whole_does(way):
     assert halves[-1].energies.friction > 0
 
 
+def test_half_a_body_touches_what_the_whole_does():
+    """A tool off it by more than a billionth of half of the body, and less than one of the whole, touches both."""
+    off, way = 1.5e-9, 2e-8
+    presser = FlatTool((1.0 + off, 0.0), (-1.0, 0.0), (-way, way), ("right",), 0.2)
+    asked = Scene(SLAB, Geometry.PLANE_STRAIN, STEEL, (Symmetry("left", 0), Support("base", 1)), (presser,))
+    (seen,) = unfolded(asked)
+    half, whole = (last(scene) for scene in (asked, seen.scene))
+    assert half.energies.friction > 0
+    assert whole.energies.friction == pytest.approx(half.energies.friction, rel=1e-6, abs=0.0)
+
+
 def test_half_a_roof_that_nothing_pushes_yet_rides_as_the_whole_does():
     """Under a hollow lid points have different normals; of those in the plane of symmetry there is one, not two."""
     nodes, edge, slope = SLAB.nodes.copy(), 1 / 6, 0.2

@@ -76,7 +76,7 @@ class Active:
     @staticmethod
     def of(iterate: Iterate, r: Floats, noise: float = 0.0) -> Active:
         """By force, gap and slip; forces r (c, d) up to ``noise`` count as none."""
-        rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.mesh.size
+        rows, motion, size = iterate.rows, iterate.motion, iterate.increment.system.body.scene.size
         largest = float(np.abs(r).max(initial=0.0))
         closed = rows.tied | carries(r, noise) | touches(motion[:, 0], size)
         sticking = closed & rows.rubs & (norm(r[:, 1:]) < rows.limit(r) - max(STICKS * largest, noise))

@@ -13,6 +13,7 @@ from scipy.linalg import null_space
 
 from bipot.certificate import Bounds
 from bipot.checks.determinacy import ROUND_OFF, cleaned
+from bipot.checks.jammed import jammed
 from bipot.checks.opening import openable
 from bipot.contact import supported
 from bipot.contact.candidates import Candidates
@@ -35,7 +36,7 @@ SPINS = 0.95
 def diagnosis(system: System, state: State, tau: float) -> str | None:
     """A sentence why the increment from ``state`` to ``tau`` failed, None where the scene is not the cause."""
     found = _blocked(system, state, tau) or _torn(system, state, tau) or _inside(system, state)
-    found = found or _unheld(system, state, tau)
+    found = found or jammed(system, state, tau) or _unheld(system, state, tau)
     return found or _aloft(system, state, tau) or _past(system, state, tau) or _spun(system, state, tau)
 
 
@@ -61,7 +62,7 @@ def _torn(system: System, state: State, tau: float) -> str | None:
 
 def _inside(system: System, state: State) -> str | None:
     """A body that carries nothing yet and is inside a tool."""
-    if state.forces.any() or touches(-state.gap, system.body.scene.mesh.size).all():
+    if state.forces.any() or touches(-state.gap, system.body.scene.size).all():
         return None
     worst = int(np.argmin(state.gap))
     depth = -float(state.gap[worst])
@@ -94,7 +95,7 @@ def _aloft(system: System, state: State, tau: float) -> str | None:
     scene, gap = system.body.scene, Increment(system, state, tau).rows.gap
     for k, tool in enumerate(scene.tools):
         moment = None if tool.turn is None or tool.driven_by is not None else tool.turn.driven_by
-        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.mesh.size).any()
+        off = not touches(np.minimum(gap, state.gap)[system.candidates.tool == k], scene.size).any()
         if off and moment is not None and moment.at(tau) != 0:
             return (
                 f"tools[{k}] touches nothing that would hold its moment of {moment.at(tau):.4g}: "

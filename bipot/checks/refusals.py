@@ -147,7 +147,7 @@ def _refuse_image(iterate: Iterate) -> None:
     for plane in scene.planes:
         for k, tool in enumerate(scene.tools):
             depth = image_depth(plane, scene.mesh, tool, nodes, iterate.placed[k])
-            if depth > TOUCHES * scene.mesh.size:
+            if depth > TOUCHES * scene.size:
                 said = f"the mirror image of tools[{k}] beyond {plane.words} comes {depth:.2g} deep into the body"
                 raise Refused(said, "Model the whole body: the tool and its mirror image meet both halves.")
 

@@ -235,7 +235,7 @@ class Candidates:
     def _rows(self, gap: Floats, operators: tuple[sp.csr_matrix, sp.csr_matrix], motion: Floats) -> ContactRows:
         """Rows with the ``motion`` (c, d) of no displacement."""
         (normal_rows, tangent_rows), mu = operators, self.mu
-        tied = self.welded & touches(gap, self.scene.mesh.size)
+        tied = self.welded & touches(gap, self.scene.size)
         acts = np.isfinite(mu) | np.isfinite(self.shear)
         rubs = self.tangent_free & (mu > 0) & (self.shear > 0) & (tied | acts)
         return ContactRows(

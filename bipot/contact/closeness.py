@@ -35,7 +35,7 @@ def carries(r: Floats, noise: float = 0.0) -> Bools:
 
 
 def touches(gap: Floats, size: float) -> Bools:
-    """Which gaps (c,) count as closed in a body of ``size``."""
+    """Which gaps (c,) count as closed in a body of ``size``, that of the whole: of half of it as many do."""
     return gap <= TOUCHES * size
 
 

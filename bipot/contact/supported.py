@@ -81,7 +81,7 @@ def torn(candidates: Candidates, start: Touching, travel: Floats, driven: Floats
 
     ``start`` is where the increment starts, ``travel`` and ``driven`` as in :func:`dragged`.
     """
-    size = candidates.scene.mesh.size
+    size = candidates.scene.size
     along = candidates.welded & touches(start.gap, size)
     slipping = dragged(candidates, travel, driven).any(axis=1) | _led_off(candidates, travel, driven)
     if (along & slipping).any():

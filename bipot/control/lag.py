@@ -2,35 +2,64 @@ r"""How far friction lags behind slip that turns: the part of the error of an in
 
 Friction opposes the slip of the whole increment, but its force is one of the end. Where slip turns in the surface, as
 under a tool that twists while it presses, friction lags by half the angle that slip turns by in the increment. The lag
-has the energy
+is a force d, and it has the energy L,
 
-    sum_c |(r_t - |r_t| t_0) . du| / 2 . 2 h/(h + h_0),
+    d = (r_t - |r_t| t_0) / 2 . 2 h/(h + h_0),        L = sum_c |d . du|,
 
 t_0 the direction of friction in the last increment, turned with the tool, du the displacement of the body's point and
 h, h_0 the lengths of the two increments: directions are those of the middles. Points that stick, land or slide back
 do not count. In a plane there is no other direction.
+
+The error of the force is the part
+
+    (L + D f) / (W + D),        f = sum_c |d| / sum_c r_n
+
+of the force, W the work of strain and D that of friction. Where strain does the work it is L/W, what the lag makes of
+the power of the body, that is of the force that strains it. Where friction does it, as under a lid that spins on a body
+which it no longer strains, L and W are what is left of zero and their ratio says nothing; the friction that lags is
+then the part f of the force that presses it.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from bipot.increment import Solved
 from bipot.response import State
 from bipot.tensors import norm
-from bipot.typing import Floats, vdot
+from bipot.typing import Floats
 
 LEAST_SLIP = 1e-6
 """Over the motion expected in the increment: a smaller slip is that of a point that sticks."""
 
 
+class Lag(NamedTuple):
+    """The energy L of the lag, the part f and the work D of friction (module docstring) of an increment."""
+
+    energy: float = 0.0
+    part: float = 0.0
+    friction: float = 0.0
+
+    def share(self, strained: float) -> float:
+        """The error of the force, a fraction of it, where strain does the work ``strained``."""
+        work = strained + self.friction
+        return (self.energy + self.friction * self.part) / work if work > 0 else 0.0
+
+
 def lag(start: State, solved: Solved) -> float:
-    """The energy (module docstring) of the increment ``solved`` from the accepted ``start``; zero from rest."""
+    """The energy L (module docstring) of the increment ``solved`` from the accepted ``start``; zero from rest."""
+    return lag_of(start, solved).energy
+
+
+def lag_of(start: State, solved: Solved) -> Lag:
+    """The lag of the increment ``solved`` from the accepted ``start``; none from rest."""
     iterate = solved.iterate
     increment = iterate.increment
     contacts, length = increment.system.candidates, increment.tau - start.tau
     if start.nodes.shape[1] == 2 or not start.length > 0:
-        return 0.0
+        return Lag()
     now = contacts.vectors(_tangential(solved.r), iterate.frames)
     then = contacts.vectors(_tangential(start.forces), contacts.frames_at(start.nodes, increment.tools.placed))
     then = _along(_with_tools(solved, then), iterate.frames[:, 0])
@@ -38,9 +67,13 @@ def lag(start: State, solved: Solved) -> float:
     slides = norm(iterate.motion[:, 1:]) > LEAST_SLIP * increment.units.length
     on = slides[contacts.parts.owner] & (np.vecdot(now, then) > 0)
     ratio = np.divide(size, last, out=np.zeros_like(size), where=on)
-    moved = contacts.met.motion(solved.response.du)
-    lags = np.vecdot(now - ratio[:, None] * then, moved)
-    return vdot(np.abs(lags), on) * length / (length + start.length)
+    behind = (now - ratio[:, None] * then)[on] * (length / (length + start.length))
+    pressed = float(np.abs(contacts.parts.spread(solved.r)[on, 0]).sum())
+    return Lag(
+        energy=float(np.abs(np.vecdot(behind, contacts.met.motion(solved.response.du)[on])).sum()),
+        part=float(norm(behind).sum()) / pressed if pressed > 0 else 0.0,
+        friction=float(np.abs(np.vecdot(solved.r[:, 1:], iterate.motion[:, 1:])).sum()),
+    )
 
 
 def _tangential(r: Floats) -> Floats:

@@ -3,7 +3,7 @@ r"""Increments by accuracy: an estimate of the error of the force, and the lengt
 The estimate of an increment is a fraction of the force,
 
     e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)
-                  +  min(|v - v_0|^2 / |v|^2, TURNED) / 10)  +  L / sum_q w |sigma : de|.
+                  +  min(|v - v_0|^2 / |v|^2, TURNED) / 10)  +  l.
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
@@ -12,9 +12,10 @@ The estimate of an increment is a fraction of the force,
 * v, v_0 are the nodal velocities of the whole body, of this increment and the last: the curvature of the motion. A
   change by more than TURNED is an event (first yield, a landing) that does not depend on the length of increments.
   After a kink, or where nothing flows, the two velocities are unrelated.
-* L is the energy by which friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane.
+* l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
+  against the work of strain and friction together.
 
-L is of order one, and the other terms are of order two where the solution is smooth. The next increment is AIMED
+l is of order one, and the other terms are of order two where the solution is smooth. The next increment is AIMED
 sqrt(accuracy/e) times as long, within the stability of BDF2, and an increment with an error REFUSED times the accuracy
 is solved again, shorter. Errors of the motion stay in the shape of the body, and those of later increments add to them,
 which is GATHERED. It and the other factors are calibrated: the largest error of the curve is 0.3 to 3 times the
@@ -37,7 +38,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bipot.control.lag import lag
+from bipot.control.lag import lag_of
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -89,9 +90,8 @@ def error_estimate(start: State, solved: Solved) -> float:
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
     bent = _turned(increment, start, solved) if response.returned.plastic.any() else 0.0
-    lagging = 0.0 if at_kink(increment.system, start.tau) else lag(start, solved)
-    missed, lagging = (part / taken if taken > 0 else 0.0 for part in (missed, lagging))
-    return GATHERED * (missed / 2 + square / 12 + bent / 10) + lagging
+    lagging = 0.0 if at_kink(increment.system, start.tau) else lag_of(start, solved).share(taken)
+    return GATHERED * ((missed / 2 / taken if taken > 0 else 0.0) + square / 12 + bent / 10) + lagging
 
 
 def begins_flow(start: State, solved: Solved) -> bool:

@@ -157,7 +157,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     require(math.isfinite(factor) and factor > 0, "factor", factor, "finite and > 0")
     scene = candidates.scene
     require(len(scene.tools) > 0, "scene.tools", scene.tools, "at least one: a penalty is that of a contact")
-    closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.mesh.size)
+    closed = touches(candidates.distance(scene.mesh.nodes, scene.at_rest), scene.size)
     lines, count = next((lines, count) for lines, count in _lines(candidates, closed) if len(lines))
     area = facet_mass(scene.mesh.nodes, lines, scene.geometry).sum()
     # Of faces of space the edges, each once.

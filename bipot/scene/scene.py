@@ -158,6 +158,14 @@ class Scene:
         """The test whether the body penetrates itself."""
         return Itself.of(self.mesh, self.mirrors)
 
+    @cached_property
+    def size(self) -> float:
+        """The largest extent of the whole body along an axis, with its images beyond planes of symmetry (length)."""
+        x = self.mesh.nodes
+        for plane in self.planes:
+            x = np.vstack([x, plane.images(x)])
+        return float(np.ptp(x, axis=0).max())
+
     @property
     def images(self) -> int:
         """The number of modelled parts in the whole body: a factor of 2 for each plane of symmetry."""

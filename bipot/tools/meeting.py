@@ -27,15 +27,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bipot.tools.aloft import Aloft, Way
 from bipot.tools.parts import Parts
 from bipot.tools.poses import Turn, rotation
 from bipot.tools.slips import Slip, measured, spin, transported
 from bipot.tools.surfaces import frames
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints, einsum, vdot
-
-PARTS, TIMES = 16, 14
-"""Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
 
 
 class Going(NamedTuple):
@@ -182,34 +180,19 @@ class Faces:
         out[:, 0] += gap
         return out
 
-    def in_air(self, apart: Bools, going: Going) -> Floats:
+    def in_air(self, apart: Bools, going: Aloft) -> Floats:
         """The motion (w, d) before they touch, in the tool's frame, of parts of candidates that start ``apart`` (c,).
 
-        They are ``going`` as in a body at rest. For those that do not touch then it is as large a part of that as it
-        closes of their gap: what closes the rest is the body's own motion, with which they slip all the way.
+        They are ``going`` as in a body at rest, evenly with their tools: where these turn, not straight. Those that do
+        not touch then go the part of that way by which it closes their gap: what closes the rest is the body's own
+        motion, with which they slip all the way (:mod:`bipot.tools.aloft`).
         """
         out, owner = np.zeros_like(going.x), self.parts.owner
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
-            start, by = tool.own(going.x[own], pose), tool.going(going.x[own], going.by[own], pose, advance)
-            gap, left = self._gaps(tool, own, start), self._gaps(tool, own, start + by)
-            closed = np.clip(1 - np.divide(left, gap, out=np.ones_like(gap), where=gap > 0), 0.0, 1.0)
-            out[own] = closed[owner[own], None] * by
-            lands = (left < 0)[owner[own]]
-            if lands.any():
-                own, start, by = own[lands], start[lands], by[lands]
-                out[own] = self._before(tool, own, start, by)[:, None] * by
+            way = Way(tool, going.x[own], going.carried.only(own), pose, advance)
+            out[own] = way.gone(way.in_air(lambda at, tool=tool, own=own: self._gaps(tool, own, at), owner[own]))
         return out
-
-    def _before(self, tool: Tool, own: Ints, start: Floats, by: Floats) -> Floats:
-        """Fraction (m,) of the way ``by`` (m, d) from ``start`` (m, d) that ``own`` parts (m,) go before they touch."""
-        early, step, owner = np.zeros(self.parts.count), 1.0, self.parts.owner[own]
-        for _ in range(TIMES):
-            step /= PARTS
-            late = early[:, None] + step * np.arange(1, PARTS)
-            touches = self._gaps(tool, own, start[:, None] + late[owner, :, None] * by[:, None]) < 0
-            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
-        return early[owner]
 
     def _gaps(self, tool: Tool, own: Ints, places: Floats) -> Floats:
         """Gaps (c, …) of candidates of which ``own`` parts (m,) are at ``places`` (m, …, d) of the ``tool``."""

@@ -85,13 +85,16 @@ class Turn:
         """Points x (…, d) in the tool's frame; the effect of the turn is added, because the centre may be far away."""
         return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
 
-    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
         """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
 
-        It is exact to the round-off of the motions, not of the positions.
+        It is that after a ``part`` (…) of the advance, which translates and turns evenly, in which they move so. It is
+        exact to the round-off of the motions, not of the positions.
         """
-        moved = (by - advance[: len(self.centre)]) @ rotation(angles_of(pose + advance))
-        return moved + self.arm(x, pose) @ rotation(angles_of(pose)) @ turned_by(angles_of(advance))
+        part = np.asarray(part, dtype=np.float64)[..., None]
+        Q, angle = rotation(angles_of(pose)), part * float(angles_of(advance) @ self.about)
+        moved = (by - part * advance[: len(self.centre)]) @ Q
+        return moved + turned_on(self.about, -angle, self.arm(x, pose) @ Q + moved)
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of the tool's points at x (…, d) in the ``pose``."""
@@ -126,6 +129,16 @@ def crossed(spin: Floats, vectors: Floats) -> Floats:
     [-3.0, 6.0]
     """
     return spin * across(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
+
+
+def turned_on(axis: Floats, angle: Floats, arm: Floats) -> Floats:
+    """(Q - 1) v (…, d) of the ``arm`` v (…, d) for turns by ``angle`` (…, 1) about ``axis`` (…, 1), or (…, 3) in space.
+
+    >>> turned_on(np.ones(1), np.array([np.pi / 2]), np.array([2.0, 1.0])).round(12).tolist()
+    [-3.0, 1.0]
+    """
+    around = crossed(axis, arm)
+    return np.sin(angle) * around + 2 * np.sin(angle / 2) ** 2 * crossed(axis, around)
 
 
 def pose_size(dimension: int) -> int:

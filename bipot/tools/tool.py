@@ -173,9 +173,14 @@ class Tool:
         """Points x (…, d) in the frame of the tool in the ``pose`` (3,): where they would be if it rested."""
         return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
-    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats) -> Floats:
-        """Motion in the frame of the tool, which moves by ``advance`` (3,), of points x (…, d) that move ``by``."""
-        return by - advance[: x.shape[-1]] if self.turn is None else self.turn.going(x, by, pose, advance)
+    def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
+        """Motion in the frame of the tool, which moves by a ``part`` (…) of ``advance`` (p,), of points x (…, d).
+
+        They move ``by`` (…, d).
+        """
+        if self.turn is None:
+            return by - np.asarray(part)[..., None] * advance[: x.shape[-1]]
+        return self.turn.going(x, by, pose, advance, part)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) relative to the centre about which the tool in the ``pose`` (3,) turns; zero if none."""

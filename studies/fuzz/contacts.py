@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -24,9 +25,10 @@ from studies.fuzz.riding import ridden
 from studies.fuzz.surfaces import outlines
 from studies.independent.data import Contacts, Curved, Setting
 from studies.independent.element import place
+from studies.independent.riding import Ridden
 from studies.independent.sampling import Parts
 from studies.independent.shear import Edges, carried, mean_shear
-from studies.independent.tools import Going, Rigid, met
+from studies.independent.tools import Going, OnWay, Rigid, met
 
 
 def displacement(start: State, end: State) -> Floats:
@@ -66,6 +68,7 @@ def facing(scene: Scene, setting: Setting, points: Points, start: State, end: St
     normal = np.array([(0.0, 1.0) if own is None else own.normal for own in flat]).reshape(-1, 2)
     point = np.array([(0.0, 0.0) if own is None else own.point for own in flat]).reshape(-1, 2)
     mu = np.array([scene.tools[k].mu_at.get(int(a), scene.tools[k].mu) for a, k in zip(node, tool, strict=True)])
+    ways = ridden(scene, setting, (start, end), shapes)
     planes = Contacts(
         node=node,
         weights=points.weights,
@@ -76,13 +79,25 @@ def facing(scene: Scene, setting: Setting, points: Points, start: State, end: St
         offset=np.vecdot(normal, point + tools_at(scene, start))[each],
         offset_end=np.vecdot(normal, point + tools_at(scene, end))[each],
         motion=tools_gone(scene, start, end)[each],
-        taken=taken_along(scene, start.tau, end.tau)[parts.node] + ridden(scene, setting, (start, end), shapes)[each],
+        taken=np.zeros((len(each), 2)),
     )
-    return planes if None not in flat else _met(scene, setting, planes, start, end)
+    for k in range(len(scene.tools)):
+        own = each == k
+        planes.taken[own] = _asked(scene, start, end, parts.node[own], ways[k])(np.ones((int(own.sum()), 1)))
+    return planes if None not in flat else _met(scene, setting, planes, (start, end), ways)
 
 
-def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: State) -> Contacts:
+def _asked(scene: Scene, start: State, end: State, node: Ints, way: Ridden) -> OnWay:
+    """How nodes of a body at rest go that supports and, along a ``way``, other tools take along."""
+    by_supports, x = taken_along(scene, start.tau, end.tau)[node], start.nodes[node]
+    return lambda fraction: fraction * by_supports + way.after(x, fraction)
+
+
+def _met(
+    scene: Scene, setting: Setting, planes: Contacts, ends: tuple[State, State], ways: Sequence[Ridden]
+) -> Contacts:
     """Candidates of which those of shaped tools have the planes that are tangent to these."""
+    start, end = ends
     fields = start.nodes, end.nodes, displacement(start, end)
     at, after, du = (nodal[planes.parts.node] for nodal in fields)
     normal, motion = planes.normal.copy(), planes.motion.copy()
@@ -91,8 +106,9 @@ def _met(scene: Scene, setting: Setting, planes: Contacts, start: State, end: St
         tool, own = rigid(scene, k, start, end), planes.met == k
         if tool is None or not own.any():
             continue
-        going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], planes.taken[own])
-        found = met(tool, going, setting.size)
+        asked = _asked(scene, start, end, planes.parts.node[own], ways[k])
+        going = Going(Parts.of(planes.weights[planes.tool == k]), at[own], after[own], du[own], asked)
+        found = met(tool, going, setting.whole)
         (curved.normal[own], normal[own]), motion[own] = found.normal, found.gone
         offset[own] = np.vecdot(found.normal[0], at[own]) - found.gap[0]
         offset_end[own] = np.vecdot(found.normal[1], after[own]) - found.gap[1]

@@ -164,7 +164,7 @@ def loads_at(scene: Scene, s: Setting, nodes: Floats, tau: float) -> tuple[Float
 def candidates_at(scene: Scene, setting: Setting, state: State) -> tuple[Contacts, Bools]:
     """The candidates at a state that a next increment starts from, and which (c,) of them touch a tool, not past it."""
     there = contacts(scene, setting, posed(scene, setting), state, state)
-    return there, (there.gap(state.nodes) <= TOUCHING * setting.size) & ~there.past
+    return there, (there.gap(state.nodes) <= TOUCHING * setting.whole) & ~there.past
 
 
 def _applied(scene: Scene, tau: float) -> Applied:

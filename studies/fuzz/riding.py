@@ -10,6 +10,7 @@ from bipot.paths import Amplitude
 from bipot.response import State
 from bipot.scene.scene import Scene
 from bipot.tools.poses import Turn
+from bipot.tools.surfaces import Plane
 from bipot.tools.tool import FlatTool
 from bipot.typing import Floats
 from studies.fuzz.placed import across_what_holds, along_path, planes, poses, way_along
@@ -17,21 +18,21 @@ from studies.fuzz.points import ON_AXIS, Points, posed
 from studies.fuzz.solid_held import multiple
 from studies.fuzz.surfaces import cut
 from studies.independent.data import Setting
-from studies.independent.riding import Ride
+from studies.independent.riding import Ridden, Ride
 from studies.independent.sampling import Parts
 from studies.independent.tools import Rigid, turning
 
 
-def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Sequence[Rigid | None]) -> Floats:
-    """How far (k, 2) a body goes with the other tools between both ``ends``, as each tool meets it.
+def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Sequence[Rigid | None]) -> list[Ridden]:
+    """How a body goes with the other tools between both ``ends``, as each tool (k,) meets it.
 
     ``shapes`` are the tools that are not flat.
     """
     points, (start, end) = posed(scene, setting), ends
     parts = Parts.of(points.weights)
     tool, x, pose = points.tool[parts.owner], start.nodes[parts.node], poses(scene, start)
-    normal, gap, goes = np.zeros_like(x), np.zeros(len(x)), np.zeros_like(x)
-    for k, (own, shape, by) in enumerate(zip(scene.tools, shapes, _gone(scene, start, end), strict=True)):
+    normal, gap, goes, gone = np.zeros_like(x), np.zeros(len(x)), np.zeros_like(x), _gone(scene, start, end)
+    for k, (own, shape, by) in enumerate(zip(scene.tools, shapes, gone, strict=True)):
         mine = tool == k
         if isinstance(own, FlatTool):
             normal[mine] = own.normal
@@ -58,8 +59,12 @@ def ridden(scene: Scene, setting: Setting, ends: tuple[State, State], shapes: Se
         part=_part(scene, setting, points),
         images=np.array([2.0 ** sum(not cut(own, *plane) for plane in planes(scene)) for own in scene.tools]),
         held=across_what_holds(scene, np.ones(len(scene.supports), dtype=bool)),
+        place=x,
+        centre=pose[:, :2] + [(0.0, 0.0) if turn is None else turn.centre for turn in _turns(scene)],
+        turns=gone[:, 2:] * (0.0, 0.0, 1.0),
+        flat=np.array([isinstance(own.face, Plane) for own in scene.tools]),
     )
-    return ride.ways(setting.size)
+    return ride.ways(setting.whole)
 
 
 def _part(scene: Scene, setting: Setting, points: Points) -> Floats:

@@ -17,7 +17,7 @@ from studies.fuzz.claims import Claim, tried, unmet
 from studies.fuzz.placed import Drive
 from studies.fuzz.record import curve_of
 from studies.fuzz.solid_contacts import framed
-from studies.fuzz.solid_held import freed
+from studies.fuzz.solid_held import freed, whole_size
 from studies.fuzz.solid_loads import loads_on
 from studies.fuzz.solid_movable import movable
 from studies.fuzz.solid_placed import axis_of, cuts, drives, pose
@@ -123,7 +123,7 @@ def _points_of(scene: Scene, k: int, state: State, frames: Floats) -> Discs:
         tool=np.full(len(own.node), k),
         mu=np.where(sliding, mu, 0.0) if bent(tool) else mu,
         welded=np.full(len(own.node), tool.welded),
-        touching=(parts.mean(seen.gap) <= TOUCHING * scene.mesh.size) & ~parts.any(seen.past),
+        touching=(parts.mean(seen.gap) <= TOUCHING * whole_size(scene)) & ~parts.any(seen.past),
         owner=parts.owner,
         part=parts.node,
         share=parts.share,

@@ -13,7 +13,7 @@ from bipot.scene.scene import Scene
 from bipot.tools.surfaces import Plane
 from bipot.tools.tool import AnyTool
 from bipot.typing import Floats, Ints, Vector, einsum
-from studies.fuzz.solid_held import prescribed_at
+from studies.fuzz.solid_held import prescribed_at, whole_size
 from studies.fuzz.solid_movable import FREE, movable
 from studies.fuzz.solid_placed import solid, taken_along
 from studies.fuzz.solid_points import Posed, faces_of, owners, posed
@@ -21,6 +21,7 @@ from studies.fuzz.solid_riding import ridden
 from studies.fuzz.solid_surfaces import bent
 from studies.fuzz.solid_touching import Touching
 from studies.independent.contact import TOUCHING
+from studies.independent.riding import Ridden
 from studies.independent.sampling import Parts
 from studies.independent.shear import mean_shear
 from studies.independent.solid import place
@@ -69,12 +70,12 @@ def touching(scene: Scene, accepted: Accepted) -> Touching:
         # A gap to a curved tool grows by what is no linear function of motions: that of places would be off by more.
         opened=np.where(curved & agrees, after - before, joined.opened),
         blur=np.where(agrees, EPS * moved, 0.0),
-        tied=np.isinf(joined.mu) & np.isinf(joined.cap) & (before <= TOUCHING * scene.mesh.size),
+        tied=np.isinf(joined.mu) & np.isinf(joined.cap) & (before <= TOUCHING * whole_size(scene)),
     )
 
 
-def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
-    """Those of the k-th tool, gaps by positions; other tools take the body along a ``way`` (3,)."""
+def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Ridden) -> Touching:
+    """Those of the k-th tool, gaps by positions; other tools take the body along a ``way``."""
     tool, every, end = scene.tools[k], posed(scene, k), accepted.state
     shape, nodal = solid(scene, k, accepted), movable(scene, k)
     free = ((every.weights != 0)[:, :, None] & nodal).any(axis=1)
@@ -86,7 +87,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
     reference = framed(stored, tool.face.normal if not bent(tool) and isinstance(tool.face, Plane) else None)
     before = accepted.start.gap[candidates.tool == k]
     going = _going(scene, accepted, parts, way)
-    found = met(shape, going, bent(tool) & (before > TOUCHING * scene.mesh.size))
+    found = met(shape, going, bent(tool) & (before > TOUCHING * whole_size(scene)))
     tangents = [carried_to(reference[parts.owner], normal)[:, 1:] for normal in found.normal]
     kept = einsum("cij,cjk,clk->cil", reference[:, 1:], own.moved, reference[:, 1:])
     still = (np.abs(einsum("cij,crj->cri", own.within, reference[:, 1:])) <= FREE).all(axis=(1, 2))
@@ -109,7 +110,7 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
         slip=np.where(rubs[:, None], einsum("cij,cj->ci", kept, slid), 0.0),
         dragged=_dragged(scene, accepted, shape, own, reference) * (~sliding & (not bent(tool)))[:, None],
         kept=kept,
-        follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked)),
+        follow=parts.mean(np.vecdot(found.normal[0], going.by - going.asked(np.ones((len(parts.node), 1))))),
         before=before,
         apart=found.apart,
         left=np.where(found.apart, found.left, before),
@@ -124,11 +125,15 @@ def _of_tool(scene: Scene, accepted: Accepted, k: int, way: Floats) -> Touching:
     )
 
 
-def _going(scene: Scene, accepted: Accepted, parts: Parts, way: Floats) -> Going:
-    """How nodes go, and would in a body at rest that supports and, along a ``way`` (3,), other tools take along."""
+def _going(scene: Scene, accepted: Accepted, parts: Parts, way: Ridden) -> Going:
+    """How nodes go, and would in a body at rest that supports and, along a ``way``, other tools take along."""
     start, end, node = accepted.start, accepted.state, parts.node
-    asked = taken_along(scene, start.tau, end.tau) + way
-    return Going(parts, start.nodes[node], end.nodes[node], end.du[node], asked[node])
+    by_supports, x = taken_along(scene, start.tau, end.tau)[node], start.nodes[node]
+
+    def asked(fraction: Floats) -> Floats:
+        return fraction * by_supports + way.after(x, fraction)
+
+    return Going(parts, x, end.nodes[node], end.du[node], asked)
 
 
 def _rows(found: MetInSpace, tangents: Floats, when: int) -> Floats:

@@ -92,3 +92,12 @@ def planes_of(scene: Scene) -> list[tuple[Floats, Bools]]:
             else:
                 out.append((way, inside))
     return out
+
+
+def whole_size(scene: Scene) -> float:
+    """The larger side of the whole body, with its images beyond planes of symmetry."""
+    corners = scene.mesh.nodes
+    for way, inside in planes_of(scene):
+        off = (corners - scene.mesh.nodes[inside].mean(axis=0)) @ way
+        corners = np.concatenate([corners, corners - 2 * np.outer(off, way)])
+    return float(np.ptp(corners, axis=0).max())

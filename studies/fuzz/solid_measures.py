@@ -37,7 +37,7 @@ from bipot.typing import Floats, einsum, vdot
 from studies.fuzz.record import carried
 from studies.fuzz.solid_between import between
 from studies.fuzz.solid_contacts import touching
-from studies.fuzz.solid_held import freed, misplaced, planes_of
+from studies.fuzz.solid_held import freed, misplaced, planes_of, whole_size
 from studies.fuzz.solid_loads import loads_at
 from studies.fuzz.solid_movable import FREE
 from studies.fuzz.solid_stated import balance, jumped, over, past, stated
@@ -245,7 +245,7 @@ def _energies(scene: Scene, accepted: Accepted, s: _Strained, c: Touching, load:
     mean = np.trace(change, axis1=-2, axis2=-1)[..., None, None] / 3 * np.eye(3)
     stored = (change - mean) / (2 * elastic.shear) + mean / (3 * elastic.bulk)
     begun, ended = c.start_rubbed(start.forces), c.rubbed(end.forces)
-    r, rubs = (begun + ended) / 2, c.not_in_air(scene.mesh.size)
+    r, rubs = (begun + ended) / 2, c.not_in_air(whole_size(scene))
     pushed = c.vectors(r)
     if any(bent(tool) for tool in scene.tools):
         pushed = (c.start_vectors(begun) + c.vectors(ended)) / 2

@@ -6,12 +6,13 @@ import numpy as np
 
 from bipot.control.accepted import Accepted
 from bipot.scene.scene import Scene
+from bipot.tools.surfaces import Plane
 from bipot.typing import Floats
-from studies.fuzz.solid_held import direction_of, planes_of
+from studies.fuzz.solid_held import direction_of, planes_of, whole_size
 from studies.fuzz.solid_movable import movable
 from studies.fuzz.solid_placed import alone_gone, axis_of, cuts, pose, solid, way_along
 from studies.fuzz.solid_points import Posed, posed
-from studies.independent.riding import Ride
+from studies.independent.riding import Ridden, Ride
 from studies.independent.sampling import Parts
 from studies.independent.solid_tools import about, turned_by
 
@@ -19,8 +20,8 @@ HALVED = 1e-9
 """A point has less than this left of the normal of a plane beyond which it goes on."""
 
 
-def ridden(scene: Scene, accepted: Accepted) -> Floats:
-    """How far (k, 3) a body goes with the other tools in an increment, as each tool meets it."""
+def ridden(scene: Scene, accepted: Accepted) -> list[Ridden]:
+    """How a body goes with the other tools in an increment, as each tool (k,) meets it."""
     every = [_of_tool(scene, accepted, k) for k in range(len(scene.tools))]
     sizes = [len(own.node) for own, _, _, _ in every]
     before = np.cumsum([0, *sizes])
@@ -28,7 +29,8 @@ def ridden(scene: Scene, accepted: Accepted) -> Floats:
     mu = np.array([tool.mu_at.get(a, tool.mu) for tool, a in each])
     shear = np.array([tool.shear_at.get(a, tool.shear) for tool, a in each])
     parts = [Parts.of(own.weights) for own, _, _, _ in every]
-    way = way_along(scene, accepted.start.tau, accepted.state.tau)
+    way, tools = way_along(scene, accepted.start.tau, accepted.state.tau), range(len(scene.tools))
+    nodes = np.concatenate([part.node for part in parts])
     ride = Ride(
         tool=np.repeat(np.arange(len(every)), sizes),
         gap=np.concatenate([part.mean(gap) for part, (_, gap, _, _) in zip(parts, every, strict=True)]),
@@ -42,8 +44,12 @@ def ridden(scene: Scene, accepted: Accepted) -> Floats:
         part=np.concatenate([_part(scene, k, own) for k, (own, _, _, _) in enumerate(every)]),
         images=np.array([2.0 ** (len(planes_of(scene)) - len(cuts(scene, tool))) for tool in scene.tools]),
         held=np.array([(0.0, 0.0, 0.0), *(direction_of(support) for support in scene.supports)]),
+        place=accepted.start.nodes[nodes],
+        centre=np.array([solid(scene, k, accepted).centre + pose(scene, k, accepted.start)[:3] for k in tools]),
+        turns=np.array([alone_gone(scene, k, accepted)[3] * axis_of(scene.tools[k]) for k in tools]),
+        flat=np.array([isinstance(tool.face, Plane) for tool in scene.tools]),
     )
-    return ride.ways(scene.mesh.size)
+    return ride.ways(whole_size(scene))
 
 
 def _part(scene: Scene, k: int, own: Posed) -> Floats:

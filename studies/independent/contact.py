@@ -18,7 +18,7 @@ EPS = 8 * float(np.finfo(np.float64).eps)
 """Round-off of a gap or slip over the coordinates it is the difference of."""
 
 TOUCHING = 1e-9
-"""Below this gap over the size a point touches, and a welded one is tied."""
+"""Below this gap over the size of the whole body a point touches, and a welded one is tied."""
 
 HOLDS = 1e-6
 """Of the largest force: friction this far within its limit holds its point."""
@@ -56,7 +56,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
     before = c.start_gap(step.start.nodes)
     gap, blur = _gap(step, before)
     slip, opened = c.slip(du), c.opened(du)
-    tied = c.welded & (before <= TOUCHING * s.size)
+    tied = c.welded & (before <= TOUCHING * s.whole)
     mu = np.where(np.isinf(c.mu) | ~c.rubs, 0.0, c.mu)
     rho = point_stiffness(c, nodal_stiffness(placed, s.elements, s.bulk, s.shear, len(step.end.nodes)), ~s.held, s.axes)
     r = step.end.forces
@@ -72,7 +72,7 @@ def contact_measures(s: Setting, step: Step, placed: Placed) -> ContactMeasures:
         taken = c.parts.sums(np.vecdot(pushed, went)) - mean[:, 1] * slip
         work, blurred = np.where(c.curved.apart, taken, work), c.parts.most(c.curved.blurred)
         moved, blur = moved + blurred, blur + EPS * blurred
-    rubs, against = _not_in_air(c, before, gap, went, s.size), mean[:, 1] * slip
+    rubs, against = _not_in_air(c, before, gap, went, s.whole), mean[:, 1] * slip
     begins = np.where(tied, 0.0, rubs * _not_yet(c, step.start.forces, r, slip)) / 2 + (1 - rubs) * against
     blur = blur + np.finfo(np.float64).eps * s.size
     force = rho * blur

@@ -45,6 +45,16 @@ class Setting:
     mirrors: tuple[tuple[int, float], ...] = ()
     axes: Floats | None = None
 
+    @property
+    def whole(self) -> float:
+        """The size of the whole body: the larger side with the images beyond planes of symmetry, not beyond an axis."""
+        low, high = self.rest.min(axis=0), self.rest.max(axis=0)
+        for d, position in self.mirrors:
+            if not (self.axisymmetric and d == 0):
+                reach = max(high[d] - position, position - low[d])
+                low[d], high[d] = position - reach, position + reach
+        return float((high - low).max())
+
     def along(self, vectors: Floats) -> Floats:
         """Components (..., a, 2) along the axes of nodes of their vectors (..., a, 2)."""
         return vectors if self.axes is None else np.einsum("aij,...aj->...ai", self.axes, vectors)

@@ -75,20 +75,28 @@ class Outline:
 
     def near(self, x: Floats) -> Near:
         """The nearest place of points x (c, 2)."""
-        on_straights, on_arcs = self._straights(x), self._arcs(x)
+        at = self._at_corner(x)
+        on_straights, on_arcs = self._straights(x, np.where(at.any(axis=1), 0.0, JOINT * self.span)), self._arcs(x)
+        # At a sharp corner a point is on no side of it for sure: its normal is the corner's own, the middle one. What
+        # side of the outline it is on is told by the piece that is nearest, with no more than its own length.
         far = np.hstack([on_straights[0], on_arcs[0]])
-        piece = np.argmin(far, axis=1)
+        piece = np.argmin(np.hstack([on_straights[0], np.where(at, -1.0, on_arcs[0])]), axis=1)
+        chosen = np.argmin(far, axis=1), piece, piece, piece
         gap, stretch, arc, past = (
-            np.take_along_axis(np.hstack([a, b]), piece[:, None], 1)[:, 0]
-            for a, b in zip(on_straights[1:], on_arcs[1:], strict=True)
+            np.take_along_axis(np.hstack([a, b]), which[:, None], 1)[:, 0]
+            for a, b, which in zip(on_straights[1:], on_arcs[1:], chosen, strict=True)
         )
         return Near(piece, gap, self._normal(x, piece), arc, stretch, past > 0)
 
-    def _straights(self, x: Floats) -> tuple[Floats, ...]:
-        """Distance, gap, stretch, arc, past (c, l); inf where the foot is on no straight."""
+    def _at_corner(self, x: Floats) -> Bools:
+        """Which points (c, 2) are at sharp corners (c, m)."""
+        return (self.radius == 0) & (np.linalg.norm(x[:, None] - self.centre, axis=2) <= JOINT * self.span)
+
+    def _straights(self, x: Floats, slack: Floats) -> tuple[Floats, ...]:
+        """Distance, gap, stretch, arc, past (c, l); inf where the foot is on no straight, its ends ``slack`` (c,)."""
         out = x[:, None] - self.start
         s, gap = np.vecdot(out, self.along), np.vecdot(out, left(self.along))
-        on = (s >= self.low - JOINT * self.span) & (s <= self.high + JOINT * self.span)
+        on = (s >= self.low - slack[:, None]) & (s <= self.high + slack[:, None])
         arc = self.begin[: len(self.length)] + s
         past = np.isfinite(self.length) & (((s < 0) & np.isinf(self.low)) | ((s > self.length) & np.isinf(self.high)))
         return np.where(on, np.abs(gap), np.inf), gap, np.ones_like(s), arc, past.astype(float)
@@ -98,11 +106,9 @@ class Outline:
         out = x[:, None] - self.centre
         far, angle = np.hypot(*np.moveaxis(out, -1, 0)), angle_of(self.middle, out)
         clipped = np.clip(angle, -self.half, self.half)
-        on = np.abs(angle - clipped) * np.maximum(self.radius, far) <= JOINT * self.span
+        at = self._at_corner(x)
+        on = at | (np.abs(angle - clipped) * np.maximum(self.radius, far) <= JOINT * self.span)
         away = np.where(on, np.abs(far - self.radius), np.inf)
-        # At a sharp corner a point is on no side of it for sure: the corner's own normal is the middle one.
-        at = (self.radius == 0) & (far <= JOINT * self.span)
-        away[at] = -1.0
         safe = np.where(far > 0, far, 1.0)
         arc = self.begin[len(self.length) :] + self.radius * (self.half - self.turn * clipped)
         gap = self.turn * (far - self.radius)
@@ -133,8 +139,9 @@ class Outline:
         straight = (one.piece == other.piece) & (one.piece < len(self.length))
         t = self.along[one.piece[straight]]
         out[straight] = np.column_stack([np.vecdot(left(t), by[straight]), np.vecdot(t, by[straight])])
-        for k in np.unique(one.piece[(one.piece == other.piece) & ~straight]).tolist():
-            mine, m = (one.piece == k) & (other.piece == k), k - len(self.length)
+        around = (one.piece == other.piece) & ~straight & ~self._sharp(one) & ~self._sharp(other)
+        for k in np.unique(one.piece[around]).tolist():
+            mine, m = around & (one.piece == k), k - len(self.length)
             begun = x[mine] - self.centre[m]
             ended = begun + by[mine]
             sizes = np.linalg.norm(begun, axis=1) + np.linalg.norm(ended, axis=1)

@@ -5,17 +5,25 @@ what it goes across it where friction holds all points that push, and all that i
 mean by the forces that push, or over all points of the whole body if none does. What tool k meets goes by the mean of
 the v_j of the other tools, mirror images included, each counted as often as it is long; then by half of the same mean
 of what the tools go beyond that.
+
+Where one tool alone touches it besides k, the body turns with that about its centre and the rest is a translation: by
+all of the turn where it is welded at places apart, or held by friction on a plane while k touches nothing; else, where
+held by friction, by what of the turn is about the mean normal. Supports and planes of symmetry must hold the body along
+no direction but the axis.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from studies.independent.contact import HOLDS, TOUCHING
 from studies.independent.data import CARRIES
 from studies.independent.element import Bools, Floats, Ints
+
+SAME, TINY = 1e-9, 1e-300
+"""Directions that differ by less are one; lengths that are none."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +33,8 @@ class Ride:
     They are means of nodes (w,): ``owner``, ``share``, the ``normal`` (w, d) and the way ``goes`` (w, d) of the tool
     under it, beyond that of the supports. ``part`` (c,) is what each is of a point of the whole body, ``images`` (k,)
     are how many tools of the whole body each one is, ``held`` (s, d) directions in which supports or planes hold the
-    body.
+    body. The tools that are not ``flat`` (k,) have a curved face; they are to turn by ``turns`` (k, 3), by path, about
+    their ``centre`` (k, d) at the start, and nodes are at ``place`` (w, d).
     """
 
     tool: Ints
@@ -40,14 +49,65 @@ class Ride:
     part: Floats
     images: Floats
     held: Floats
+    place: Floats
+    centre: Floats
+    turns: Floats
+    flat: Bools
 
-    def ways(self, size: float) -> Floats:
-        """Translations (k, d) of what tools meet, of a body of the ``size``."""
-        out = np.zeros((len(self.images), self.r.shape[1]))
-        for k, way in enumerate(out):
+    def ways(self, size: float) -> list[Ridden]:
+        """How what tools (k,) meet goes, of a body of the ``size``."""
+        out = []
+        for k in range(len(self.images)):
+            j, turn = self._turned(k, size)
+            spun = Ridden(np.zeros(len(self.held[0])), self.centre[j], turn)
+            own = (self.tool[self.owner] == j)[:, None]
+            left = replace(self, goes=self.goes - own * spun.after(self.place, np.ones((len(self.place), 1))))
+            way = np.zeros(self.r.shape[1])
             for part in (1.0, 0.5):
-                way += part * self._others(k, way.copy(), size)
+                way += part * left._others(k, way.copy(), size)
+            out.append(replace(spun, way=way))
         return out
+
+    def _turned(self, k: int, size: float) -> tuple[int, Floats]:
+        """Which tool turns what the k-th meets, and the turn (3,) that it takes along, or none."""
+        touches = np.array([self._near(j, size).any() for j in range(len(self.images))])
+        often = np.where(touches, self.images, 0.0)
+        often[k] = max(often[k] - 1.0, 0.0)
+        j, none = int(np.argmax(often)), np.zeros(3)
+        if often.sum() != 1.0 or not self.turns[j].any():
+            return j, none
+        weight = self._weight(j, size)[self.owner] * np.abs(self.share)
+        welds, turn = bool(self.welded[self.tool == j].all()), self.turns[j]
+        if not welds and not self._holds(j):
+            return j, none
+        if not welds and (touches[k] or not self.flat[j]):
+            normal = _in_space(weight @ self.normal)
+            turn = normal * (turn @ normal) / max(float(normal @ normal), TINY)
+        own = self.place[weight > 0]
+        axis = turn / max(float(np.linalg.norm(turn)), TINY)
+        apart = np.abs(np.cross(_in_space(own - own.mean(axis=0)), axis)).max(initial=0.0)
+        across = np.abs(np.cross(_in_space(self.held), axis)).max(initial=0.0)
+        return j, turn if apart > SAME * size and across <= SAME else none
+
+    def _near(self, k: int, size: float) -> Bools:
+        return (self.tool == k) & (self.gap <= TOUCHING * size)
+
+    @property
+    def _largest(self) -> float:
+        return float(np.linalg.norm(self.r, axis=1).max(initial=0.0))
+
+    def _weight(self, k: int, size: float) -> Floats:
+        """Weights (c,) of points in the means of a tool."""
+        near = self._near(k, size)
+        pushing = near & (self.r[:, 0] > CARRIES * self._largest)
+        return self.r[:, 0] * pushing if pushing.any() else self.part * near
+
+    def _holds(self, k: int) -> bool:
+        """Whether friction holds all points of a tool that push, and any does."""
+        friction = np.linalg.norm(self.r[:, 1:], axis=1)
+        holds = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * self._largest
+        pushes = (self.tool == k) & (self.r[:, 0] > CARRIES * self._largest)
+        return bool(pushes.any() and holds[pushes].all())
 
     def _others(self, k: int, way: Floats, size: float) -> Floats:
         """Their mean beyond a ``way`` (d,), where the body is free."""
@@ -62,14 +122,7 @@ class Ride:
 
     def _of(self, k: int, way: Floats, size: float) -> Floats:
         """v_k of what the tool goes beyond a ``way`` (d,)."""
-        near = (self.tool == k) & (self.gap <= TOUCHING * size)
-        largest = float(np.linalg.norm(self.r, axis=1).max(initial=0.0))
-        pushing = near & (self.r[:, 0] > CARRIES * largest)
-        weight = self.r[:, 0] * pushing if pushing.any() else self.part * near
-        friction = np.linalg.norm(self.r[:, 1:], axis=1)
-        holds = friction < np.where(np.isinf(self.mu), 0.0, self.mu) * self.r[:, 0] - HOLDS * largest
-        pushes = (self.tool == k) & (self.r[:, 0] > CARRIES * largest)
-        held = bool(pushes.any() and holds[pushes].all())
+        weight, held = self._weight(k, size), self._holds(k)
         total, out = 0.0, np.zeros(self.r.shape[1])
         for c, share, n, m in zip(
             self.owner.tolist(), np.abs(self.share).tolist(), self.normal, self.goes - way, strict=True
@@ -79,3 +132,32 @@ class Ride:
             out += share * float(weight[c]) * v
             total += share * float(weight[c])
         return out / (total or 1.0)
+
+
+@dataclass(frozen=True)
+class Ridden:
+    """How a body is taken along: evenly by a ``way`` (d,), and by a ``turn`` (3,) about a ``centre`` (d,)."""
+
+    way: Floats
+    centre: Floats
+    turn: Floats
+
+    def after(self, x: Floats, fraction: Floats) -> Floats:
+        """How far (w, d) places x (w, d) go by a ``fraction`` (w, 1) of the increment."""
+        angle = float(np.linalg.norm(self.turn))
+        axis = self.turn / max(angle, TINY)
+        return fraction * self.way + swung(_in_space(x - self.centre), axis, fraction * angle)[:, : x.shape[1]]
+
+
+def swung(arm: Floats, axis: Floats, angle: Floats) -> Floats:
+    """How far (w, 3) the ends of arms (w, 3) go by turns about a unit ``axis`` (3,) by an ``angle`` (w, 1).
+
+    What is along the axis stays; what is across it goes by a chord.
+    """
+    across = arm - np.outer(arm @ axis, axis)
+    return np.sin(angle) * np.cross(axis, arm) - 2 * np.sin(angle / 2) ** 2 * across
+
+
+def _in_space(vectors: Floats) -> Floats:
+    """Vectors (..., d) of a plane with a third component, zero."""
+    return np.concatenate([vectors, np.zeros((*vectors.shape[:-1], 3 - vectors.shape[-1]))], axis=-1)

@@ -19,7 +19,8 @@ import numpy as np
 
 from studies.independent.element import Bools, Floats
 from studies.independent.revolved import Face, Seen, nearest
-from studies.independent.tools import Going, in_air
+from studies.independent.riding import swung
+from studies.independent.tools import Going, OnWay, in_air
 
 SHORT = 1e-6
 """Of an angle (radians): alpha/sin alpha is one to the last bit below."""
@@ -50,6 +51,17 @@ class Solid:
         old, angle = about(self.axis, self.begun[3]), float(self.gone[3])
         arm = (x - self.centre - self.begun[:3]) @ old
         return (by - self.gone[:3]) @ old @ about(self.axis, angle) + arm @ turned_by(self.axis, angle)
+
+    def on_way(self, x: Floats, by: OnWay) -> OnWay:
+        """How far points x (w, 3) that go ``by`` (w, 3) are after a fraction (w, 1), as the tool sees them."""
+        old = about(self.axis, self.begun[3])
+        arm = (x - self.centre - self.begun[:3]) @ old
+
+        def gone(fraction: Floats) -> Floats:
+            goes = (by(fraction) - fraction * self.gone[:3]) @ old
+            return goes + swung(arm + goes, self.axis, -fraction * self.gone[3])
+
+        return gone
 
     def carried(self, middle: Floats) -> Floats:
         """How far (w, 3) the tool's points go whose ways have their ``middle`` (w, 3): chords of circles."""
@@ -93,7 +105,7 @@ def met(tool: Solid, nodes: Going, apart: Bools) -> MetInSpace:
     air = np.zeros_like(y)
     if apart.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, 0.0, tool.by_moment))
-        air = in_air(lambda at: tool.near(at).gap, nodes.parts, y, aloft.way(nodes.start, nodes.asked))
+        air = in_air(lambda at: tool.near(at).gap, nodes.parts, y, aloft.on_way(nodes.start, nodes.asked))
         air[~apart[nodes.parts.owner]] = 0.0
     begun = tool.near(y + air)
     old, new = about(tool.axis, tool.begun[3]), about(tool.axis, tool.ended[3])

@@ -25,6 +25,10 @@ LOOKS = 52
 """Halvings of an increment, until a candidate in the air touches."""
 
 
+OnWay = Callable[[Floats], Floats]
+"""How far nodes (w, d) have come after a fraction (w, 1) of the increment."""
+
+
 @dataclass(frozen=True)
 class Rigid:
     """A tool of several ``outlines`` at rest, which turns about ``centre`` (2,).
@@ -55,6 +59,22 @@ class Rigid:
         near, across = -2 * np.sin(angle / 2) ** 2, np.sin(angle)
         arm = (x - self.centre - self.begun[:2]) @ old
         return (by - self.gone[:2]) @ old @ turning(angle) + arm @ np.array([[near, -across], [across, near]])
+
+    def on_way(self, x: Floats, by: OnWay) -> OnWay:
+        """How far points x (c, 2) that go ``by`` (c, 2) are after a fraction (c, 1), as the tool sees them.
+
+        In the plane of complex numbers: they are turned back by what the tool has turned so far.
+        """
+        as_seen = np.exp(-1j * self.begun[2])
+        arm = (x - self.centre - self.begun[:2]) @ (1.0, 1j) * as_seen
+
+        def gone(fraction: Floats) -> Floats:
+            back = -1j * fraction[:, 0] * self.gone[2]
+            goes = (by(fraction) - fraction * self.gone[:2]) @ (1.0, 1j) * as_seen
+            z = goes * np.exp(back) + arm * np.expm1(back)
+            return np.column_stack([z.real, z.imag])
+
+        return gone
 
     def carried(self, middle: Floats) -> Floats:
         """How far (c, 2) the tool's points go whose ways have their ``middle`` (c, 2): chords of circles."""
@@ -105,14 +125,14 @@ class Met:
 class Going:
     """Nodes that are the ``parts`` of c candidates and go ``by`` (w, 2) from ``start`` to ``end`` (w, 2).
 
-    Supports ask them to go ``asked`` (w, 2): of a body at rest they would go so, and not at all elsewhere.
+    Supports and other tools ask them to go ``asked`` (w, 2): of a body that is otherwise at rest they would go so.
     """
 
     parts: Parts
     start: Floats
     end: Floats
     by: Floats
-    asked: Floats
+    asked: OnWay
 
 
 def met(tool: Rigid, nodes: Going, size: float) -> Met:
@@ -125,8 +145,7 @@ def met(tool: Rigid, nodes: Going, size: float) -> Met:
     late = apart[nodes.parts.owner]
     if late.any():
         aloft = replace(tool, gone=tool.gone - (0.0, 0.0, tool.by_moment))
-        way = aloft.way(nodes.start, nodes.asked)
-        air = in_air(lambda at: tool.near(at)[0].gap, nodes.parts, y, way)
+        air = in_air(lambda at: tool.near(at)[0].gap, nodes.parts, y, aloft.on_way(nodes.start, nodes.asked))
         slid, jumped = _passed(tool, y + air, dy - air)
         left = np.where(apart, nodes.parts.mean(tool.near(y + air)[0].gap), left)
         slip, blurred = np.where(late, slid[:, 1], slip), blurred | (late & jumped)
@@ -175,24 +194,24 @@ def _over_joints(tool: Rigid, y: Floats, dy: Floats, before: Ints, which: Ints) 
     return out
 
 
-def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: Floats) -> Floats:
-    """How far (w, d) nodes that a tool sees at y, and go a ``way`` (w, d), come before their candidates touch.
+def in_air(gap: Callable[[Floats], Floats], parts: Parts, y: Floats, way: OnWay) -> Floats:
+    """How far (w, d) nodes that a tool sees at y come before their candidates touch.
 
-    The ``gap`` of a tool is that (w,) of points (w, d). Candidates that do not touch come the part of it by which it
-    brings them nearer.
+    They have come ``way`` (w, d) after a fraction (w, 1) of the increment. The ``gap`` of a tool is that (w,) of points
+    (w, d). Candidates that do not touch come the part of it by which it brings them nearer.
     """
 
-    def inside(fraction: Floats) -> Bools:
-        return parts.mean(gap(y + fraction[parts.owner, None] * way)) < 0
+    def come(fraction: Floats) -> Floats:
+        return way(fraction[parts.owner, None])
 
     low, high = np.zeros(parts.count), np.ones(parts.count)
-    lands, far, near = inside(high), parts.mean(gap(y)), parts.mean(gap(y + way))
+    far, near = parts.mean(gap(y)), parts.mean(gap(y + come(high)))
     nearer = np.maximum(np.where(far > 0, (far - near) / np.where(far > 0, far, 1.0), 0.0), 0.0)
     for _ in range(LOOKS):
         middle = (low + high) / 2
-        touches = inside(middle)
+        touches = parts.mean(gap(y + come(middle))) < 0
         low, high = np.where(touches, low, middle), np.where(touches, middle, high)
-    return np.where(lands, low, nearer)[parts.owner, None] * way
+    return come(np.where(near < 0, low, nearer))
 
 
 def turning(angle: float) -> Floats:

@@ -1,0 +1,109 @@
+r"""Nodes that two tools jam between them: they come together there, and friction lets the node slide on neither.
+
+Forces f and -f are within the friction of both, whatever their size, where the angle gamma from the one normal to the
+opposite of the other is no larger than arctan mu_1 + arctan mu_2: at a right angle, where mu_1 mu_2 >= 1. If each tool
+comes nearer to what sticks to the other, n_2 . (m_1 - m_2) < 0 and n_1 . (m_2 - m_1) < 0 with their motions m, the node
+has to slide on both. Then friction, at its limit, undoes more of what each pushes by than that is: no forces push the
+node where the tools leave it room. What is welded to a tool goes with it, into another one if that is in the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from bipot.contact.closeness import carries, touches
+from bipot.iterate import Increment
+from bipot.response import State
+from bipot.system import System
+from bipot.tensors import norm
+from bipot.typing import Bools, Floats
+
+CLOSES = 1e-9
+"""Tools that come together by less than this part of their ways do not; a node less deep, over the body's size, is in
+none."""
+
+
+def jammed(system: System, state: State, tau: float) -> str | None:
+    """The sentence on a node that tools on their paths jam between them from ``state`` to ``tau``, None if none."""
+    contacts, increment = system.candidates, Increment(system, state, tau)
+    first = contacts.parts.first
+    normal, motion = increment.tools.frames[first, 0], increment.tools.swept(increment.tools.path)[first]
+    found = _Pushed(increment, normal / norm(normal)[:, None], motion + increment.tools.travel[contacts.tool])
+    by_path = ~_driven(system)[contacts.tool]
+    return found.welded_in(by_path) or found.rubbed(by_path)
+
+
+class _Pushed(NamedTuple):
+    """The candidates (c,) of an ``increment``, where their tools have a ``normal`` (c, d) and go ``motion`` (c, d)."""
+
+    increment: Increment
+    normal: Floats
+    motion: Floats
+
+    def rubbed(self, chosen: Bools) -> str | None:
+        """The sentence on one of the ``chosen`` (c,) that friction of two tools holds."""
+        contacts = self.increment.system.candidates
+        rubs = chosen & _at_hand(self.increment) & np.isfinite(contacts.mu) & (contacts.mu > 0)
+        for node, c, other in self._pairs(rubs & np.isinf(contacts.shear)):
+            between = float(np.arccos(np.clip(-self.normal[c] @ self.normal[other], -1.0, 1.0)))
+            held = between <= float(np.arctan(contacts.mu[[c, other]]).sum())
+            if held and _close(self.normal[[c, other]], self.motion[[c, other]]):
+                mu = " and ".join(f"{value:.6g}" for value in contacts.mu[[c, other]].tolist())
+                return (
+                    f"Node {node} is jammed between tools[{contacts.tool[c]}] and tools[{contacts.tool[other]}], which "
+                    f"come together there while friction, mu = {mu}, lets it slide on neither: give them less there "
+                    f"(mu_at), so that arctan mu of both adds up to less than {np.degrees(between):.4g} degrees."
+                )
+        return None
+
+    def welded_in(self, chosen: Bools) -> str | None:
+        """The sentence on one of the ``chosen`` (c,) that a weld takes into another tool."""
+        contacts, size = self.increment.system.candidates, self.increment.system.body.scene.size
+        tied = contacts.welded & touches(self.increment.start.gap, size)
+        for node, *pair in self._pairs(chosen) if tied.any() else ():
+            for c, other in (pair, pair[::-1]):
+                if tied[c] and (depth := self._depth(c, other)) > CLOSES * size:
+                    return (
+                        f"Node {node} is welded to tools[{contacts.tool[c]}], which takes it {depth:.3g} deep into "
+                        f"tools[{contacts.tool[other]}]: give the former friction, or stop it there."
+                    )
+        return None
+
+    def _depth(self, c: int, other: int) -> float:
+        """How deep the one candidate comes into the tool of the other if it goes with its own."""
+        contacts, tools = self.increment.system.candidates, self.increment.tools
+        k, x = int(contacts.tool[other]), contacts.means.places(self.increment.start.nodes)[[other]]
+        return -float(contacts.scene.tools[k].distance(x + self.motion[c], tools.placed[k] + tools.path[k])[0])
+
+    def _pairs(self, chosen: Bools) -> Iterator[tuple[int, int, int]]:
+        """Nodes of two of the ``chosen`` (c,) of different tools, and these."""
+        contacts, own = self.increment.system.candidates, np.flatnonzero(chosen)
+        nodes, often = np.unique(contacts.node[own], return_counts=True)
+        for node in nodes[often > 1].tolist():
+            for c, other in combinations(own[contacts.node[own] == node].tolist(), 2):
+                if contacts.tool[c] != contacts.tool[other]:
+                    yield node, c, other
+
+
+def _at_hand(increment: Increment) -> Bools:
+    """Which candidates (c,) touch or push at the start, or are reached by the end if the body rests."""
+    start, size = increment.start, increment.system.body.scene.size
+    return carries(start.forces) | touches(np.minimum(start.gap, increment.rows.gap), size)
+
+
+def _driven(system: System) -> Bools:
+    """Which tools (k,) a force or a moment drives: they give way."""
+    out = np.zeros(len(system.body.scene.tools), dtype=bool)
+    out[system.body.scene.drives.tool] = True
+    return out
+
+
+def _close(normal: Floats, motion: Floats) -> bool:
+    """Whether two tools of these normals and motions (2, d) each come nearer to what sticks to the other."""
+    apart = motion[1] - motion[0]
+    least = CLOSES * float(norm(motion).max())
+    return bool(normal[0] @ apart < -least and -normal[1] @ apart < -least)

@@ -1,0 +1,110 @@
+"""Nodes between two tools that come together: where friction leaves them no way, the failure says so."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bipot.errors import IncrementFailed
+from bipot.fem.reduction import Geometry
+from bipot.laws.hardening import Linear
+from bipot.laws.von_mises import Elasticity, VonMises
+from bipot.marching import Control, march
+from bipot.meshes.elements import Element
+from bipot.meshes.mesh import Mesh
+from bipot.meshes.sections import block
+from bipot.meshes.solids import brick
+from bipot.scene.scene import Scene
+from bipot.scene.supports import Support
+from bipot.schedule import Schedule
+from bipot.tools.driving import Force
+from bipot.tools.tool import FlatTool
+
+SOFT = VonMises(Elasticity(1e3, 0.3), Linear(10.0, 10.0))
+NODE = 15
+"""The corner that both tools have."""
+
+
+def pressed(mu: tuple[float, float], slope: float = 0.0, lid: Any = None, wall: Any = None) -> Scene:
+    """A block, its far side leaning out by an angle, under a lid that comes down and beside a wall that comes in."""
+    mesh = block(1.0, 1.0, 3, 3, element=Element.Q4)
+    nodes = mesh.nodes.copy()
+    nodes[:, 0] *= 1 + np.tan(slope) * nodes[:, 1]
+    inward = (-float(np.cos(slope)), float(np.sin(slope)))
+    above = {"travel": (0.0, -0.02), **(lid or {})}
+    beside = {"travel": (-0.02, 0.0), **(wall or {})}
+    tools = (
+        FlatTool((0.0, 1.0), (0.0, -1.0), candidates=("top",), mu=mu[0], **above),
+        FlatTool((1.0, 0.0), inward, candidates=("right",), mu=mu[1], **beside),
+    )
+    held = Support("base", 1), Support("left", 0)
+    return Scene(Mesh(nodes, mesh.elements, mesh.boundaries), Geometry.PLANE_STRAIN, SOFT, held, tools)
+
+
+def words(asked: Scene) -> str | None:
+    """What a march says at its end, None where it comes through."""
+    try:
+        list(march(asked, Schedule(2), Control(cuts=1)))
+    except IncrementFailed as failed:
+        return str(failed)
+    return None
+
+
+@pytest.mark.parametrize("mu", [(1.2, 1.2), (2.0, 0.6)])
+def test_a_node_between_a_lid_and_a_wall_that_both_hold_it_is_named(mu):
+    """It takes (mu_1 r_1 - r_2, mu_2 r_2 - r_1) of normal forces r on both: inward for no r where mu_1 mu_2 >= 1."""
+    said = words(pressed(mu))
+    assert said is not None
+    assert f"Node {NODE} is jammed between tools[0] and tools[1]" in said
+    assert "less than 90 degrees" in said
+
+
+@pytest.mark.parametrize(("mu", "slope"), [((1.2, 0.8), 0.0), ((2.0, 0.45), 0.0), ((0.55, 0.55), np.pi / 6)])
+def test_just_below_the_march_comes_through(mu, slope):
+    assert words(pressed(mu, slope)) is None
+
+
+@pytest.mark.parametrize("mu", [0.6, 0.9])
+def test_between_walls_that_lean_the_angle_counts(mu):
+    """A corner of 60 degrees: friction of 30 degrees on both, mu = 0.577, holds what is between them."""
+    said = words(pressed((mu, mu), slope=np.pi / 6))
+    assert said is not None
+    assert "less than 60 degrees" in said
+
+
+@pytest.mark.parametrize(("mu", "tools"), [((np.inf, 0.0), (0, 1)), ((0.1, np.inf), (1, 0))])
+def test_a_weld_that_takes_a_node_into_another_tool_is_named(mu, tools):
+    """Whatever the friction of the other, by half of the way in half of the time."""
+    said = words(pressed(mu))
+    assert said is not None
+    assert f"Node {NODE} is welded to tools[{tools[0]}], which takes it" in said
+    assert f"deep into tools[{tools[1]}]: give the former friction" in said
+
+
+def test_a_weld_that_takes_a_node_along_another_tool_is_not_blamed():
+    assert words(pressed((np.inf, 0.1), wall={"travel": (0.0, 0.0)})) is None
+
+
+def test_the_advice_is_followed():
+    eased = pressed((1.2, 1.2), lid={"mu_at": {NODE: 0.5}})
+    assert words(eased) is None
+
+
+def test_a_brick_is_told_as_well():
+    mesh = brick(1.0, 1.0, 1.0, 2, 1, 2)
+    lid = FlatTool((0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (0.0, 0.0, -0.02), ("top",), 1.5)
+    wall = FlatTool((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (-0.02, 0.0, 0.0), ("right",), 1.5)
+    held = Support("base", 2), Support("left", 0), Support("front", 1)
+    said = words(Scene(mesh, Geometry.SOLID, SOFT, held, (lid, wall)))
+    assert said is not None
+    assert "is jammed between tools[0] and tools[1]" in said
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"wall": {"travel": (0.0, 0.0)}}, {"wall": {"travel": (0.0, 0.0), "driven_by": Force((-1e-3, 0.0))}}],
+    ids=["at rest", "driven"],
+)
+def test_tools_that_leave_the_node_a_way_are_not_blamed(changes):
+    said = words(pressed((1.2, 1.2), **changes))
+    assert said is None or "jammed" not in said
