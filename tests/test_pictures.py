@@ -124,6 +124,17 @@ def test_tractions_are_drawn_from_the_axis_outwards(run, ax):
         plot.contact_traction(run, ax=ax, tool=1)
 
 
+def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
+    plot.contact_traction(run, 0.1, ax)
+    assert len(ax.texts) == 0
+    ball = ShapedTool(Circle((0.0, 2.0), 1.0), (0.0, -0.01), ("top",), 0.0)  # on one node
+    given = scene(mesh=block(1.0, 1.0, 1, 1), tools=(ball,))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        out.record(next(march(given, Schedule(1))))
+    plot.contact_traction(open_results(tmp_path), ax=ax)
+    assert [text.get_text() for text in ax.texts] == ["no edge of the surface is in contact"]
+
+
 @pytest.mark.parametrize("element", [Element.Q4, Element.T6])
 def test_boundaries_are_followed_along_the_surface(element):
     mesh = block(3.0, 1.0, 3, 2, element=element)
