@@ -15,7 +15,7 @@ import numpy as np
 
 from bipot.errors import require, require_count, require_type
 from bipot.meshes.cells import Fine, Parts, along, converted, require_room
-from bipot.meshes.elements import Element
+from bipot.meshes.elements import Element, elements_of
 from bipot.typing import Floats, Ints
 
 Span = tuple[float, float]
@@ -82,6 +82,8 @@ def rectangle(
     n = [int(count) for count in counts.values()]
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
+    plane = elements_of(2)
+    require(element in plane, "element", element.name, f"one of a plane, of {[flat.name for flat in plane]}")
     require_layout_room(n, element, layout, tuple(counts))
     x_far, y_far = (along(*side, k, how) for side, k, how in zip((x, y), n, grading, strict=True))
     if layout is Layout.TENSOR:
