@@ -29,6 +29,7 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
+from bipot.scene.symmetry import own_share
 from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
@@ -163,8 +164,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     # Of faces of space the edges, each once.
     edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
     ends = scene.mesh.nodes[edges]
-    parts = 0.5 ** np.sum([np.zeros(len(ends)), *(plane.holds(ends).all(axis=1) for plane in scene.planes)], axis=0)
-    h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=parts)
+    h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=own_share(scene.planes, ends))
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 
 

@@ -203,6 +203,21 @@ def share(planes: Sequence[Plane], tool: Tool) -> float:
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
+def own_share(planes: Sequence[Plane], points: Floats) -> Floats:
+    """How much (n,) of each group of ``points`` (n, k, d) is the modelled part's: a half for each plane that holds all.
+
+    The whole body has such a node, edge or face once, and others once in each of its parts.
+
+    >>> left, base = (Plane(normal, 0.0, 1e-9) for normal in ((1.0, 0.0), (0.0, 1.0)))
+    >>> own_share((left, base), np.array([[[0.0, 0.0]], [[0.0, 2.0]], [[3.0, 2.0]]]))
+    array([0.25, 0.5 , 1.  ])
+    """
+    held = np.zeros(len(points))
+    for plane in planes:
+        held += plane.holds(points).all(axis=1)
+    return 0.5**held
+
+
 def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
