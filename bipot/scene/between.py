@@ -68,7 +68,7 @@ class Surroundings:
     def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface behind which a part of the tool is too deep, or None.
 
-        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
+        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (p,).
         """
         tips = tool.face.tips()
         if not len(tips.radius):

@@ -167,7 +167,7 @@ def _turns_in(plane: Plane, turn: Turn | None) -> bool:
 
 
 def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
-    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (p,).
 
     The depth is zero for a tool that the plane cuts, which is its own mirror image.
     """
