@@ -35,4 +35,6 @@ def test_arrays_that_are_no_lines_in_a_plane_are_refused_by_name():
     refused(lambda: plot.mesh("nodes", mesh.elements, axes), "nodes = 'nodes': must be an array of positions")  # type: ignore[arg-type]
     refused(lambda: plot.mesh(solid.nodes, solid.elements, axes), "(?s)nodes = array.*of a body in a plane")
     refused(lambda: plot.boundary(mesh.nodes, "top", axes), r"edges = 'top': must be .* or mesh.boundary\(name\)")  # type: ignore[arg-type]
+    refused(lambda: plot.vectors(mesh.nodes, mesh.nodes[:1], axes), r"values = 'shape \(1, 2\)': must be \(4, 2\)")
+    refused(lambda: plot.vectors(mesh.nodes, "a", axes), "values = 'a': must be an array of vectors")  # type: ignore[arg-type]
     refused(lambda: plot.force_stroke(np.zeros(2), np.zeros(3), axes), r"force = 'shape \(3,\)': must be one a stroke")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require, require_number
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets
 from bipot.typing import Floats, Ints
@@ -34,7 +34,7 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
     """
     from matplotlib.collections import LineCollection
 
-    _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements")
+    _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements", "node numbers")
     edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "0.6", "lw": 0.5, **style})
     axes = axes_of(ax)
@@ -51,14 +51,21 @@ def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -
     """
     from matplotlib.collections import LineCollection
 
-    _require_plane(nodes, edges, "edges", "(f, n), as mesh.outline or mesh.boundary(name)")
+    _require_plane(nodes, edges, "edges", "(f, n), as mesh.outline or mesh.boundary(name)", "node numbers")
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})
     axes_of(ax).add_collection(lines)
     return lines
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes; ``length`` is that of a unit vector, in data units."""
+    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units.
+
+    Raises:
+        SceneError: other shapes, a length that is no number.
+    """
+    _require_plane(nodes, values, "values", "(a, 2), one at each node", "vectors")
+    require(np.shape(values) == np.shape(nodes), "values", f"shape {np.shape(values)}", f"{np.shape(nodes)}, as nodes")
+    require_number(length, "length")
     kept = {"width": 0.002, "headwidth": 3.5, "headlength": 4.5, "headaxislength": 4.0, "zorder": 3, **style}
     scaled = values * length
     return axes_of(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)
@@ -101,12 +108,12 @@ def traction_profile(
     return steps, marks
 
 
-def _require_plane(nodes: object, numbers: object, field: str, kind: str) -> None:
-    """Refuse what are no positions in a plane, and no node ``numbers`` in rows."""
+def _require_plane(nodes: object, rows: object, field: str, kind: str, what: str) -> None:
+    """Refuse what are no positions in a plane, and no array of ``rows``."""
     flat = isinstance(nodes, np.ndarray) and nodes.ndim == 2 and nodes.shape[1] == 2
     require(flat, "nodes", nodes, "an array of positions (a, 2), as state.nodes of a body in a plane")
-    rows = isinstance(numbers, np.ndarray) and numbers.ndim == 2
-    require(rows, field, numbers, f"an array of node numbers {kind}")
+    array = isinstance(rows, np.ndarray) and rows.ndim == 2
+    require(array, field, rows, f"an array of {what} {kind}")
 
 
 def axes_of(ax: Axes | None) -> Axes:
