@@ -127,7 +127,7 @@ class Advance:
 
     @cached_property
     def placed(self) -> Floats:
-        """Pose (k, 3) of each tool at the start."""
+        """Pose (k, p) of each tool at the start."""
         return self.candidates.scene.placed(self.start.tau, self.start.translation)
 
     @cached_property
@@ -157,11 +157,11 @@ class Advance:
         return self.candidates.faces.carried(middle, self.placed, advance)
 
     def meeting(self, du: Floats, advance: Floats) -> Meeting:
-        """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, 3)."""
+        """Where candidates meet their tools by displacements ``du`` (a, d) and what poses ``advance`` by (k, p)."""
         return self.candidates.faces.meeting(self.start.gap, self._going(du, advance), self._before(advance))
 
     def left(self, advance: Floats) -> Floats:
-        """Gaps (c,) with which slips begin, as poses ``advance`` by (k, 3): to flat tools those of the start."""
+        """Gaps (c,) with which slips begin, as poses ``advance`` by (k, p): to flat tools those of the start."""
         if not self.candidates.curved:
             return self.start.gap
         gap = self.candidates.faces.after(self._going(np.zeros_like(self.start.nodes), advance), self._before(advance))
@@ -169,11 +169,11 @@ class Advance:
         return np.where(flat[self.candidates.tool], self.start.gap, gap)
 
     def _before(self, advance: Floats) -> Floats:
-        """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, 3)."""
+        """What of the motion (w, d) of parts is no slip, as poses ``advance`` by (k, p)."""
         return self._in_air(advance[:, : self.start.nodes.shape[1]]) if self._forced else self._in_air_along_path
 
     def _going(self, du: Floats, advance: Floats) -> Going:
-        """The motion of parts and tools for these displacements (a, d) and changes of poses (k, 3)."""
+        """The motion of parts and tools for these displacements (a, d) and changes of poses (k, p)."""
         met = self.candidates.met
         return Going(met.places(self.start.nodes), met.motion(du), self.placed, advance)
 

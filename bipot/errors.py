@@ -22,6 +22,9 @@ LARGEST_COUNT = 2**63 - 1
 
 MANY = "a number of many digits"
 
+LONGEST = 300
+"""Letters of a value in a message: a scene given for something else would fill the screen with its arrays."""
+
 
 class BipotError(Exception):
     """Base of every error this package raises on purpose."""
@@ -121,7 +124,7 @@ def require(condition: bool, field: str, value: object, allowed: str) -> None:
     bipot.errors.SceneError: mu = -0.1: must be >= 0
     """
     if not condition:
-        raise SceneError(f"{field} = {value!r}: must be {allowed}")
+        raise SceneError(f"{field} = {_short(repr(value))}: must be {allowed}")
 
 
 def require_type(value: object, kind: type, field: str, *, optional: bool = False) -> None:
@@ -198,6 +201,11 @@ def require_tuple(value: object, kind: type, field: str) -> tuple[Any, ...]:
     for k, item in enumerate(items):
         require_type(item, kind, f"{field}[{k}]")
     return items
+
+
+def _short(text: str) -> str:
+    """A value's text, or the beginning of a long one, on one line."""
+    return text if len(text) <= LONGEST else " ".join(text[:LONGEST].split()) + " ..."
 
 
 def _shown(number: int) -> object:

@@ -158,10 +158,7 @@ def solve_increment(
     refuse_blocked(increment, limits.bounds)
     watch, iterations, almost = _Watch(limits), 0, 0
     began = time.perf_counter()
-    if near_to is None:
-        iterate, r = begin(increment, cache.pace, limits.bounds), increment.start.forces
-    else:
-        iterate, r = increment.at(near_to.response.x), near_to.r
+    iterate, r = _first(increment, limits, cache, near_to)
     timing = Timing(assembly=time.perf_counter() - began)
     state = form.init(iterate, r, cache)
     for number in range(1, limits.passes + 1):
@@ -197,6 +194,13 @@ def solve_increment(
         if leave is not None and leave(Near(iterate, r), step.error):
             raise LeftOff(Near(iterate, r))
     raise watch.failure(f"{limits.passes} passes left")
+
+
+def _first(increment: Increment, limits: Limits, cache: Cache, near_to: Near | None) -> tuple[Iterate, Floats]:
+    """The iterate and the contact forces (c, d) from which the iteration starts."""
+    if near_to is None:
+        return begin(increment, cache.pace, limits.bounds), increment.start.forces
+    return increment.at(near_to.response.x), near_to.r
 
 
 class _Watch:

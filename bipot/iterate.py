@@ -153,7 +153,7 @@ class Iterate:
 
     @cached_property
     def advance(self) -> Floats:
-        """What the pose (k, 3) of each tool changes by: along paths, by turns, and as it is driven."""
+        """What the pose (k, p) of each tool changes by: along paths, by turns, and as it is driven."""
         path, drives = self.increment.tools.path, self.increment.system.body.scene.drives
         return path + drives.poses(self.translated, len(path)) if drives else path
 
@@ -164,7 +164,7 @@ class Iterate:
 
     @cached_property
     def placed(self) -> Floats:
-        """Pose (k, 3) of each tool."""
+        """Pose (k, p) of each tool."""
         return self.increment.tools.placed + self.advance
 
     @property

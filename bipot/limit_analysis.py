@@ -69,10 +69,10 @@ def limit_load(scene: Scene, tau: float = 1.0) -> LimitLoad:
     system = system_of(scene)
     increment = Increment(system, system.rest(), float(tau))
     whole, parts = float(np.abs(_load(increment)).max(initial=0.0)), _parts(increment)
-    allowed = "not all zero, nor zero together: they are what is multiplied"
+    allowed = "above round-off, to be multiplied: loads must not cancel, and a tool's force is driven_by=Force(...)"
     # Far from the origin the lengths of edges are differences of large numbers.
     left = CANCELLED * (1 + np.abs(scene.mesh.nodes).max() / scene.mesh.size) * max(parts, default=0.0)
-    require(whole > left, "scene", f"loads at tau = {tau}", allowed)
+    require(whole > left, f"largest nodal load at tau = {tau}", whole, allowed)
     sigma_y = scene.material.yield_stress(np.array([SATURATED / 10, SATURATED]))
     ends = bool(np.isfinite(sigma_y).all() and sigma_y[1] <= (1 + HARDENS) * sigma_y[0])
     require(ends, "scene.material", scene.material, "one that flows at a last yield stress")

@@ -22,6 +22,7 @@ Path = tuple[tuple[float, Multiple], ...]
 POINTS = f"pairs (tau, multiple) with tau increasing from 0 to 1, by more than {ROUND_OFF:g} from the second point on"
 
 LARGEST_MULTIPLE = 1e100
+"""Products of larger multiples with lengths and forces could overflow."""
 
 STRAIGHT = 1e-12
 """Distance of a point from the line of its neighbours, over the largest multiple, up to which it is no corner."""

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.certificate import MaterialFields
-from bipot.contact.coupling import coupled
+from bipot.contact.coupling import pairs_of
 from bipot.fem.assembly import Space, element_force, element_stiffness, space
 from bipot.fem.elements import tabulated
 from bipot.fem.kinematics import Kinematics
@@ -103,7 +103,7 @@ def rest(scene: Scene, gap: Floats) -> State:
 
 def body_space(scene: Scene) -> Space:
     """The scene's unknowns: displacements, and coordinates of tools driven by forces or moments."""
-    holding, pairs = scene.holding, coupled(scene).unknowns
+    holding, pairs = scene.holding, pairs_of(scene).unknowns
     return space(scene.mesh, scene.geometry, scene.rule, holding.numbers, len(scene.drives), pairs, holding.axes)
 
 

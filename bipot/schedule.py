@@ -48,19 +48,19 @@ class Schedule:
     accuracy: float | None = None
 
     def __post_init__(self) -> None:
+        make_floats(self, "growth", "first")
         if self.accuracy is None:
             require_count(self.increments, "increments", most=MOST)
         else:
             make_floats(self, "accuracy")
             self._require_accuracy(self.accuracy)
         require_count(self.settling, "settling", most=MOST)
-        make_floats(self, "growth", "first")
         require(isinstance(self.landings, tuple | list), "landings", self.landings, "a tuple of numbers")
         for landing in self.landings:
             require_number(landing, "landing")
         object.__setattr__(self, "landings", tuple(float(landing) for landing in self.landings))
         require(1 < self.growth <= 10, "growth", self.growth, "in (1, 10]")
-        require(self.first == 0 or self.first >= SAME, "first", self.first, f"zero, or at least {SAME:g}")
+        require(self.first == 0 or SAME <= self.first < 1, "first", self.first, f"zero, or in [{SAME:g}, 1)")
         length = self.first * self.settling
         require(length < 1, "start-up", length, "below 1, the whole path: begin by smaller increments, or fewer")
         begin = self._start_up()[-1]

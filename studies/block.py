@@ -21,12 +21,12 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from bipot.errors import require, require_positive
+from bipot.errors import require, require_count, require_positive
 from bipot.fem.elements import RULES
 from bipot.fem.reduction import Geometry
 from bipot.forms import FormName
 from bipot.laws.von_mises import Elasticity, VonMises
-from bipot.meshes.layout import Layout
+from bipot.meshes.layout import Layout, require_layout_room
 from bipot.meshes.solids import brick
 from bipot.results.columns import Column
 from bipot.scene.scene import Scene
@@ -71,7 +71,9 @@ class Block(Upset):
         """
         require(0 < self.reduction < 1, "reduction", self.reduction, "in (0, 1)")
         require_positive(width=self.width, depth=self.depth, height=self.height)
+        require_count(self.elements, "elements")
         half, n, element = self.height / 2, self.elements, self.element.element
+        require_layout_room((n, n, n), element, self.layout, ("elements",) * 3)
         platen = FlatTool(
             point=(0.0, 0.0, half),
             normal=(0.0, 0.0, -1.0),

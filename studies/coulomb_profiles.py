@@ -120,7 +120,8 @@ def missed(rows: Iterable[Row], required: Sequence[int]) -> list[str]:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0], allow_abbrev=False)
+    about = (__doc__ or "").splitlines()[0]
+    p = argparse.ArgumentParser(prog="studies.coulomb_profiles", description=about, allow_abbrev=False)
     p.add_argument("--problems", type=Path, nargs="+", default=list(DEFAULT_FOLDERS))
     p.add_argument("--solvers", nargs="+", choices=list(SOLVERS), default=[AUTO])
     p.add_argument("--limit", type=positive, default=30.0, help="seconds a problem and solver")

@@ -83,6 +83,7 @@ def test_what_is_no_path_is_not_read(read):
 def test_what_is_no_path_or_solution_is_not_written(tmp_path):
     refused(lambda: coulomb.write_fclib(None, PROBLEM), "path = None: must be a path")
     refused(lambda: coulomb.write_fclib(tmp_path / "a", PROBLEM, solution=3), "solution = 3: must be a Mapping or None")
+    refused(lambda: coulomb.write_fclib(tmp_path / "a", PROBLEM, title=None), "title = None: must be a str")
     refused(lambda: coulomb.write_fclib(tmp_path / "a", PROBLEM, solution={"r": "a"}), r"solution\['r'\] = 'of type")
     assert not list(tmp_path.iterdir())
 

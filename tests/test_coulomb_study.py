@@ -5,6 +5,7 @@ import shutil
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from bipot import coulomb
 from studies import coulomb_profiles as study
@@ -75,6 +76,13 @@ def test_required_counts_fail_the_study_when_they_are_missed():
     rows = [row("a", "auto", 1e-11, 1.0), row("b", "auto", 1e-7, 1.0)]
     assert study.missed(rows, [2, 2, 1, 1]) == []
     assert study.missed(rows, [2, 2, 2, 1]) == ["1 solved at 1e-08, 2 required"]
+
+
+def test_the_command_is_called_as_it_is_run(capsys):
+    with pytest.raises(SystemExit) as stop:
+        study.main(["--solvers", "none"])
+    assert stop.value.code == 2
+    assert "studies.coulomb_profiles: error: argument --solvers" in capsys.readouterr().err
 
 
 def test_an_empty_folder_is_said_and_skipped(tmp_path, capsys):

@@ -82,6 +82,8 @@ def test_other_parameters_are_refused_before_anything_is_touched(recorded):
         recorder(recorded, fast=True)
     with pytest.raises(ResultsError, match="hardening = None, not absent"):
         Recorder(recorded, SCENE, COLUMNS, {k: v for k, v in PARAMETERS.items() if k != "hardening"}, UNITS)
+    with pytest.raises(ResultsError, match="units: length = mm, not m;"):
+        Recorder(recorded, SCENE, COLUMNS, PARAMETERS, {**UNITS, "length": "m"})
     assert (recorded / "history.csv").read_bytes() == before
 
 

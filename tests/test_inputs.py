@@ -10,6 +10,7 @@ from bipot.certificate import Bounds
 from bipot.conic.clarabel import Clarabel
 from bipot.conic.solver import Accuracy
 from bipot.control.landing import Locate
+from bipot.errors import SceneError
 from bipot.fem.elements import Quadrature
 from bipot.fem.reduction import Geometry
 from bipot.fem.strain import Configuration
@@ -153,7 +154,7 @@ def test_a_wrong_type_gets_a_sentence_when_the_object_is_made(make, words):
         (lambda: Penalty("1", 1.0), "K_n = '1': must be a number"),
         (
             lambda: cylinder(1.0, 1.0, 1.5, 1, element=Element.Q8),
-            "elements along the first axis = 1.5: must be a whole number",
+            "n_r = 1.5: must be a whole number",
         ),
         (lambda: cylinder("1", 1.0, 1, 1, element=Element.Q8), "radius = '1': must be a number"),
         (lambda: ring(1.0, "2", 1.0, 1, 1, element=Element.Q8), "outer = '2': must be a number"),
@@ -249,3 +250,15 @@ def test_a_fallback_of_the_same_name_is_kept_and_the_same_form_is_not_repeated()
     other = Tangent(coupled=False)
     assert Control(Tangent(), (other,)).forms == (Tangent(), other)
     assert Control(Tangent(), (Tangent(), Dissipation(), other, other)).forms == (Tangent(), Dissipation(), other)
+
+
+def test_a_message_shows_the_beginning_of_a_long_value():
+    """A scene in the place of a schedule has all its arrays in its text."""
+    given = scene()
+    with pytest.raises(SceneError) as refusal:
+        march(given, given)
+    words = str(refusal.value)
+    assert words.startswith("schedule = Scene(mesh=Mesh(nodes=array(")
+    assert words.endswith(" ...: must be a Schedule")
+    assert len(words) < 400 < len(repr(given))
+    assert "\n" not in words

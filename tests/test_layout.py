@@ -104,8 +104,8 @@ def test_what_is_no_layout_is_refused_by_name(layout):
 
 
 def test_counts_and_gradings_are_refused_as_without_a_layout():
-    refused(lambda: block(1.0, 1.0, 0, 2, layout=FANNED), "elements along the first axis = 0")
-    refused(lambda: block(1.0, 1.0, 2, 2.5, layout=FANNED), "elements along the second axis = 2.5")
+    refused(lambda: block(1.0, 1.0, 0, 2, layout=FANNED), "n_x = 0")
+    refused(lambda: block(1.0, 1.0, 2, 2.5, layout=FANNED), "n_y = 2.5")
     refused(lambda: block(1.0, 1.0, 2, 2, (0.0, 1.0), layout=FANNED), "grading = 0.0")
     refused(lambda: block(1.0, 1.0, 2, 2, 3.0, layout=FANNED), "grading = 3.0: must be a pair")
     refused(lambda: upsetting(mu=0.1, elements=10**5, layout=FANNED), "elements = 100000: must be so few")
@@ -115,7 +115,7 @@ def test_room_is_asked_for_what_there_will_be(monkeypatch):
     """Three by three Q4 have 9 cells in lines and 15 fanned."""
     monkeypatch.setattr(machine, "memory", lambda: 14 * machine.BYTES_A_NODE)
     assert block(1.0, 1.0, 3, 3).elements.shape == (9, 4)
-    refused(lambda: block(1.0, 1.0, 3, 3, layout=FANNED), "elements along the first axis = 3: must be so few")
+    refused(lambda: block(1.0, 1.0, 3, 3, layout=FANNED), "n_x = 3: must be so few")
 
 
 @pytest.mark.parametrize("element", [Element.Q8, Element.Q9])

@@ -205,9 +205,12 @@ def test_a_march_reaches_what_is_just_below():
         (lambda: limit_load("scene"), "scene"),
         (lambda: limit_load(strip(), 2.0), r"tau = 2.0: must be in \[0, 1\]"),
         (lambda: limit_load(strip(), "end"), "tau"),
-        (lambda: limit_load(strip(), 0.0), "not all zero"),
-        (lambda: limit_load(strip(loads=())), "not all zero"),
-        (lambda: limit_load(strip(loads=(Traction("top", (0.0, 1.0)), Pressure("top", 1.0)))), "nor zero together"),
+        (lambda: limit_load(strip(), 0.0), r"largest nodal load at tau = .*: must be above round-off"),
+        (lambda: limit_load(strip(loads=())), r"largest nodal load at tau = .*: must be above round-off"),
+        (
+            lambda: limit_load(strip(loads=(Traction("top", (0.0, 1.0)), Pressure("top", 1.0)))),
+            "loads must not cancel",
+        ),
         (lambda: limit_load(strip(material=Elastic(STEEL))), "scene.material"),
         (lambda: limit_load(strip(Linear(100.0, 50.0))), "scene.material"),
         (lambda: limit_load(strip(Swift(500.0, 0.01, 0.2))), "scene.material"),
@@ -247,7 +250,7 @@ def test_loads_that_cancel_are_refused_far_from_the_origin_too(far):
     held = Support("left", (c, s)), Support("base", (-s, c))
     perfect = VonMises(Elasticity(2e5, 0.3), Perfect(100.0))
     scene = Scene(mesh, Geometry.PLANE_STRAIN, perfect, held, loads=(Pressure("top", 1.0), Traction("top", (-s, c))))
-    with pytest.raises(SceneError, match="nor zero together"):
+    with pytest.raises(SceneError, match="loads must not cancel"):
         limit_load(scene)
 
 

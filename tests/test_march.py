@@ -275,6 +275,8 @@ def test_inversion_is_cut_with_the_reason():
         (lambda: Schedule(0), "increments = 0"),
         (lambda: Schedule(5, first=-0.1), "first = -0.1"),
         (lambda: Schedule(5, first=0.3), "start-up = 1.5"),
+        (lambda: Schedule(5, first=1.5), r"first = 1.5: must be zero, or in \[1e-09, 1\)"),
+        (lambda: Schedule(first=np.array([0.1, 0.2]), accuracy=1e-3), "first = array.*: must be a number"),
         (lambda: Schedule(5, growth=1.0), "growth = 1.0"),
         (lambda: Schedule(5, first=0.1, landings=(0.3,)), "landing = 0.3"),
         (lambda: Schedule(5, settling=0), "settling = 0"),

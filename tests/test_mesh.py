@@ -136,8 +136,12 @@ def test_gradings_are_a_pair(grading):
     [
         (lambda: cylinder(-1.0, 1.0, 1, 1, element=Element.Q8), "radius = -1.0"),
         (lambda: cylinder(1.0, float("nan"), 1, 1, element=Element.Q8), "height = nan"),
-        (lambda: cylinder(1.0, 1.0, 0, 1, element=Element.Q8), "elements along the first axis = 0"),
+        (lambda: cylinder(1.0, 1.0, 0, 1, element=Element.Q8), "n_r = 0"),
         (lambda: ring(2.0, 1.0, 1.0, 1, 1, element=Element.Q8), "outer = 1.0"),
+        (
+            lambda: block(1.0, 1.0, 1, 1, element=Element.H8),
+            r"element = 'H8': must be one of a plane, of \['T3', 'T6', ",
+        ),
         (lambda: cylinder(1.0, 1.0, 1, 1, element=Element.Q8).boundary("lid"), "boundary = 'lid'"),
         (lambda: Mesh(np.full((8, 2), np.nan), np.arange(8)[None]), "mesh.nodes"),
         (lambda: Mesh(np.zeros((7, 2)), np.arange(8)[None]), "node index"),

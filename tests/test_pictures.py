@@ -1,9 +1,7 @@
-"""Pictures of a run: what is drawn is what the run holds, and pyplot is left alone; the commands that make them."""
+"""Pictures of a run: what is drawn is what the run holds, and pyplot is left alone."""
 
-import tomllib
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
 from matplotlib import pyplot
@@ -11,7 +9,6 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 from bipot import Circle, Schedule, ShapedTool, block, march, plot
-from bipot.command import main
 from bipot.errors import SceneError
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element, elements_of
@@ -19,7 +16,6 @@ from bipot.plot.contours import tessellation
 from bipot.plot.surface import chains
 from bipot.results import Recorder
 from bipot.results import open as open_results
-from studies import picture
 from tests.scenes import refused, scene
 
 
@@ -97,6 +93,11 @@ def test_what_cannot_be_drawn_is_refused(run, ax, field, at, words):
         plot.contour(run, field, at, ax)
 
 
+@pytest.mark.parametrize("limits", [(1.0, 0.0), (0.0, np.nan), ("a", "b"), 3.0, "ab"], ids=str)
+def test_limits_of_colours_that_are_no_range_are_refused(run, ax, limits):
+    refused(lambda: plot.contour(run, ax=ax, limits=limits), "limits = ")
+
+
 @pytest.mark.parametrize("element", elements_of(2))
 def test_the_pieces_of_an_element_are_the_whole_of_it(element):
     points, triangles = tessellation(element)
@@ -122,6 +123,17 @@ def test_tractions_are_drawn_from_the_axis_outwards(run, ax):
     assert ax.get_ylabel() == "traction (N/mm^2)"
     with pytest.raises(SceneError, match=r"tool = 1: must be in \[0, 1\)"):
         plot.contact_traction(run, ax=ax, tool=1)
+
+
+def test_a_picture_without_an_edge_in_contact_says_so(run, tmp_path, ax):
+    plot.contact_traction(run, 0.1, ax)
+    assert len(ax.texts) == 0
+    ball = ShapedTool(Circle((0.0, 2.0), 1.0), (0.0, -0.01), ("top",), 0.0)  # on one node
+    given = scene(mesh=block(1.0, 1.0, 1, 1), tools=(ball,))
+    with Recorder(tmp_path, given, (), {}, {}) as out:
+        out.record(next(march(given, Schedule(1))))
+    plot.contact_traction(open_results(tmp_path), ax=ax)
+    assert [text.get_text() for text in ax.texts] == ["no edge of the surface is in contact"]
 
 
 @pytest.mark.parametrize("element", [Element.Q4, Element.T6])
@@ -158,6 +170,8 @@ def test_a_round_tool_is_drawn_and_pictures_of_every_step_move(tmp_path, ax):
         ({"path": "film.mp4"}, r"path = 'film\.mp4': must be one that ends in \.gif"),
         ({"path": None}, "path = None: must be a path"),
         ({"frames": 0}, "frames = 0"),
+        ({"rate": 1e-9}, r"rate = 1e-09: must be in \[0.01, 100\] frames per second"),
+        ({"rate": 1000.0}, "rate = 1000.0"),
     ],
 )
 def test_animations_that_cannot_be_are_refused(run, tmp_path, given, words):
@@ -172,112 +186,3 @@ def test_what_is_no_run_is_not_drawn(junk, tmp_path, ax):
     refused(lambda: plot.contour(junk, ax=ax), words)
     refused(lambda: plot.contact_traction(junk, ax=ax), words)
     refused(lambda: plot.animate(junk, "mises", tmp_path / "a.gif"), words)
-
-
-@pytest.mark.slow
-def test_the_study_draws_as_the_command_does(recorded, tmp_path, capsys):
-    pictures = [tmp_path / "one.png", tmp_path / "other.png"]
-    asked = [str(recorded), "--field", "mises", "--at", "0.1", "--out"]
-    assert picture.main([*asked, str(pictures[0])]) == main(["picture", *asked, str(pictures[1])]) == 0
-    assert capsys.readouterr().out == f"{pictures[0]}\n{pictures[1]}\n"
-    assert pictures[0].read_bytes() == pictures[1].read_bytes()
-
-
-def test_the_command_draws_and_says_where(recorded, tmp_path, capsys):
-    for name, options in {
-        "traction.pdf": ["--traction", "0"],
-        "by.svg": ["--field", "stress_zz", "--at", "0.5", "--by", "tau"],
-    }.items():
-        assert main(["picture", str(recorded), *options, "--out", str(tmp_path / name)]) == 0
-        assert capsys.readouterr().out == f"{tmp_path / name}\n"
-        assert (tmp_path / name).stat().st_size > 5000
-
-
-def test_without_a_place_the_picture_is_in_the_folder_of_the_run(recorded, tmp_path, capsys):
-    (tmp_path / "run.vtkhdf").write_bytes((recorded / "run.vtkhdf").read_bytes())
-    assert main(["picture", str(tmp_path), "--field", "peeq", "--at", "0.2"]) == 0
-    assert capsys.readouterr().out == f"{tmp_path / 'peeq_0.2.png'}\n"
-
-
-@pytest.mark.slow
-def test_pictures_of_other_steps_have_other_names(recorded, tmp_path):
-    (tmp_path / "run.vtkhdf").write_bytes((recorded / "run.vtkhdf").read_bytes())
-    for options in ([], ["--at", "0.2"], ["--at", "0.2", "--by", "tau"], ["--at", "0.1"], ["--at", "0.10000001"]):
-        assert main(["picture", str(tmp_path), *options]) == 0
-    names = {"mises", "mises_0.2", "mises_tau_0.2", "mises_0.1", "mises_0.10000001"}
-    assert {path.stem for path in tmp_path.glob("*.png")} == names
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (["--field", "temperature"], "error: field = 'temperature': must be one of"),
-        (["--at", "0.9"], "error: reduction = 0.9: must be in [0.001, 0.2]"),
-        (["--by", "tau"], "error: --by = 'tau': must be left out without --at, whose column it is"),
-        (["--by", "form", "--at", "1"], "error: by = 'form': must be tau, or a column"),
-        (["--traction", "3"], "error: tool = 3: must be in [0, 1)"),
-        (["--out", "picture.xyz"], "error: --out = picture.xyz: must end in one of"),
-        (["--out", "picture"], "error: --out = picture: must end in one of"),
-        (["--out", "nowhere/picture.png"], "error: nowhere/picture.png: cannot be written"),
-        (["--at", "0.1", "--out", "a.gif"], "error: --out = a.gif: must not end in .gif with --traction, --at or --by"),
-    ],
-)
-def test_bad_pictures_end_with_one_sentence(recorded, tmp_path, monkeypatch, capsys, options, words):
-    monkeypatch.chdir(tmp_path)
-    assert main(["picture", str(recorded), *options]) == 2
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert told.err.startswith(words)
-    assert told.err.count("\n") == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize("argv", [[], ["draw"], ["info"], ["picture", "x", "--at", "half"], ["info", "x", "--fie"]])
-def test_a_command_line_that_is_none_ends_with_code_2(argv, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(argv)
-    assert stop.value.code == 2
-    assert "usage: bipot" in capsys.readouterr().err
-
-
-def test_info_says_what_the_run_holds(recorded, run, capsys):
-    assert main(["info", str(recorded)]) == 0
-    told = capsys.readouterr().out
-    assert told.startswith(f"{recorded / 'run.vtkhdf'}: complete, {len(run)} increments to tau = 1\n")
-    for words in ("elements = 2", "Q8 elements, axisymmetric", "MPa" if "stress" in run.units else "N/mm^2"):
-        assert words in told
-    for name in run.columns:
-        assert f"\n  {name} " in told
-    assert f"  {run['work_J'][-1]}\n" in told
-
-
-def test_info_of_what_is_no_run_is_one_sentence(recorded, tmp_path, capsys):
-    (tmp_path / "mu0.1").mkdir()
-    assert main(["info", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"error: {tmp_path}: no results (run.vtkhdf missing)\n"
-    (tmp_path / "mu0.1" / "run.vtkhdf").write_bytes(b"")
-    assert main(["info", str(tmp_path)]) == 2
-    assert capsys.readouterr().err == f"error: {tmp_path}: holds runs in mu0.1: name one of these\n"
-    assert main(["info", str(tmp_path / "mu0.1")]) == 2
-    told = capsys.readouterr().err
-    assert told.startswith("error: ")
-    assert told.count("\n") == 1
-    with h5py.File(tmp_path / "run.vtkhdf", "w") as file:
-        file["a\nb"] = 1
-    assert main(["info", str(tmp_path)]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
-
-
-@pytest.mark.parametrize("package", ["matplotlib", "PIL"])
-def test_what_is_not_installed_is_said(recorded, tmp_path, monkeypatch, capsys, package):
-    for module in ("bipot.command", "bipot.plot.animation"):
-        monkeypatch.setattr(f"{module}.find_spec", lambda name: None if name == package else object())
-    assert main(["picture", str(recorded), "--out", str(tmp_path / "a.gif")]) == 2
-    told = capsys.readouterr().err
-    assert {"matplotlib": "a picture needs matplotlib", "PIL": "needs pillow"}[package] in told
-    assert "pip install bipot[studies]" in told
-
-
-def test_the_console_entry_point_is_the_command():
-    told = tomllib.loads((Path(__file__).parents[1] / "pyproject.toml").read_text())
-    assert told["project"]["scripts"] == {"bipot": f"{main.__module__}:{main.__name__}"}

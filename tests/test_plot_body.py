@@ -1,10 +1,10 @@
-"""Elements of an accepted increment in one colour each."""
+"""Plots of given arrays: elements of an accepted increment in one colour each, and what is refused instead of drawn."""
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from bipot import Control, Element, Newton, Schedule, march, plot, upsetting
+from bipot import Control, Element, Newton, Schedule, block, brick, march, plot, upsetting
 from tests.scenes import refused
 
 
@@ -25,3 +25,16 @@ def test_elements_are_drawn_from_corner_to_corner_where_they_are(element):
     refused(lambda: plot.body(last, values[:-1], axes), "values")
     refused(lambda: plot.body(last, None, axes), "values = 'of type object': must be numbers")  # type: ignore[arg-type]
     refused(lambda: plot.body(None, values, axes), "accepted = None: must be an Accepted")  # type: ignore[arg-type]
+
+
+def test_arrays_that_are_no_lines_in_a_plane_are_refused_by_name():
+    axes, mesh, solid = Figure().subplots(), block(1.0, 1.0, 1, 1), brick(1.0, 1.0, 1.0, 1, 1, 1)
+    refused(
+        lambda: plot.mesh(mesh.nodes, mesh, axes), r"(?s)elements = Mesh\(.*: must be an array .*, as mesh.elements"
+    )  # type: ignore[arg-type]
+    refused(lambda: plot.mesh("nodes", mesh.elements, axes), "nodes = 'nodes': must be an array of positions")  # type: ignore[arg-type]
+    refused(lambda: plot.mesh(solid.nodes, solid.elements, axes), "(?s)nodes = array.*of a body in a plane")
+    refused(lambda: plot.boundary(mesh.nodes, "top", axes), r"edges = 'top': must be .* or mesh.boundary\(name\)")  # type: ignore[arg-type]
+    refused(lambda: plot.vectors(mesh.nodes, mesh.nodes[:1], axes), r"values = 'shape \(1, 2\)': must be \(4, 2\)")
+    refused(lambda: plot.vectors(mesh.nodes, "a", axes), "values = 'a': must be an array of vectors")  # type: ignore[arg-type]
+    refused(lambda: plot.force_stroke(np.zeros(2), np.zeros(3), axes), r"force = 'shape \(3,\)': must be one a stroke")

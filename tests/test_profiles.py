@@ -172,7 +172,7 @@ def test_a_square_of_fillets_alone_is_a_circle(concave):
     start, way = x / norm(x)[:, None], by / norm(by)[:, None] - x / norm(x)[:, None]
     np.testing.assert_array_equal(profile.crossed(start, way), circle.crossed(start, way))
     assert 200 < circle.crossed(start, way).sum() < 300 or concave
-    assert concave or profile.thickness == pytest.approx(1.0, rel=1e-6)
+    assert concave or profile.inner_radius == pytest.approx(1.0, rel=1e-6)
 
 
 @given(SEEDS, st.floats(-3, 3))
@@ -227,7 +227,7 @@ def test_a_cone_and_a_flat_punch_by_closed_forms():
     punch = flat_punch((0.0, 1.0), 2.0, 3.0, 0.25)
     x = np.array([[0.3, 0.8], [1.2, 3.0], [1.05, 0.85]])
     np.testing.assert_allclose(punch.distance(x).gap, [0.2, 0.2, np.hypot(0.3, 0.4) - 0.25], rtol=1e-14)
-    assert punch.thickness == pytest.approx(1.0, rel=1e-6)
+    assert punch.inner_radius == pytest.approx(1.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("count", [2, 3])

@@ -208,6 +208,7 @@ def test_what_is_no_column_is_not_made():
     refused(lambda: Column("x", "", 1.0), "column 'x': value = 1.0: must be a function")  # type: ignore[arg-type]
     refused(lambda: energies(None), "unit = None: must be a str")  # type: ignore[arg-type]
     refused(lambda: certificate("J", "x"), "factor = 'x': must be a number")  # type: ignore[arg-type]
+    refused(lambda: energies("J", 0.0), "factor = 0.0: must be finite and > 0")
 
 
 @pytest.mark.parametrize("value", [np.zeros(2), np.array(1.0), None, True, np.True_, 1j, [1.0], b"x", "\ud800"])

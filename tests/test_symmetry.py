@@ -1,4 +1,4 @@
-"""Planes of symmetry: half a model against the whole body meshed, and what is no half of anything is refused."""
+"""Planes of symmetry: half a model against the whole body meshed, and forces of the whole of tools that planes cut."""
 
 import json
 from dataclasses import replace
@@ -21,15 +21,18 @@ from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.meshes.sections import block, cylinder, ring
 from bipot.results.description import describe
-from bipot.scene.loads import BodyForce, PointForce, Pressure, Traction
+from bipot.scene.loads import BodyForce, PointForce, Traction
 from bipot.scene.scene import Scene, upsetting
-from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.tools.tool import FlatTool, Sampling
+from bipot.scene.supports import Support, Symmetry
+from bipot.tools.tool import FlatTool
 from studies.fuzz.unfolded import about
 
 TIGHT = Control(Newton(), (), Limits(Bounds(equilibrium=1e-11, law=1e-11)))
+
 WIDTH, HEIGHT = 3.0, 2.0
+
 STEEL = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 2000.0))
+
 LEFT, BASE = Symmetry("left", 0), Symmetry("base", 1)
 
 
@@ -187,116 +190,9 @@ def test_one_plane_may_have_several_boundaries():
     assert replace(scene, supports=(LEFT, LEFT, BASE)).images == 4
 
 
-def off_plane():
-    """A node of the left side a millionth beside it."""
-    mesh = block(WIDTH, HEIGHT, 2, 2, element=Element.Q8)
-    nodes = mesh.nodes.copy()
-    nodes[mesh.boundary_nodes("left")[0], 0] += 1e-6
-    return Mesh(nodes, mesh.elements, mesh.boundaries)
-
-
-def block_with(**changes):
-    return replace(part(True, True), **changes)
-
-
-def straight(**changes):
-    given = {"point": (0.0, HEIGHT), "normal": (0.0, -1.0), "travel": (0.0, -0.1), "candidates": ("top",), "mu": 0.1}
-    return FlatTool(**(given | changes))
-
-
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: Symmetry("left", 3), "support.direction = 3: must be 0, 1 or, in space, 2"),
-        (lambda: Symmetry(3, 0), "support.boundary = 3: must be a str"),
-        (lambda: Symmetry("left", 0.0), "support.direction = 0.0"),
-        (lambda: block_with(supports=(Symmetry("middle", 0),)), "boundary = 'middle': must be one of"),
-        (lambda: block_with(supports=(Symmetry("left", 1),)), "'left': must be one whose nodes have one coordinate 1"),
-        (
-            lambda: block_with(mesh=off_plane()),
-            "'left': must be one whose nodes have one coordinate 0: they spread from 0 to 1e-06",
-        ),
-        (
-            lambda: block_with(mesh=both_sides(), supports=(Symmetry("middle", 0),)),
-            "'middle': must be one with the body on one side of its plane x_0 = 3",
-        ),
-        (
-            lambda: block_with(supports=(LEFT, Symmetry("right", 0), BASE)),
-            "along 0 = 'right': must be in the plane of the other, x_0 = 0: two make a periodic array",
-        ),
-        (
-            lambda: replace(upsetting(mu=0.1, elements=1), supports=(Symmetry("axis", 0), BASE)),
-            "symmetry.direction = 0: must be 1 in an axisymmetric scene",
-        ),
-        (
-            lambda: block_with(tools=(straight(travel=(0.01, -0.1)),)),
-            r"tools\[0\].travel = .*: must be without a component along 0: a plane of symmetry cuts the tool",
-        ),
-        (
-            lambda: block_with(
-                tools=(straight(), straight(point=(WIDTH, 0.0), normal=(-1.0, 0.0), candidates=("right",)))
-            ),
-            r"tools\[1\].travel = .*: must be without a component along 1",
-        ),
-        (
-            lambda: block_with(tools=(straight(candidates=("top", "left")),)),
-            r"tools\[0\].candidates = .*: must be on the surface of the whole body: .* lies in a plane of symmetry",
-        ),
-        (lambda: block_with(loads=(Pressure("left", 1.0),)), r"scene.loads\[0\].boundary = .*'left'.*: must be on the"),
-        (lambda: block_with(loads=(Traction("base", (0.0, 1.0)),)), r"scene.loads\[0\].boundary = .*'base'"),
-        (
-            lambda: block_with(loads=(Pressure("top", 1.0), BodyForce((0.0, -1.0)))),
-            r"scene.loads\[1\].vector = \(0.0, -1.0\): must be without a component along 1",
-        ),
-        (lambda: block_with(loads=(PointForce(0, (1.0, 0.0)),)), r"scene.loads\[0\].vector = \(1.0, 0.0\)"),
-        (
-            lambda: block_with(supports=(LEFT, BASE, Prescribed("top", 0, 0.1))),
-            "such that node .* has one displacement along 0",
-        ),
-    ],
-)
-def test_what_is_no_part_of_a_symmetric_body_is_refused(make, words):
-    with pytest.raises(SceneError, match=words):
-        make()
-
-
-def both_sides():
-    """A block with a named line of edges in its middle."""
-    mesh = block(2 * WIDTH, HEIGHT, 2, 1, element=Element.Q8)
-    middle = np.flatnonzero(mesh.nodes[:, 0] == WIDTH)
-    ends, mid = middle[:2], middle[2:]
-    return Mesh(mesh.nodes, mesh.elements, {**mesh.boundaries, "middle": [[ends[0], mid[0], ends[1]]]})
-
-
-def test_a_body_off_the_origin_and_round_off_on_the_plane_are_no_reason_to_refuse():
-    scene = part(True, True)
-    far = replace(scene, mesh=Mesh(scene.mesh.nodes + np.array([1e5, 0.0]), scene.mesh.elements, scene.mesh.boundaries))
-    assert far.planes[0].position == 1e5
-    noise = np.random.default_rng(0).uniform(-1e-12, 1e-12, scene.mesh.nodes.shape)
-    assert replace(scene, mesh=Mesh(scene.mesh.nodes + noise, scene.mesh.elements, scene.mesh.boundaries)).images == 4
-
-
 def test_a_file_says_which_supports_are_planes_of_symmetry():
     said = json.loads(json.dumps(describe(upsetting(mu=0.1, elements=1))))
     assert said["supports"] == [
         {"boundary": "axis", "direction": 0, "symmetry": False},
         {"boundary": "base", "direction": 1, "symmetry": True},
     ]
-
-
-@pytest.mark.parametrize("name", ["load", "tool"])
-def test_the_axis_of_a_ring_is_no_surface_for_loads_or_tools(name):
-    mesh, held = cylinder(1.0, 1.0, 3, 3, element=Element.Q8), (Support("axis", 0), Support("base", 1))
-    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.05), ("top", "axis"), 0.2, sampling=Sampling.WEIGHTED)
-    tools, loads = ((tool,), ()) if name == "tool" else ((), (Pressure("axis", 1.0),))
-    with pytest.raises(SceneError, match=r"on the surface of the whole body: .* or on an axis, inside it"):
-        Scene(mesh, Geometry.AXISYMMETRIC, STEEL, held, tools, loads=loads)
-
-
-def test_round_off_of_places_far_from_the_origin_does_not_take_nodes_past_a_plane():
-    c, s = np.cos(1.1), np.sin(1.1)
-    Q, far, straight = np.array([[c, -s], [s, c]]), np.array([1e6, 1.2e6]), block(2.0, 1.0, 4, 2)
-    mesh = Mesh(straight.nodes @ Q.T + far, straight.elements, straight.boundaries)
-    tool = FlatTool(tuple(Q @ [0.0, 1.0] + far), (s, -c), (0.1 * s, -0.1 * c), ("top",), 0.2)
-    planes = Symmetry("left", (c, s)), Symmetry("base", (-s, c))
-    assert sum(a.cuts for a in march(Scene(mesh, Geometry.PLANE_STRAIN, STEEL, planes, (tool,)), Schedule(60))) == 0

@@ -153,8 +153,8 @@ THINNED = {
         "test_every_exact_form_finds_the_same_forces_and_the_certificate_holds": 4,
         "test_frames_turned_about_the_normal_change_nothing": 3,
     },
-    "test_solid_sampling": {"test_forms_agree_and_the_certificate_holds": 3},
     "test_solid_sampling_halves": {"test_a_tool_askew_to_a_plane_of_symmetry_meets_its_own_half_of_the_body": 2},
+    "test_solid_sampling_marches": {"test_forms_agree_and_the_certificate_holds": 3},
     "test_solid_soundness": {"test_friction_that_slides_holds_a_body_across_its_slip": 2},
     "test_solvers": {"test_all_solvers_find_one_objective_and_pass_our_residuals": 2},
     "test_soundness": {

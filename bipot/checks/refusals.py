@@ -6,7 +6,7 @@ import numpy as np
 
 from bipot.certificate import Bounds
 from bipot.contact.closeness import TOUCHES, carries
-from bipot.contact.overlap import edges_of, least_gap
+from bipot.contact.overlap import least_gap, tool_edges
 from bipot.errors import NotConverged, Refused
 from bipot.iterate import Increment, Iterate
 from bipot.scene.between import DEPTH
@@ -129,7 +129,7 @@ def _refuse_unfelt(iterate: Iterate, r: Floats) -> None:
         if tool.sampling is not Sampling.WEIGHTED:
             continue
         felt = np.asarray(weights.T @ (carrying & (contacts.tool == k))) > 0
-        edges = edges_of(scene.mesh, tool)
+        edges = tool_edges(scene.mesh, tool)
         depth = -least_gap(tool, nodes[edges], iterate.placed[k])
         deep = depth > DEPTH * norm(nodes[edges[:, -1]] - nodes[edges[:, 0]])
         found = np.flatnonzero(deep & ~felt[edges].any(axis=1))

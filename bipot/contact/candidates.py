@@ -25,7 +25,7 @@ import scipy.sparse as sp
 
 from bipot.contact.bending import Bent
 from bipot.contact.closeness import touches
-from bipot.contact.coupling import Coupled, Pushed, coupled
+from bipot.contact.coupling import Pairs, Pushed, pairs_of
 from bipot.contact.means import Means
 from bipot.contact.mobility import movable, shares
 from bipot.contact.operators import Operators, without_zeros
@@ -187,11 +187,11 @@ class Candidates:
         """
         node = np.asarray(self.met.weights.indices, np.intp)
         pushed = Pushed(self.tool[self.parts.owner], node, meeting, self.parts.spread(r))
-        return self._coupled.matrices(pushed).ravel()
+        return self._pairs.matrices(pushed).ravel()
 
     @cached_property
-    def _coupled(self) -> Coupled:
-        return coupled(self.scene)
+    def _pairs(self) -> Pairs:
+        return pairs_of(self.scene)
 
     def driven_sums(self, values: Floats) -> Floats:
         """Sums (m,) of values (c,) over the candidates of the tool of each coordinate that is driven."""

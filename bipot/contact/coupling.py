@@ -41,7 +41,7 @@ class Pushed(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Coupled:
+class Pairs:
     """The coupling of the unknowns of b pairs of a node and a driven curved tool of the ``scene``.
 
     ``tool`` and ``node`` (b,) in that order, and ``number`` (b, 2) of the coordinates of the tool, -1 for none.
@@ -91,7 +91,7 @@ class Coupled:
         return tool * len(self.scene.mesh.nodes) + node
 
 
-def coupled(scene: Scene) -> Coupled:
+def pairs_of(scene: Scene) -> Pairs:
     """The pairs of a scene: nodes of the tools' boundaries."""
     tools, nodes, numbers = [np.empty(0, np.intp)], [np.empty(0, np.intp)], [np.empty((0, MOST), np.intp)]
     for k, tool in enumerate(scene.tools):
@@ -101,4 +101,4 @@ def coupled(scene: Scene) -> Coupled:
             tools.append(np.full(len(nodes[-1]), k))
             padded = np.concatenate([own, np.full(MOST - len(own), -1)])
             numbers.append(np.broadcast_to(padded, (len(nodes[-1]), MOST)))
-    return Coupled(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))
+    return Pairs(scene, np.concatenate(tools), np.concatenate(nodes), np.concatenate(numbers))

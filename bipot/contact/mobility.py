@@ -41,11 +41,11 @@ class Mirrored(NamedTuple):
 
 
 def mirrored(scene: Scene, number: int, own: Points) -> Mirrored:
-    """Of the points (p,) of the tool of that ``number``, of whose mean a half may be beyond a plane of symmetry or an
-    axis.
+    """Where symmetry forbids points (p,) of the tool of that ``number`` to slip, and how their means may still move.
 
-    Beyond it the body slips in the opposite direction. A point whose mean stops at the plane has a mirror image of its
-    own, and so has every mean at a tool that is not its own mirror image.
+    It does where half of a mean is beyond a plane of symmetry or an axis: there the body slips in the opposite
+    direction. A point whose mean stops at the plane has a mirror image of its own, and so has every mean at a tool that
+    is not its own mirror image.
     """
     left, d = _at_rest(scene, number, own.node)[:, 1:], scene.mesh.dimension
     within = np.tile(np.eye(d), (len(own.node), 1, 1))

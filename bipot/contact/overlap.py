@@ -46,7 +46,7 @@ def overlap(scene: Scene, nodes: Floats, placed: Floats) -> float:
     """
     deepest = 0.0
     for tool, pose in zip(scene.tools, placed, strict=True):
-        edges = nodes[edges_of(scene.mesh, tool)]
+        edges = nodes[tool_edges(scene.mesh, tool)]
         deepest = max(deepest, -float(least_gap(tool, edges, pose).min()))
         if scene.mesh.dimension == 3 and (scene.mesh.element.quadratic or not tool.flat):
             points = _across(nodes[scene.mesh.edges(*tool.candidates)])
@@ -84,7 +84,7 @@ def _shapes(element: Element) -> Floats:
     return read_only(tabulated_at(element, within).values, np.float64)
 
 
-def edges_of(mesh: Mesh, tool: Tool) -> Ints:
+def tool_edges(mesh: Mesh, tool: Tool) -> Ints:
     """Edges (f, n) of the boundaries of a tool, end (middle) end; those of faces one by one, shared ones twice."""
     facets = mesh.edges(*tool.candidates)
     if mesh.dimension == 2:

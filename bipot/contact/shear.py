@@ -55,7 +55,7 @@ class Strength(NamedTuple):
 def caps(candidates: Candidates, strength: Strength, balanced: Floats, nodes: Floats, placed: Floats) -> Floats:
     """Largest friction forces (c,), inf where there is no cap.
 
-    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, 3).
+    Areas are those of ``balanced`` (a, d), gaps those of ``nodes`` (a, d) to tools in the poses ``placed`` (k, p).
     """
     scene, k = candidates.scene, strength.shear
     ends = scene.mesh.element.ends

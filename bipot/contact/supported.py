@@ -27,7 +27,7 @@ class DrivenInto(NamedTuple):
 
 
 class Touching(NamedTuple):
-    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, 3) of the tools."""
+    """Where an increment starts: gaps (c,), nodes (a, d), and the poses ``placed`` (k, p) of the tools."""
 
     gap: Floats
     nodes: Floats
@@ -37,7 +37,7 @@ class Touching(NamedTuple):
 def driven_into(candidates: Candidates, placed: Floats, driven: Floats) -> DrivenInto:
     """The tool that is deepest in a node which supports hold along its normal, so that no motion can resolve it.
 
-    Tools are in the poses ``placed`` (k, 3), held nodes displaced by what is ``driven`` (a, d).
+    Tools are in the poses ``placed`` (k, p), held nodes displaced by what is ``driven`` (a, d).
     """
     worst, nodes_at = DrivenInto(0, 0, 0.0), candidates.scene.mesh.nodes + driven
     for k, (tool, nodes, pose) in enumerate(zip(candidates.scene.tools, candidates.held, placed, strict=True)):

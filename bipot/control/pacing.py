@@ -42,6 +42,7 @@ from bipot.control.lag import lag_of
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
+from bipot.scene.symmetry import own_share
 from bipot.schedule import SAME
 from bipot.system import System
 from bipot.tensors import norm
@@ -102,9 +103,8 @@ def begins_flow(start: State, solved: Solved) -> bool:
 def _turned(increment: Increment, start: State, solved: Solved) -> float:
     """|v - v_0|^2 / |v|^2, at most TURNED; zero from rest, after a kink and where nothing moves."""
     velocity = solved.response.du / (increment.tau - start.tau)
-    # Of the whole body, which has nodes in planes of symmetry once and others twice.
-    planes, x = increment.system.body.scene.planes, increment.system.body.scene.mesh.nodes
-    part = 0.5 ** np.sum([np.zeros(len(x)), *(plane.holds(x) for plane in planes)], axis=0)
+    scene = increment.system.body.scene
+    part = own_share(scene.planes, scene.mesh.nodes[:, None])
     speed = vdot(part, np.vecdot(velocity, velocity))
     # Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains.
     moves = float(norm(solved.response.du).max()) > RESTS * increment.units.length

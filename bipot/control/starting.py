@@ -149,7 +149,7 @@ def _require_balanced(start: State, system: System, tolerance: float) -> None:
     moved = float(norm(start.du).max()) + arrived.reach
     noise = system.round_off(start.stress, moved)
     allowed = f"in balance with start.stress, not {off:.3g} off where that carries {scale:.3g}: is it another scene's?"
-    # where nothing is asked of nothing at all, inf times 0 is no number
+    # Where no balance is asked of no force at all, inf times zero would be no number.
     require(not off > tolerance * scale + noise, "start.forces", "contact forces", allowed)
 
 

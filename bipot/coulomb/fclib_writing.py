@@ -66,19 +66,22 @@ def write_fclib(
     description: str = "",
     solution: Mapping[str, FloatArray] | None = None,
 ) -> None:
-    """Write the problem as it stands (reduced or global), matrices by compressed rows; an old file is
-    replaced when the new one is whole.
+    """Write the problem as it stands, reduced or global, matrices by compressed rows.
 
-    ``solution`` may hold u, r (and v), stored in `/solution`. Only ASCII text is kept exactly.
+    An old file is replaced when the new one is whole. ``solution`` may hold u, r (and v), stored in `/solution`. Of the
+    ``title`` and the ``description`` only ASCII is kept exactly.
 
     Raises:
         FclibError: the file cannot be written, or the problem is larger than such a file can hold.
-        SceneError: no path, no problem, or a solution that is no mapping of numbers.
+        SceneError: no path, no problem, a title or description that is no string, or a solution that is no mapping of
+            numbers.
     """
     import h5py
 
     require_path(path)
     require_problem(problem)
+    require_type(title, str, "title")
+    require_type(description, str, "description")
     require_type(solution, Mapping, "solution", optional=True)
     content = BytesIO()
     with h5py.File(content, "w") as file:

@@ -211,8 +211,13 @@ def enumerate_modes(problem: CoulombProblem, tol: float = 1e-10) -> tuple[Coulom
 def multiplicity(
     problem: CoulombProblem, starts: int = 8, limits: Limits | None = None, apart: float = 1e-6
 ) -> MultiplicityReport:
-    """Solve from no force, from full stick and from ``starts`` random forces; plane problems of c <= 6 by
-    all modes."""
+    """Solutions found from no force, full stick and ``starts`` random forces, or by all modes: of c <= 6 in a plane.
+
+    Two solutions differ where their velocities do, in units of contacts, by more than ``apart`` relative to |q|.
+
+    Raises:
+        SceneError: no problem, no limits, a number that is none or negative.
+    """
     require_type(problem, CoulombProblem, "problem")
     require_type(limits, Limits, "limits", optional=True)
     require_count(starts, "starts", 0)

@@ -50,7 +50,12 @@ from bipot.meshes.mesh import Mesh
 from bipot.tensors import identity, norm
 from bipot.typing import Bools, Floats, Ints
 
-LEAST, LEAST_LEVEL, LEAST_WEAK, SHIFT = 0.05, 0.12, 0.033, 1e-11
+LEAST, LEAST_LEVEL, LEAST_WEAK = 0.05, 0.12, 0.033
+"""The ``least`` of the module docstring: of a rule alone, of a volume change that elements level in space, and of all
+elements together."""
+
+SHIFT = 1e-11
+"""Share of the diagonal of K that makes rigid motions definite."""
 
 LEVEL = 0.55
 """The part of conformal motions that is kept by elements, below which others or supports must hold them."""

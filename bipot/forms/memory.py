@@ -16,6 +16,7 @@ from bipot.system import System
 from bipot.typing import Bools, Floats, Ints, as_numbers, make_floats, read_only
 
 BOUNDED = 0.3
+"""Change of the velocity, over its norm, up to which it is extrapolated."""
 
 FASTER = 1.05
 """The acceleration of the motion from one increment to the next from which a maximum of the load is inferred."""

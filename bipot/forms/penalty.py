@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -29,6 +30,7 @@ from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.penalty_newton import newton
 from bipot.programs.penalty_optimisers import fictitious, gradient_only, trust_region
 from bipot.response import TangentKind
+from bipot.scene.symmetry import own_share
 from bipot.traction import on_line
 from bipot.typing import Bools, Floats, Ints, make_floats
 
@@ -60,12 +62,11 @@ _OPTIMISERS: dict[Optimiser, Callable[[PenaltyProgram, Floats], Minimum]] = {
 
 
 @dataclass(frozen=True)
-class Penalty:
-    """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
+class Penalised(ABC):
+    """What both forms share: the penalties ``K_n``, ``K_t``, and a pass that ends at the minimiser of its program.
 
     ``K_n``, ``K_t`` are forces per length of one node of the whole body (:func:`contact_penalty` scales them), halved
-    for what a plane of symmetry leaves of one. The answer must meet the law that is posed, t_t within mu t_n; the
-    certificate of the exact law is only reported.
+    for what a plane of symmetry leaves of one.
 
     Raises:
         SceneError: a penalty that is not finite and positive.
@@ -75,15 +76,64 @@ class Penalty:
     K_t: float
     optimiser: Optimiser = Optimiser.NEWTON
     kind: TangentKind = TangentKind.CONSISTENT
-    name: ClassVar[FormName] = FormName.PENALTY
 
     def __post_init__(self) -> None:
         make_floats(self, "K_n", "K_t")
-        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
+        require_type(self.optimiser, Optimiser, "penalty.optimiser")
+        require_type(self.kind, TangentKind, "penalty.kind")
+        for field in ("K_n", "K_t"):
+            value = getattr(self, field)
+            require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
 
     def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
         """Before the first pass."""
         return Posed.of(iterate, r, cache)
+
+    @abstractmethod
+    def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
+        """The pass's program in its own units."""
+
+    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
+        """One proximal-Newton pass: the program's minimiser in the pass's units, found from the last iterate."""
+        clock, state = Stopwatch(), state.at(iterate)
+        with clock:
+            program = self.program(iterate, r, state)
+        units = state.units
+        scaled = program.scaled(units)
+        frames = state.cache.frames(scaled.contact.rows, iterate)
+        x, outcome, iterations, timing = self.optimiser.minimise(scaled, iterate.x / units.length, frames)
+        with clock:
+            there = iterate.increment.at(x * units.length)
+        near = scaled.contact.forces(x)
+        r = state.spread(near * units.force)
+        posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units)).mismatch(x, near)
+        state = state.after(there, r, exact=False)
+        timing += Timing(assembly=clock.seconds)
+        return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state
+
+    def _program(self, iterate: Iterate, r: Floats, state: Posed, start_gap: Floats, t_0: Floats) -> PenaltyProgram:
+        """The program that starts with the gaps (f,) and the forces ``t_0`` (f, d)."""
+        if state.rows.tied.any():
+            raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
+        K, threshold = iterate.stiffness(self.kind), state.terms(iterate, r).threshold
+        f = K @ iterate.x - iterate.residual
+        share = iterate.increment.system.candidates.share[state.near]
+        K_n, K_t = self.K_n * share, self.K_t * share[state.rows.frictional]
+        return PenaltyProgram(K, f, PenaltyTerms(state.rows, start_gap, t_0, threshold, K_n, K_t))
+
+
+@dataclass(frozen=True)
+class Penalty(Penalised):
+    """(26)-(29) with the traction of the last increment: penetration t_n/K_n, elastic creep t_t/K_t where it sticks.
+
+    The penalties are as in :class:`Penalised`. The answer must meet the law that is posed, t_t within mu t_n; the
+    certificate of the exact law is only reported.
+
+    Raises:
+        SceneError: a penalty that is not finite and positive.
+    """
+
+    name: ClassVar[FormName] = FormName.PENALTY
 
     def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
         """The pass's program in its own units; a penetration that carries nothing yet sets t_n0 = -K_n g0."""
@@ -91,18 +141,11 @@ class Penalty:
         t_0, start_gap = start.forces[state.near], start.gap[state.near]
         k_n = self.K_n * iterate.increment.system.candidates.share[state.near]
         t_0[:, 0] = np.where(t_0[:, 0] == 0, k_n * np.maximum(-start_gap, 0), t_0[:, 0])
-        return _program(iterate, r, state, self.kind, start_gap, t_0, (self.K_n, self.K_t))
-
-    def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One proximal-Newton pass."""
-        clock, state = Stopwatch(), state.at(iterate)
-        with clock:
-            program = self.program(iterate, r, state)
-        return _minimised(program, iterate, state, self.optimiser, clock)
+        return self._program(iterate, r, state, start_gap, t_0)
 
 
 @dataclass(frozen=True)
-class Uzawa:
+class Uzawa(Penalised):
     """The penalised law with t_0 updated in every pass: Uzawa on the bipotential's augmented Lagrangian.
 
     Its fixed point is the exact law at any penalty, and is reached faster with a larger one: t_n = (t_n - K_n gap)+ and
@@ -112,32 +155,16 @@ class Uzawa:
         SceneError: a penalty that is not finite and positive.
     """
 
-    K_n: float
-    K_t: float
-    optimiser: Optimiser = Optimiser.NEWTON
-    kind: TangentKind = TangentKind.CONSISTENT
     name: ClassVar[FormName] = FormName.UZAWA
-
-    def __post_init__(self) -> None:
-        make_floats(self, "K_n", "K_t")
-        _require_penalties(self.K_n, self.K_t, self.optimiser, self.kind)
-
-    def init(self, iterate: Iterate, r: Floats, cache: Cache) -> Posed:
-        """Before the first pass."""
-        return Posed.of(iterate, r, cache)
 
     def program(self, iterate: Iterate, r: Floats, state: Posed) -> PenaltyProgram:
         """The pass's program: du_n is measured from contact, so no penetration is carried on."""
         state = state.at(iterate)
-        touching = np.zeros(state.rows.count)
-        return _program(iterate, r, state, self.kind, touching, r[state.near], (self.K_n, self.K_t))
+        return self._program(iterate, r, state, np.zeros(state.rows.count), r[state.near])
 
     def step(self, iterate: Iterate, r: Floats, state: Posed) -> tuple[Step, Posed]:
-        """One proximal-Newton pass and one update of the traction."""
-        clock, state = Stopwatch(), state.at(iterate)
-        with clock:
-            program = self.program(iterate, r, state)
-        step, state = _minimised(program, iterate, state, self.optimiser, clock)
+        """One proximal-Newton pass and one update of the traction, judged by the exact law."""
+        step, state = super().step(iterate, r, state)
         return replace(step, posed=None), state
 
 
@@ -163,8 +190,7 @@ def contact_penalty(candidates: Candidates, factor: float = 1.0) -> float:
     # Of faces of space the edges, each once.
     edges = lines[:, [0, -1]] if scene.mesh.dimension == 2 else edges_of(lines, Element.of(lines.shape[1]))[0]
     ends = scene.mesh.nodes[edges]
-    parts = 0.5 ** np.sum([np.zeros(len(ends)), *(plane.holds(ends).all(axis=1) for plane in scene.planes)], axis=0)
-    h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=parts)
+    h = np.average(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), weights=own_share(scene.planes, ends))
     return factor * default_penalty(scene.material.elasticity.young, float(h), float(area) / count)
 
 
@@ -192,46 +218,3 @@ def _may_touch(candidates: Candidates, number: int) -> Bools:
         if not plane.cuts(scene.tools[number]):
             may = may | plane.holds(scene.mesh.nodes[own.node])
     return np.asarray(may[own.edges].all(axis=1))
-
-
-def _require_penalties(K_n: float, K_t: float, optimiser: Optimiser, kind: TangentKind) -> None:
-    require_type(optimiser, Optimiser, "penalty.optimiser")
-    require_type(kind, TangentKind, "penalty.kind")
-    for field, value in (("K_n", K_n), ("K_t", K_t)):
-        require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
-
-
-def _program(
-    iterate: Iterate,
-    r: Floats,
-    state: Posed,
-    kind: TangentKind,
-    start_gap: Floats,
-    t_0: Floats,
-    penalties: tuple[float, float],
-) -> PenaltyProgram:
-    if state.rows.tied.any():
-        raise ProgramError("the penalised forms do not weld: use a large finite mu, or a conic form")
-    K, threshold = iterate.stiffness(kind), state.terms(iterate, r).threshold
-    f, (K_n, K_t) = K @ iterate.x - iterate.residual, penalties
-    share = iterate.increment.system.candidates.share[state.near]
-    terms = PenaltyTerms(state.rows, start_gap, t_0, threshold, K_n * share, K_t * share[state.rows.frictional])
-    return PenaltyProgram(K, f, terms)
-
-
-def _minimised(
-    program: PenaltyProgram, iterate: Iterate, state: Posed, optimiser: Optimiser, clock: Stopwatch
-) -> tuple[Step, Posed]:
-    """Minimise in the pass's units, from the last iterate."""
-    units = state.units
-    scaled = program.scaled(units)
-    frames = state.cache.frames(scaled.contact.rows, iterate)
-    x, outcome, iterations, timing = optimiser.minimise(scaled, iterate.x / units.length, frames)
-    with clock:
-        there = iterate.increment.at(x * units.length)
-    near = scaled.contact.forces(x)
-    r = state.spread(near * units.force)
-    posed = replace(scaled.contact, rows=state.turned(there).rows.scaled(units)).mismatch(x, near)
-    state = state.after(there, r, exact=False)
-    timing += Timing(assembly=clock.seconds)
-    return Step(there, r, outcome, iterations, timing, state.coupling.report, posed), state

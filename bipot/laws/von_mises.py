@@ -33,7 +33,10 @@ from bipot.tensors import (
 from bipot.typing import einsum, make_floats
 
 _MAX_ITERATIONS = 200
+"""Far above what Newton safeguarded by bisection takes."""
+
 _ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+"""Of a stress, or of a bracket of the plastic strain, relative to its size."""
 
 
 class TangentKind(Enum):

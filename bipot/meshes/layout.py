@@ -7,7 +7,7 @@ makers, where ``top`` and ``side`` or ``right`` meet, and ``back`` in space (:mo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from bipot.errors import require, require_count, require_type
 from bipot.meshes.cells import Fine, Parts, along, converted, require_room
-from bipot.meshes.elements import Element
+from bipot.meshes.elements import Element, elements_of
 from bipot.typing import Floats, Ints
 
 Span = tuple[float, float]
@@ -60,14 +60,15 @@ class Layout(Enum):
 def rectangle(
     x: Span,
     y: Span,
-    counts: tuple[int, int],
+    counts: Mapping[str, int],
     grading: Sequence[float | Fine],
     names: Names,
     element: Element,
     layout: Layout,
 ) -> Parts:
-    """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``; ``counts`` along the far sides.
+    """Elements of [x0, x1] x [y0, y1], its sides x0, x1, y0, y1 called ``names``.
 
+    ``counts`` are those along the far sides, each by the name that messages call it.
     ``grading`` is of the sizes along both axes. Triangles halve the quadrilaterals along diagonals that alternate like
     the squares of a chessboard, block by block, such that a fanned corner is one of two triangles, too.
 
@@ -75,18 +76,19 @@ def rectangle(
         SceneError: a count that is none, or more than memory has room for; a grading that is no pair of positive
             numbers or of :class:`~bipot.meshes.cells.Fine`, or leaves no element; another element or layout.
     """
-    fields = ("elements along the first axis", "elements along the second axis")
-    for count, field_name in zip(counts, fields, strict=True):
-        require_count(count, field_name)
+    for name, count in counts.items():
+        require_count(count, name)
     # One of NumPy would overflow in its own type.
-    counts = int(counts[0]), int(counts[1])
+    n = [int(count) for count in counts.values()]
     require(isinstance(grading, tuple | list) and len(grading) == 2, "grading", grading, "a pair, one for each axis")
     require_type(element, Element, "element")
-    require_layout_room(counts, element, layout, fields)
-    x_far, y_far = (along(*side, n, how) for side, n, how in zip((x, y), counts, grading, strict=True))
+    plane = elements_of(2)
+    require(element in plane, "element", element.name, f"one of a plane, of {[flat.name for flat in plane]}")
+    require_layout_room(n, element, layout, tuple(counts))
+    x_far, y_far = (along(*side, k, how) for side, k, how in zip((x, y), n, grading, strict=True))
     if layout is Layout.TENSOR:
         return converted(_tensor(x_far, y_far, names, element), element)
-    x_near, y_near = (along(*side, n + 1, how) for side, n, how in zip((x, y), counts, grading, strict=True))
+    x_near, y_near = (along(*side, k + 1, how) for side, k, how in zip((x, y), n, grading, strict=True))
     return converted(_fanned((x_near, y_near), (x_far, y_far), names, element), element)
 
 

@@ -36,9 +36,8 @@ def cylinder(
     (4, 4)
     """
     require_positive(radius=radius, height=height)
-    return Mesh(
-        *rectangle((0.0, radius), (0.0, height), (n_r, n_z), grading, ("axis", "side", "base", "top"), element, layout)
-    )
+    counts, names = {"n_r": n_r, "n_z": n_z}, ("axis", "side", "base", "top")
+    return Mesh(*rectangle((0.0, radius), (0.0, height), counts, grading, names, element, layout))
 
 
 def block(
@@ -61,9 +60,8 @@ def block(
     (6, 6)
     """
     require_positive(width=width, height=height)
-    return Mesh(
-        *rectangle((0.0, width), (0.0, height), (n_x, n_y), grading, ("left", "right", "base", "top"), element, layout)
-    )
+    counts, names = {"n_x": n_x, "n_y": n_y}, ("left", "right", "base", "top")
+    return Mesh(*rectangle((0.0, width), (0.0, height), counts, grading, names, element, layout))
 
 
 def ring(
@@ -83,6 +81,5 @@ def ring(
     require_positive(inner=inner, height=height)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
-    return Mesh(
-        *rectangle((inner, outer), (0.0, height), (n_r, n_z), grading, ("bore", "side", "base", "top"), element, layout)
-    )
+    counts, names = {"n_r": n_r, "n_z": n_z}, ("bore", "side", "base", "top")
+    return Mesh(*rectangle((inner, outer), (0.0, height), counts, grading, names, element, layout))

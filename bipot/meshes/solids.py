@@ -53,7 +53,7 @@ def brick(
         corners = Element.H8 if element.shape.cube else Element.T4
         return Mesh(*converted(fanned_box(near, far, (*names, "base", "top"), corners), element))
     sides = (0.0, width), (0.0, depth)
-    flat = rectangle(*sides, (n_x, n_y), grading[:2], names, FLAT[element.shape], layout)
+    flat = rectangle(*sides, {"n_x": n_x, "n_y": n_y}, grading[:2], names, FLAT[element.shape], layout)
     return Mesh(*converted(extruded(flat, graded(0.0, height, n_z, grading[2]), ("base", "top")), element))
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from bipot.basics.replacing import replace
-from bipot.errors import ResultsError, require, require_count, require_path, require_positive
+from bipot.errors import ResultsError, require, require_count, require_number, require_path
 from bipot.plot.contours import contour, frame, nodal_values, require_plane
 from bipot.results import History
 from bipot.results.history import TAU
@@ -17,6 +17,9 @@ from bipot.results.history import TAU
 GIF = ".gif"
 SIZE, DPI = (6.0, 4.5), 100
 """Size in inches, and dots per inch."""
+
+SLOWEST, FASTEST = 0.01, 100.0
+"""Frames per second: a GIF counts hundredths of a second, in 16 bits."""
 
 
 def animate(result: History, field: str, path: str | Path, *, frames: int = 40, rate: float = 8.0) -> Path:
@@ -27,7 +30,7 @@ def animate(result: History, field: str, path: str | Path, *, frames: int = 40, 
 
     Raises:
         SceneError: no run that was opened, a body in space, no path or one that does not end in .gif, an unknown field,
-            numbers that are not above zero.
+            a number of frames below one, a rate outside [:data:`SLOWEST`, :data:`FASTEST`].
         ResultsError: the file cannot be written, or pillow is not installed (matplotlib brings it).
     """
     require_plane(result)
@@ -35,7 +38,8 @@ def animate(result: History, field: str, path: str | Path, *, frames: int = 40, 
     path = Path(path)
     require(path.suffix.lower() == GIF, "path", str(path), f"one that ends in {GIF}")
     require_count(frames, "frames")
-    require_positive(rate=rate)
+    require_number(rate, "rate")
+    require(SLOWEST <= rate <= FASTEST, "rate", rate, f"in [{SLOWEST:g}, {FASTEST:g}] frames per second")
     if find_spec("PIL") is None:
         raise ResultsError(f"{path}: an animation needs pillow: pip install bipot[studies]")
     replace(path, _gif(result, field, _steps(result, frames), rate), ResultsError)

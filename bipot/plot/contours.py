@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bipot.errors import require
+from bipot.errors import require, require_number
 from bipot.fem.elements import tabulated_at
 from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
@@ -50,9 +50,11 @@ def contour(
 
     Raises:
         SceneError: an unknown field, one that is not defined on the whole body, a tensor as a whole, a value that is
-            not recorded; no opened run, a body in space.
+            not recorded; limits that are no range; no opened run, a body in space.
     """
     require_plane(result)
+    if limits is not None:
+        _require_limits(limits)
     snapshot = result.at(at, by)
     values = nodal_values(snapshot, field)
     axes, shown = axes_of(ax), {"cmap": "viridis", **style}
@@ -141,6 +143,15 @@ def nodal_values(snapshot: Snapshot, field: str) -> Floats:
     require(not whole, "field", field, f"a component, as in {base}_{snapshot.points(base).names[0]}" if whole else "")
     values = snapshot.nodal(field)
     return np.linalg.norm(values, axis=1) if values.ndim == 2 else values
+
+
+def _require_limits(limits: object) -> None:
+    pair = isinstance(limits, tuple | list) and len(limits) == 2
+    require(pair, "limits", limits, "two numbers, the least and the largest of the colours")
+    low, high = limits  # type: ignore[misc]
+    for value in (low, high):
+        require_number(value, "limits")
+    require(-np.inf < low <= high < np.inf, "limits", limits, "finite and in rising order")
 
 
 def _everywhere(field: Field) -> bool:

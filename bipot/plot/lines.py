@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bipot.errors import require, require_number
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets
 from bipot.typing import Floats, Ints
@@ -26,9 +27,14 @@ def curved(nodes: Floats, edges: Ints, pieces: int = 8) -> Floats:
 
 
 def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges of plane elements (e, k), with their curvature; ``style`` is matplotlib's."""
+    """The edges of plane elements (e, k) between nodes (a, 2), with their curvature; ``style`` is matplotlib's.
+
+    Raises:
+        SceneError: other shapes.
+    """
     from matplotlib.collections import LineCollection
 
+    _require_plane(nodes, elements, "elements", "(e, k), as mesh.elements", "node numbers")
     edges = Facets.of(elements, Element.of(elements.shape[1])).nodes
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "0.6", "lw": 0.5, **style})
     axes = axes_of(ax)
@@ -38,23 +44,42 @@ def mesh(nodes: Floats, elements: Ints, ax: Axes | None = None, **style: Any) ->
 
 
 def boundary(nodes: Floats, edges: Ints, ax: Axes | None = None, **style: Any) -> LineCollection:
-    """The edges (f, n) of a boundary, with their curvature."""
+    """The edges (f, n) of a boundary between nodes (a, 2), with their curvature.
+
+    Raises:
+        SceneError: other shapes.
+    """
     from matplotlib.collections import LineCollection
 
+    _require_plane(nodes, edges, "edges", "(f, n), as mesh.outline or mesh.boundary(name)", "node numbers")
     lines = LineCollection(list(curved(nodes, edges)), **{"color": "black", "lw": 1.2, **style})
     axes_of(ax).add_collection(lines)
     return lines
 
 
 def vectors(nodes: Floats, values: Floats, ax: Axes | None = None, length: float = 1.0, **style: Any) -> Quiver:
-    """Nodal vectors (a, 2) drawn from the nodes; ``length`` is that of a unit vector, in data units."""
+    """Nodal vectors (a, 2) drawn from the nodes (a, 2); ``length`` is that of a unit vector, in data units.
+
+    Raises:
+        SceneError: other shapes, a length that is no number.
+    """
+    _require_plane(nodes, values, "values", "(a, 2), one at each node", "vectors")
+    require(np.shape(values) == np.shape(nodes), "values", f"shape {np.shape(values)}", f"{np.shape(nodes)}, as nodes")
+    require_number(length, "length")
     kept = {"width": 0.002, "headwidth": 3.5, "headlength": 4.5, "headaxislength": 4.0, "zorder": 3, **style}
     scaled = values * length
     return axes_of(ax).quiver(*nodes.T, *scaled.T, angles="xy", scale_units="xy", scale=1.0, **kept)
 
 
 def force_stroke(stroke: Floats, force: Floats, ax: Axes | None = None, **style: Any) -> Line2D:
-    """Force over stroke, from the origin."""
+    """Force over stroke, both (n,), from the origin.
+
+    Raises:
+        SceneError: different lengths.
+    """
+    require(
+        np.shape(force) == np.shape(stroke), "force", f"shape {np.shape(force)}", f"one a stroke, {np.shape(stroke)}"
+    )
     (line,) = axes_of(ax).plot(np.append(0.0, stroke), np.append(0.0, force), **style)
     return line
 
@@ -81,6 +106,14 @@ def traction_profile(
     (marks,) = axes.plot(radius, values, marker, ms=4, mew=0.8, mfc="none", color=steps.get_color()[0], zorder=1)
     axes.autoscale_view()
     return steps, marks
+
+
+def _require_plane(nodes: object, rows: object, field: str, kind: str, what: str) -> None:
+    """Refuse what are no positions in a plane, and no array of ``rows``."""
+    flat = isinstance(nodes, np.ndarray) and nodes.ndim == 2 and nodes.shape[1] == 2
+    require(flat, "nodes", nodes, "an array of positions (a, 2), as state.nodes of a body in a plane")
+    array = isinstance(rows, np.ndarray) and rows.ndim == 2
+    require(array, field, rows, f"an array of {what} {kind}")
 
 
 def axes_of(ax: Axes | None) -> Axes:

@@ -28,7 +28,8 @@ def contact_traction(
     ``at`` and ``by`` are those of :meth:`~bipot.results.History.at`. The arc is that of the deformed surface along the
     boundaries that may touch the tool, from the end that is nearer to the axis or farther to the left. Shear is
     positive along (n_y, -n_x), n from the tool into the body. Nodes off the contact line have no traction, and the
-    lines end there. A node that two tools share has the traction of the one that pushes harder.
+    lines end there. Where no edge is on it, as with a single node in contact, the picture says so. A node that two
+    tools share has the traction of the one that pushes harder.
 
     Raises:
         SceneError: a number that is no tool's, a value that is not recorded, no opened run, a body in space.
@@ -50,6 +51,8 @@ def contact_traction(
         y = np.concatenate([np.append(values[path], np.nan) for path in paths])
         (line,) = axes.plot(x, y, style, ms=3, lw=1.2, label=name.removeprefix("contact_"))
         drawn.append(line)
+    if not np.isfinite(drawn[0].get_ydata()).any():
+        axes.text(0.5, 0.6, "no edge of the surface is in contact", ha="center", transform=axes.transAxes)
     length, stress = (unit(quantity, result.units) for quantity in (Quantity.LENGTH, Quantity.STRESS))
     axes.set(xlabel=f"arc along the surface ({length})", ylabel=f"traction ({stress})", title=moment(result, snapshot))
     axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)

@@ -32,7 +32,10 @@ from bipot.programs.pieces import L, Law
 from bipot.typing import Floats, Ints, einsum
 
 ITERATIONS = 12
+"""Most steps of one minimisation."""
+
 EXACT = 1e-10
+"""Error of :class:`Best` at which the iteration ends as soon as a step no longer lessens it."""
 
 RUNAWAY = 1e100
 """A step or a force above this, in the model's own units, has next to no square, and leads nowhere."""

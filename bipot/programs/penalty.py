@@ -26,6 +26,9 @@ from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
 from bipot.typing import Floats, Ints
 
+LOST = 1e-3
+"""Residual over the largest force above which a minimisation is given up."""
+
 
 class Minimum(NamedTuple):
     """Minimiser x (n,), the optimiser's claim, its iterations and seconds."""

@@ -26,7 +26,7 @@ from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
 from bipot.programs.frames import Frames
 from bipot.programs.newton import Model, minimised
-from bipot.programs.penalty import Minimum, PenaltyProgram, PenaltyTerms
+from bipot.programs.penalty import LOST, Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.pieces import Mapped
 from bipot.typing import Floats
 
@@ -34,15 +34,17 @@ STEPS = 40
 SEARCHES = 100
 """Whole steps before the line search takes over, and the most that this takes."""
 
-SOLVED = 1e-9
-EXACT = 1e-13
-LOST = 1e-3
-"""Residuals over the largest force: claimed solved below, ended at once below, given up above."""
+SOLVED, EXACT = 1e-9, 1e-13
+"""Residuals over the largest force: claimed solved below, ended at once below."""
 
 PATIENCE = 3
-FLATTER = 0.1
-BISECTIONS = 100
+"""Steps that do not halve the residual after which the search ends, where the residual is not yet SOLVED."""
+
+FLATTER, BISECTIONS = 0.1, 100
+"""Slope along a step, over that at its start, at which a line search ends, and the most halvings of its bracket."""
+
 SHIFT = 1e-13
+"""Shift of a singular Hessian's diagonal, over its largest entry."""
 
 
 def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:

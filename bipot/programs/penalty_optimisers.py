@@ -18,13 +18,17 @@ from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import ProgramError
 from bipot.programs.data import Block
-from bipot.programs.penalty import Minimum, PenaltyProgram
+from bipot.programs.penalty import LOST, Minimum, PenaltyProgram
 from bipot.typing import Floats
 
-LOST = 1e-3
 SOLVED = 1e-7
+"""Residual over the largest force up to which an answer is claimed solved."""
+
 TOLERANCE = 1e-9
+"""Gradient of the whitened program at which the optimisers are asked to end."""
+
 REFUSALS = 12
+"""Steps in a row that a trust region does not take after which it has stalled."""
 
 
 class Whitened:

@@ -12,7 +12,7 @@ from bipot.checks.cancelled import cancelled
 from bipot.contact.overlap import overlap, unfelt
 from bipot.control.accepted import Accepted
 from bipot.control.pacing import error_estimate
-from bipot.errors import require, require_number, require_type
+from bipot.errors import require, require_positive, require_type
 from bipot.fem.orientation import scaled_jacobians
 from bipot.system import System
 
@@ -124,7 +124,7 @@ def energies(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
     """Accumulated work, elastic, plastic, friction of the whole body times ``factor`` to ``unit``, and energy error.
 
     Raises:
-        SceneError: a unit that is no string, a factor that is no number.
+        SceneError: a unit that is no string, a factor that is no number above zero.
 
     >>> [column.name for column in energies("J", 1e-3)]
     ['work_J', 'elastic_J', 'plastic_J', 'friction_J', 'energy_error']
@@ -174,4 +174,4 @@ def certificate(unit: str, factor: float = 1.0) -> tuple[Column, ...]:
 
 def _require_unit(unit: object, factor: object) -> None:
     require_type(unit, str, "unit")
-    require_number(factor, "factor")
+    require_positive(factor=factor)

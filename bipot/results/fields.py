@@ -28,7 +28,7 @@ SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
 class Step:
     """The stored data of one step: course of the march, forces and gaps of all candidates, their tractions and status.
 
-    ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, 3)
+    ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, p)
     are those of the tools (:mod:`bipot.tools.poses`).
     """
 

@@ -225,7 +225,7 @@ def _history(file: Path, run: Run) -> History:
     rows = len(next(iter(found.values())))
     if rows != count - 1 or len(times) != count:
         raise ResultsError(f"{file}: bipot/history: rows = {rows}: must be {count - 1}, a row a step but step 0")
-    complete, note = count > 1 and times[-1] == 1, ""
+    complete, note = count > 1 and float(times[-1]) == 1, ""
     if journal_of(file).exists():
         ended = "completed from its journal" if pages_in(file) else "not begun"
         note = f"the last write was interrupted and is {ended}: increments 1 to {rows} are whole"

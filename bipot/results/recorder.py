@@ -62,8 +62,8 @@ class Recorder:
     An :class:`IncrementFailed` that leaves the block gets the :class:`History` so far attached.
 
     Raises:
-        ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, columns or scene
-            (names the field), or another process writes there, or it cannot be written.
+        ResultsError: the folder holds a run and ``existing`` refuses it, or a run of other parameters, units, columns
+            or scene (names the field), or another process writes there, or it cannot be written.
         SceneError: two columns of one name, a wrong type, parameters or units that are no JSON, a start of another
             scene.
     """
@@ -183,7 +183,8 @@ class Recorder:
         if accepted.number != last.number + 1 or not same_state(accepted.start, last.state):
             raise ResultsError(
                 f"{self.folder}: increment {accepted.number} from tau = {accepted.start.tau!r} does not go on from "
-                f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start"
+                f"increment {last.number} at tau = {last.state.tau!r}: march from recorder.start, and give the "
+                "recorder a start other than rest"
             )
 
     def _commit(self) -> None:
@@ -251,12 +252,13 @@ class Recorder:
         return known
 
     def _require_same(self, known: History) -> None:
-        """Refuse a run of other parameters, scene or columns, or of a layout that is only read."""
+        """Refuse a run of other parameters, units, scene or columns, or of a layout that is only read."""
         if known.format != FORMAT:
             raise ResultsError(f"{known.file}: was written by an older version and is not gone on with; {_CHOICE}")
         scene = self.system.body.scene
         for what, stored, asked in (
             ("", known.parameters, self.parameters),
+            ("units: ", known.units, self.units),
             ("scene: ", known.scene, describe(scene)),
             ("", {"columns": list(known.columns)}, {"columns": [column.name for column in self.columns]}),
         ):

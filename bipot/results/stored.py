@@ -189,36 +189,14 @@ class Run:
 
     def course(self, step: int) -> Course:
         """The course of the march after a step."""
-        own, mesh = self.root.group("bipot/steps"), self.root.group("bipot/mesh")
-        points, cells = mesh.length("nodes"), mesh.length("elements")
-        contacts, d = self.root.group("bipot/candidates").length("node"), self._dimension
+        own = self.root.group("bipot/steps")
 
         def one(name: str, shape: tuple[int | None, ...] = (), kind: str = "f", *, finite: bool = True) -> Any:
             return own.rows(name, kind, step, step + 1, shape, finite=finite)[0]
 
-        stress = one("stress", (cells, None, components(d)))
-        at_points = stress.shape[:2]
-        translation = one("translation", (None,))
-        flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
-        state = self._made(
-            f"step {step}",
-            lambda: State(
-                tau=float(self.times()[step]),
-                nodes=self.nodes(step),
-                stress=stress,
-                plastic_strain=one("plastic_strain", stress.shape),
-                peeq=one("peeq", at_points),
-                forces=one("contact_force", (contacts, d)),
-                gap=one("gap", (contacts,)),
-                du=one("du", (points, d)),
-                translation=translation,
-                translated=one("translated", translation.shape),
-                length=float(one("length")),
-                flow=flow if one("flows", kind="u") else None,
-            ),
-        )
+        state = self._state(step, one)
         tau, middle = one("before_times", (2,), finite=False)
-        velocity = one("before_velocity", (d * points + len(translation),))
+        velocity = one("before_velocity", (state.nodes.size + len(state.translation),))
         return self._made(
             f"step {step}",
             lambda: Course(
@@ -228,9 +206,35 @@ class Run:
                 largest=float(one("largest")),
                 size=float(one("size", finite=False)),
                 uncut=float(one("uncut", finite=False)),
-                landed=one("landed", (contacts,), "u").astype(np.bool_),
+                landed=one("landed", state.gap.shape, "u").astype(np.bool_),
                 before=Paced(float(tau), float(middle), velocity),
                 proposed=float(one("proposed", finite=False)),
+            ),
+        )
+
+    def _state(self, step: int, one: Callable[..., Any]) -> State:
+        """The state after a step, of which ``one`` reads an array by its name, shape and kind."""
+        mesh, d = self.root.group("bipot/mesh"), self._dimension
+        contacts = self.root.group("bipot/candidates").length("node")
+        stress = one("stress", (mesh.length("elements"), None, components(d)))
+        at_points = stress.shape[:2]
+        translation = one("translation", (None,))
+        flow = Flow(one("flow_strain", stress.shape), one("flow_peeq", at_points))
+        return self._made(
+            f"step {step}",
+            lambda: State(
+                tau=float(self.times()[step]),
+                nodes=self.nodes(step),
+                stress=stress,
+                plastic_strain=one("plastic_strain", stress.shape),
+                peeq=one("peeq", at_points),
+                forces=one("contact_force", (contacts, d)),
+                gap=one("gap", (contacts,)),
+                du=one("du", (mesh.length("nodes"), d)),
+                translation=translation,
+                translated=one("translated", translation.shape),
+                length=float(one("length")),
+                flow=flow if one("flows", kind="u") else None,
             ),
         )
 

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.meshes.mesh import Mesh
-from bipot.scene.symmetry import Plane
+from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Surface, Tips
 from bipot.tools.tool import Tool
@@ -47,11 +47,11 @@ class Surroundings:
     """
 
     lines: Ints
-    planes: Sequence[Plane]
+    planes: Sequence[Mirror]
     ring: bool
 
     @staticmethod
-    def of(mesh: Mesh, planes: Sequence[Plane], ring: bool) -> Surroundings:
+    def of(mesh: Mesh, planes: Sequence[Mirror], ring: bool) -> Surroundings:
         """The surface of the modelled part that is not in a plane."""
         edges = mesh.outline
         cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
@@ -68,7 +68,7 @@ class Surroundings:
     def inside(self, tool: Tool, nodes: Floats, pose: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface behind which a part of the tool is too deep, or None.
 
-        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (3,).
+        Nodes are at ``nodes`` (a, d), the tool is in the ``pose`` (p,).
         """
         tips = tool.face.tips()
         if not len(tips.radius):

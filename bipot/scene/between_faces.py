@@ -22,7 +22,7 @@ from bipot.errors import require
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
 from bipot.scene.between import DEPTH
-from bipot.scene.symmetry import Plane as Mirror
+from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
 from bipot.tools.surfaces import Plane, Surface, Tips
 from bipot.tools.tool import Tool

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bipot.meshes.mesh import Mesh
-from bipot.scene.symmetry import Plane, share
+from bipot.scene.symmetry import Mirror, share
 from bipot.tensors import norm
 from bipot.tools.driving import Force, Moment
 from bipot.tools.poses import Turn, angles_of, crossed, pose_size
@@ -40,7 +40,7 @@ class Drives:
     dual: Floats
 
     @staticmethod
-    def of(tools: Sequence[Tool], planes: Sequence[Plane], mesh: Mesh) -> Drives:
+    def of(tools: Sequence[Tool], planes: Sequence[Mirror], mesh: Mesh) -> Drives:
         """The drives of the tools, tool by tool, of a body with this ``mesh`` that ``planes`` of symmetry cut."""
         d = mesh.dimension
         angles = np.zeros(pose_size(d) - d)

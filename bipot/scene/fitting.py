@@ -169,8 +169,8 @@ def _require_driven(body: Fitted, tool: Tool, x: Floats, label: str) -> None:
         gap = tool.distance(x, at_rest)
         depth = -float(gap[~tool.face.beyond(tool.own(x, at_rest))].min(initial=0.0))
         off = f"off the body, not inside it by {depth:.3g}: a {'force' if force is not None else 'moment'} drives it"
-        field = "point" if isinstance(tool.face, Plane) else "surface"
-        require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", tool.face, off)
+        field, value = ("point", tool.face.point) if isinstance(tool.face, Plane) else ("surface", tool.face)
+        require(depth <= INSIDE * body.mesh.size, f"{label}.{field}", value, off)
 
 
 def _require_coefficients(body: Fitted, tool: Tool, label: str) -> None:

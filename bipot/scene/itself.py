@@ -23,7 +23,7 @@ from bipot.errors import require
 from bipot.fem.elements import tabulated_at
 from bipot.meshes.elements import Element
 from bipot.meshes.mesh import Mesh
-from bipot.scene.symmetry import PLANAR, Plane
+from bipot.scene.symmetry import PLANAR, Mirror
 from bipot.tensors import norm
 from bipot.typing import Bools, Floats, Ints, einsum
 
@@ -55,11 +55,11 @@ class Itself:
     surface: Ints
     own: Ints
     near: Ints
-    mirrors: Sequence[Plane]
+    mirrors: Sequence[Mirror]
     beside: Floats
 
     @staticmethod
-    def of(mesh: Mesh, mirrors: Sequence[Plane]) -> Itself:
+    def of(mesh: Mesh, mirrors: Sequence[Mirror]) -> Itself:
         """Of a body at rest."""
         # Only needed here; importing the library should not load them.
         import scipy.sparse as sp

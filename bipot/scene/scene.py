@@ -43,7 +43,7 @@ from bipot.scene.holding import Holding
 from bipot.scene.itself import Itself
 from bipot.scene.loads import Dead, Load, Pressure
 from bipot.scene.supports import Prescribed, Support, Symmetry
-from bipot.scene.symmetry import PLANAR, Plane, planes_of, require_mirrored, require_outer
+from bipot.scene.symmetry import PLANAR, Mirror, planes_of, require_mirrored, require_outer
 from bipot.tools.poses import pose_size
 from bipot.tools.tool import AnyTool, FlatTool, Sampling, Tool
 from bipot.typing import Bools, Floats
@@ -136,14 +136,14 @@ class Scene:
         return Holding.of(self.supports, self.mesh)
 
     @cached_property
-    def planes(self) -> tuple[Plane, ...]:
+    def planes(self) -> tuple[Mirror, ...]:
         """The planes of symmetry that cut the whole body."""
         return planes_of(self.mesh, self.geometry, self.supports)
 
     @cached_property
-    def mirrors(self) -> tuple[Plane, ...]:
+    def mirrors(self) -> tuple[Mirror, ...]:
         """The planes beyond which the body continues as its mirror image: those of symmetry, and a meridian's axis."""
-        axis = Plane((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
+        axis = Mirror((1.0, 0.0), 0.0, PLANAR * self.mesh.size)
         return (*self.planes, axis) if self.ring else self.planes
 
     @cached_property

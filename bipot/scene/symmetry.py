@@ -40,7 +40,7 @@ origin."""
 
 
 @dataclass(frozen=True)
-class Plane:
+class Mirror:
     """The plane m . x = ``position`` of unit ``normal`` m that cut the body; nodes within ``roundoff`` are on it."""
 
     normal: Vector
@@ -74,14 +74,14 @@ class Plane:
         return f"{f'x_{name}' if name.isdigit() else f'{name} . x'} = {self.position:g}"
 
 
-def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Plane, ...]:
+def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tuple[Mirror, ...]:
     """The planes of symmetry, one for each direction that has some.
 
     Raises:
         SceneError: a boundary that is not in one plane, a plane that has the body on both sides, two planes across one
             direction or at an angle that is not right, one across another direction of a meridian than its axis.
     """
-    planes = list[Plane]()
+    planes = list[Mirror]()
     for support in supports:
         if isinstance(support, Symmetry):
             plane = _plane(mesh, geometry, support)
@@ -92,7 +92,7 @@ def planes_of(mesh: Mesh, geometry: Geometry, supports: Sequence[Support]) -> tu
     return tuple(planes)
 
 
-def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
+def _require_one(plane: Mirror, other: Mirror, support: Symmetry) -> None:
     """Require that two planes are at a right angle or the same."""
     field = f"symmetry.boundary along {named(plane.normal)}"
     right = f"in the plane of the other, {other.words}, or across it at a right angle: images of images would overlap"
@@ -103,7 +103,7 @@ def _require_one(plane: Plane, other: Plane, support: Symmetry) -> None:
     require(abs(way * plane.position - other.position) <= plane.roundoff, field, support.boundary, once)
 
 
-def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
+def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Mirror:
     """The plane of one boundary."""
     normal, field, roundoff = support.along(mesh.dimension), "symmetry.boundary", PLANAR * mesh.size
     whole = "1 in an axisymmetric scene: a ring is whole around its axis, which takes a Support"
@@ -112,14 +112,14 @@ def _plane(mesh: Mesh, geometry: Geometry, support: Symmetry) -> Plane:
     x = mesh.nodes[mesh.boundary_nodes(support.boundary)] @ np.array(normal)
     flat = f"one whose nodes have one coordinate {named(normal)}: they spread from {x.min():g} to {x.max():g}"
     require(float(np.ptp(x)) <= roundoff, field, support.boundary, flat)
-    plane = Plane(normal, float(x.mean()), roundoff)
+    plane = Mirror(normal, float(x.mean()), roundoff)
     side = plane.side(mesh.nodes)
     beside = f"one with the body on one side of its plane {plane.words}"
     require(bool((side >= -roundoff).all() or (side <= roundoff).all()), field, support.boundary, beside)
     return plane
 
 
-def require_outer(mirrors: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
+def require_outer(mirrors: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse tools and loads on edges in planes of symmetry, or on the axis of a ring: they are inside the whole body.
 
     Raises:
@@ -133,7 +133,7 @@ def require_outer(mirrors: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], l
                 _require_outer(plane, mesh, (load.boundary,), f"scene.loads[{k}].boundary")
 
 
-def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
+def require_mirrored(planes: Sequence[Mirror], mesh: Mesh, tools: Sequence[Tool], loads: Sequence[Load]) -> None:
     """Refuse tools and loads that are inconsistent with their mirror images.
 
     Raises:
@@ -159,15 +159,15 @@ def require_mirrored(planes: Sequence[Plane], mesh: Mesh, tools: Sequence[Tool],
             _require_mirrored_load(plane, mesh, load, f"scene.loads[{k}]")
 
 
-def _turns_in(plane: Plane, turn: Turn | None) -> bool:
+def _turns_in(plane: Mirror, turn: Turn | None) -> bool:
     """Whether a tool that the plane cuts stays its own mirror image: its axis is across the plane, or it rests."""
     if turn is None or turn.axis is None:
         return turn is None
     return float(norm(np.cross(turn.axis, plane.normal))) <= ACROSS
 
 
-def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
-    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (3,).
+def image_depth(plane: Mirror, mesh: Mesh, tool: Tool, nodes: Floats, pose: Floats) -> float:
+    """How deep candidates of ``nodes`` (a, d) are in the mirror image of a tool in the ``pose`` (p,).
 
     The depth is zero for a tool that the plane cuts, which is its own mirror image.
     """
@@ -180,7 +180,7 @@ def image_depth(plane: Plane, mesh: Mesh, tool: Tool, nodes: Floats, pose: Float
     return max(0.0, -float(gap[~tool.face.beyond(tool.own(x, pose))].min(initial=0.0)))
 
 
-def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> None:
+def _require_mirrored_load(plane: Mirror, mesh: Mesh, load: Load, label: str) -> None:
     d = named(plane.normal)
     if isinstance(load, BodyForce):
         turned = f"without a component along {d}: beyond the plane of symmetry it would turn round"
@@ -190,7 +190,7 @@ def _require_mirrored_load(plane: Plane, mesh: Mesh, load: Load, label: str) -> 
         require(plane.contains(load.vector), f"{label}.vector", load.vector, cancelled)
 
 
-def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
+def _require_outer(plane: Mirror, mesh: Mesh, names: tuple[str, ...], label: str) -> None:
     """Require that no edge of the boundaries lies in the plane, which on a meridian may be the axis."""
     edges = mesh.edges(*names)
     inside = edges[plane.holds(mesh.nodes[edges]).all(axis=1)][:1].tolist()
@@ -198,19 +198,34 @@ def _require_outer(plane: Plane, mesh: Mesh, names: tuple[str, ...], label: str)
     require(not inside, label, names, surface)
 
 
-def share(planes: Sequence[Plane], tool: Tool) -> float:
+def share(planes: Sequence[Mirror], tool: Tool) -> float:
     """The force on a tool's modelled part over that on the whole tool: a half for each plane that cuts it."""
     return 0.5 ** sum(plane.cuts(tool) for plane in planes)
 
 
-def whole_force(planes: Sequence[Plane], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
+def own_share(planes: Sequence[Mirror], points: Floats) -> Floats:
+    """How much (n,) of each group of ``points`` (n, k, d) is the modelled part's: a half for each plane that holds all.
+
+    The whole body has such a node, edge or face once, and others once in each of its parts.
+
+    >>> left, base = (Mirror(normal, 0.0, 1e-9) for normal in ((1.0, 0.0), (0.0, 1.0)))
+    >>> own_share((left, base), np.array([[[0.0, 0.0]], [[0.0, 2.0]], [[3.0, 2.0]]]))
+    array([0.25, 0.5 , 1.  ])
+    """
+    held = np.zeros(len(points))
+    for plane in planes:
+        held += plane.holds(points).all(axis=1)
+    return 0.5**held
+
+
+def whole_force(planes: Sequence[Mirror], geometry: Geometry, tool: Tool, force: Floats) -> Floats:
     """Force (d,) of a tool on the whole body from its ``force`` (d,) on the modelled part.
 
     Around an axis, radial components sum to zero as a vector.
 
     >>> from bipot.tools.tool import FlatTool
     >>> tool = FlatTool((0, 1), (0, -1), (0, -1), ("top",), 0.1)
-    >>> whole_force((Plane((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
+    >>> whole_force((Mirror((1.0, 0.0), 0.0, 1e-9),), Geometry.PLANE_STRAIN, tool, np.array([3.0, -7.0]))
     array([  0., -14.])
     """
     out = np.array(force, dtype=np.float64)

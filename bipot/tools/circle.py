@@ -15,11 +15,23 @@ from bipot.typing import Bools, Floats, Vector
 AROUND = np.pi / 3
 """Angle around a circle: a point whose straight way through it turns by more came out on another side."""
 
+PAST = 2 * np.pi / 3
+"""A straight way through a tool between normals that differ by more than this is not a slide around it."""
+
+DEEP = 1 - float(np.cos(AROUND / 2))
+"""Over the radius: the depth of a straight way between places of a circle that are :data:`AROUND` apart.
+
+The radius is that of the largest circle in the tool, here and below.
+"""
+
 OPEN = 1e-6
-"""A point whose gap is no more than this, over the tool's radius or thickness, touches it."""
+"""A point whose gap is no more than this, over the radius, touches the tool."""
 
 GRAZED = 0.02
-"""A way through the tool no deeper than this, over its radius or half its thickness, is a graze."""
+"""A way through the tool no deeper than this, over the radius, is a graze."""
+
+SHALLOW = 1e-6
+"""A way through the tool no deeper than this, over its length, runs along it."""
 
 ROUND = 120
 """Straights by which a whole circle is drawn."""

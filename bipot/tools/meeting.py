@@ -106,7 +106,7 @@ class Faces:
     parts: Parts
 
     def distance(self, x: Floats, placed: Floats) -> Floats:
-        """Gap (c,) to the tools in the poses ``placed`` (k, 3) with parts at x (w, d), good to its round-off."""
+        """Gap (c,) to the tools in the poses ``placed`` (k, p) with parts at x (w, d), good to its round-off."""
         return self.parts.gathered(self._distance(x, placed))
 
     def _distance(self, x: Floats, placed: Floats) -> Floats:
@@ -124,7 +124,7 @@ class Faces:
         return self.parts.averaged(out)
 
     def slopes(self, x: Floats, placed: Floats) -> Floats:
-        """Derivatives (w, d, d) of gap and arc of parts at x (w, d), their tools in the poses ``placed`` (k, 3)."""
+        """Derivatives (w, d, d) of gap and arc of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
         seen = _Seen.none(x)
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             seen.take(mine, tool, tool.own(x[mine], pose), pose)
@@ -135,7 +135,7 @@ class Faces:
         return frames(normal) if normal.shape[1] == 2 else transported(self.reference, normal)
 
     def arms(self, x: Floats, placed: Floats) -> Floats:
-        """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, 3)."""
+        """The ``arm`` (w, d) of :class:`Meeting` of parts at x (w, d), their tools in the poses ``placed`` (k, p)."""
         out = np.empty_like(x)
         for mine, tool, pose in zip(self.owned, self.tools, placed, strict=True):
             out[mine] = tool.arm(x[mine], pose)

@@ -7,6 +7,8 @@ A point X at rest of a tool that turns about its point C is at
 in the pose (a_1, a_2, theta). In space a tool turns about an axis through C, the unit vector e: its pose is
 (a, theta e), of six numbers, and Q = 1 + sin(theta) E + (1 - cos(theta)) E^2 with E v = e x v. In the tool's own frame
 points of the body are where they would be if the tool rested.
+
+A pose has p numbers, (p,) in shapes and (k, p) for k tools: three in a plane and six in space.
 """
 
 from __future__ import annotations

@@ -156,7 +156,7 @@ class Tool:
         return any(map(math.isfinite, (self.shear, *self.shear_at.values())))
 
     def distance(self, x: Floats, pose: Floats) -> Floats:
-        """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (3,)."""
+        """Gaps (…) of points x (…, d) to the surface where the tool is in the ``pose`` (p,)."""
         if self.turn is None:
             return self.face.gap(x, pose[: x.shape[-1]])
         return self.face.gap(self.own(x, pose), np.zeros(x.shape[-1]))
@@ -170,7 +170,7 @@ class Tool:
         return np.maximum(self.face.size(self.own(x, pose), gone), taken)
 
     def own(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) in the frame of the tool in the ``pose`` (3,): where they would be if it rested."""
+        """Points x (…, d) in the frame of the tool in the ``pose`` (p,): where they would be if it rested."""
         return x - pose[: x.shape[-1]] if self.turn is None else self.turn.own(x, pose)
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
@@ -183,11 +183,11 @@ class Tool:
         return self.turn.going(x, by, pose, advance, part)
 
     def arm(self, x: Floats, pose: Floats) -> Floats:
-        """Points x (…, d) relative to the centre about which the tool in the ``pose`` (3,) turns; zero if none."""
+        """Points x (…, d) relative to the centre about which the tool in the ``pose`` (p,) turns; zero if none."""
         return np.zeros_like(x) if self.turn is None else self.turn.arm(x, pose)
 
     def turned(self, vectors: Floats, pose: Floats) -> Floats:
-        """Vectors (…, d) of the tool at rest as they are in its ``pose`` (3,)."""
+        """Vectors (…, d) of the tool at rest as they are in its ``pose`` (p,)."""
         return vectors if self.turn is None else vectors @ rotation(pose[vectors.shape[-1] :]).T
 
     def pose(self, tau: float) -> Floats:

@@ -11,28 +11,19 @@ from collections.abc import Callable
 import numpy as np
 
 from bipot.tensors import norm
-from bipot.tools.circle import AROUND, GRAZED, OPEN
+from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.surfaces import Distance
 from bipot.typing import Bools, Floats
 
 LEAST, MOST = 17, 4096
 """Range of the number of points checked on a way: enough to detect a depth of GRAZED of the tool."""
 
-PAST = 2 * np.pi / 3
-"""A straight way through a tool between normals that differ by more than this is not a slide around it."""
-
-DEEP = (1 - float(np.cos(AROUND / 2))) / 2
-"""Over a tool's thickness: the depth of a straight way between places of a sphere that are AROUND apart."""
-
-SHALLOW = 1e-6
-"""A way through the tool no deeper than this, over its length, runs along it."""
-
 
 def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: Floats, by: Floats) -> Bools:
     """Whether points x (…, 3) that go straight ``by`` (…, 3) come through the tool and out on another side of it (…).
 
     The tool has this ``distance`` and ``thickness``, the diameter of the largest sphere in it. Its normals where a way
-    enters and leaves differ by more than :data:`PAST`; or by more than AROUND, and the way is deeper than a chord of
+    enters and leaves differ by more than PAST; or by more than AROUND, and the way is deeper than a chord of
     that angle in a sphere as thick; or the point touches the tool neither before nor after, and more than grazes it.
     """
     out = np.zeros(x.shape[:-1], dtype=bool)
@@ -49,8 +40,9 @@ def comes_through(distance: Callable[[Floats], Distance], thickness: float, x: F
     rows = np.arange(len(x))
     turned = np.vecdot(found.normal[rows, first], found.normal[rows, last])
     depth = -found.gap.min(axis=1)
-    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * thickness))
-    open_at_both = (found.gap[:, [0, -1]] > OPEN * thickness).all(axis=1)
-    grazes = open_at_both & (depth > GRAZED * thickness / 2)
+    radius = thickness / 2
+    far = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * radius))
+    open_at_both = (found.gap[:, [0, -1]] > OPEN * radius).all(axis=1)
+    grazes = open_at_both & (depth > GRAZED * radius)
     out[near] = inside.any(axis=1) & (depth > SHALLOW * length) & (far | grazes)
     return out

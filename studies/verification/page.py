@@ -50,9 +50,8 @@ def verdict(shown: dict[Case, list[Row]]) -> str:
     if not missed:
         return f"All {len(shown)} cases meet their tolerances on their finest meshes."
     named = ", ".join(f"`{name}`" for name in missed)
-    return (
-        f"Of {len(shown)} cases {len(missed)} miss a tolerance on their finest mesh: {named}. Their sections say why."
-    )
+    verb, tell = ("misses", "Its section says") if len(missed) == 1 else ("miss", "Their sections say")
+    return f"{len(missed)} of {len(shown)} cases {verb} a tolerance on the finest mesh: {named}. {tell} why."
 
 
 def summary(shown: dict[Case, list[Row]]) -> str:

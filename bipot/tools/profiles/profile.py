@@ -16,21 +16,12 @@ import numpy as np
 
 from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_number, require_type
 from bipot.tensors import norm
-from bipot.tools.circle import AROUND, GRAZED, OPEN
+from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import Pieces
 from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import Distance, Surface, Tips, place
 from bipot.typing import Bools, Floats, Vector
-
-PAST = 2 * np.pi / 3
-"""A straight way through a tool between normals that differ by more than this is not a slide around it."""
-
-DEEP = 1 - float(np.cos(AROUND / 2))
-"""Over a circle's radius: the depth of a straight way between places of it that are :data:`AROUND` apart."""
-
-SHALLOW = 1e-6
-"""A way through the tool no deeper than this, over its length, runs along it."""
 
 PLACES, HALVINGS = 7, 30
 """Starting points on each piece for the search of the tool's thickest place, and halvings of the bracket around it."""
@@ -107,9 +98,9 @@ class Profile:
     def crossed(self, x: Floats, by: Floats) -> Bools:
         """As :meth:`bipot.tools.surfaces.Surface.crossed`.
 
-        The normals where the straight way enters and leaves the tool differ by more than :data:`PAST`; or by more than
-        :data:`AROUND`, and the way is deeper than a chord of that angle in a circle as thick as the tool; or the point
-        touches the tool neither before nor after.
+        The normals where the straight way enters and leaves the tool differ by more than PAST; or by more than AROUND,
+        and the way is deeper than a chord of that angle in the largest circle in the tool; or the point touches the
+        tool neither before nor after, and more than grazes it (:mod:`bipot.tools.circle`).
         """
         met = self.pieces.met(x, by)
         # A way between two points of the line is inside without meeting it.
@@ -125,7 +116,7 @@ class Profile:
         """As :meth:`bipot.tools.surfaces.Surface.tips`: rounds to the right, with sharp corners among them."""
         rounds = self.pieces.rounds
         convex = rounds.turn > 0
-        return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.thickness)
+        return Tips(rounds.centre[convex], rounds.radius[convex], 2 * self.inner_radius)
 
     def mirrored(self, normal: Vector, position: float, roundoff: float) -> bool:
         """As :meth:`bipot.tools.surfaces.Surface.mirrored`: wherever on their straights open ends are."""
@@ -168,7 +159,7 @@ class Profile:
         return ends
 
     @cached_property
-    def thickness(self) -> float:
+    def inner_radius(self) -> float:
         """Radius of the largest circle in the tool that touches the line, at most the span of its corners."""
         s, rounds = self.pieces.straights, self.pieces.rounds
         part = (np.arange(PLACES) + 0.5)[:, None, None] / PLACES
@@ -192,9 +183,9 @@ class Profile:
         depth, normal = -self.pieces.foot(middle).gap, self.pieces.foot(ends).normal
         turned = np.vecdot(normal[:, 1:], normal[:, :-1])
         gap = self.pieces.foot(ends[:, [0, -1]]).gap
-        open_at_both = (gap > OPEN * self.thickness).all(axis=1, keepdims=True)
-        other = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.thickness))
-        other |= open_at_both & (depth > GRAZED * self.thickness)
+        open_at_both = (gap > OPEN * self.inner_radius).all(axis=1, keepdims=True)
+        other = (turned < np.cos(PAST)) | ((turned < np.cos(AROUND)) & (depth > DEEP * self.inner_radius))
+        other |= open_at_both & (depth > GRAZED * self.inner_radius)
         return np.any((depth > SHALLOW * way) & other, axis=1)
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
