@@ -81,11 +81,11 @@ class Advance:
         if not self.driven.any():
             return self.driven
         holding = self.candidates.scene.holding
-        missing = np.where(holding.held, holding.axes.components(self.driven - self._way), 0.0)
-        return self._way + holding.axes.field(missing)
+        missing = np.where(holding.held, holding.axes.components(self.driven - self.way), 0.0)
+        return self.way + holding.axes.field(missing)
 
     @cached_property
-    def _way(self) -> Floats:
+    def way(self) -> Floats:
         """The translation (d,) of such a body."""
         scene = self.candidates.scene
         if not self.driven.any():
@@ -114,7 +114,7 @@ class Advance:
         if not free.size or len(contacts.scene.tools) < 2 - bool(contacts.scene.planes):
             return out
         tool = contacts.tool[contacts.parts.owner]
-        motion = self.travel[tool] + self.swept(self.path) - self._way
+        motion = self.travel[tool] + self.swept(self.path) - self.way
         return out + Riding(contacts, self.start, self.frames[:, 0], motion).ways(free)[tool]
 
     def _asked(self, support: Support) -> float:

@@ -171,3 +171,18 @@ def test_a_path_that_ends_soon_after_yielding_errs_by_what_was_asked(back, strai
     taus, forces = np.transpose([(step.state.tau, force(step)) for step in refined])
     missed = [force(step) - forces[np.argmin(np.abs(taus - step.state.tau))] for step in own]
     assert np.abs(missed).max() < 3e-3 * max(abs(force(step)) for step in steps)
+
+
+@pytest.mark.parametrize("way", [0.4, -0.4])
+def test_a_body_that_supports_carry_along_has_the_increments_of_one_at_rest(way):
+    """It is pressed by a tenth of its height between ends that hold it, of which one rests, or both go along."""
+    material = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 2000.0))
+
+    def ends(way):
+        driven = Prescribed("base", 1, way), Prescribed("top", 1, way - 0.1)
+        sides = Support("base", 0), Support("top", 0)
+        scene = Scene(block(1.5, 1.0, 3, 2), Geometry.PLANE_STRAIN, material, (*driven, *sides))
+        return [step.state.tau for step in march(scene, Schedule(accuracy=3e-4), CONTROL)]
+
+    assert ends(way) == pytest.approx(ends(0.0), rel=1e-6)
+    assert len(ends(0.0)) > 5

@@ -10,8 +10,9 @@ The estimate of an increment is a fraction of the force,
   power is of order two in the increment, like the error of the flow carried on.
 * |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
-  the last: the curvature of the motion. A change by more than TURNED is an event (a landing) that does not depend on
-  the length of increments. After a kink, or where nothing flows, the two velocities are unrelated: T is zero.
+  the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
+  event (a landing) that does not depend on the length of increments. After a kink, or where nothing flows, the two
+  velocities are unrelated: T is zero.
 * An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
   to yield, while the force still follows the strain of what has not yielded. There T = |v - v_0|/|v| h/20, and not more
   than h/20, with h <= 1 the strain of the increment over that at yield. In the first one |v - v_0|/|v| is one after
@@ -37,10 +38,11 @@ be so long, many short ones follow yielding.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bipot.advance import Advance
 from bipot.control.lag import lag
 from bipot.control.yielding import TURNING, YIELDING, at_kink, is_past_yield, strain_of, yield_strain
 from bipot.increment import Solved
@@ -140,11 +142,15 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     def square(velocity: Floats) -> float:
         return vdot(part, np.vecdot(velocity, velocity))
 
-    now, then = solved.response.du / (increment.tau - start.tau), start.velocity
+    # A body that supports carry moves no less for that.
+    before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
+    now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
+    then = start.velocity - before.way / start.length
     if at_kink(increment.system, start.tau):
-        before = square(then)
-        then = then * math.sqrt(square(now) / before) if before > 0 else then
-    return square(now - then) / square(now)
+        size = square(then)
+        then = then * math.sqrt(square(now) / size) if size > 0 else then
+    size = square(now)
+    return square(now - then) / size if size > 0 else 0.0
 
 
 def _dissipated(solved: Solved) -> float:

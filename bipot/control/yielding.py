@@ -35,11 +35,11 @@ def yield_strain(system: System) -> float:
 
 
 def strain_of(increment: Increment) -> float:
-    """How far tools and supports go from each other, or from where they are, over the body's extent."""
+    """How far tools and supports go from each other, or from a body that supports carry, over the body's extent."""
     # Tools out of reach of the body strain nothing.
     near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
-    # What moves apart or together, or moves against a body at rest: beyond a plane of symmetry that is half of it.
-    ways = np.concatenate([increment.driven, increment.travel[near], np.zeros((1, scene.mesh.dimension))])
+    # Beyond a plane of symmetry, which keeps the body in its place, it is half of both.
+    ways = np.concatenate([increment.tools.along, increment.travel[near]])
     return float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
 
 
