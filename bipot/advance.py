@@ -79,11 +79,11 @@ class Advance:
         if not self.driven.any():
             return self.driven
         holding = self.candidates.scene.holding
-        missing = np.where(holding.held, holding.axes.components(self.driven - self._way), 0.0)
-        return self._way + holding.axes.field(missing)
+        missing = np.where(holding.held, holding.axes.components(self.driven - self.way), 0.0)
+        return self.way + holding.axes.field(missing)
 
     @cached_property
-    def _way(self) -> Floats:
+    def way(self) -> Floats:
         """The translation (d,) of such a body."""
         scene = self.candidates.scene
         if not self.driven.any():
@@ -114,7 +114,7 @@ class Advance:
         along, d = contacts.met.motion(self.along), scene.mesh.dimension
         if len(scene.tools) < 2 - bool(scene.planes):
             return Carried.evenly(along)
-        motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self._way
+        motion = self.travel[contacts.tool[contacts.parts.owner]] + self.swept(self.path) - self.way
         held = np.array([*(s.along(d) for s in scene.supports), *self._planes]).reshape(-1, d)
         under = contacts.met.places(self.start.nodes), self.frames[:, 0], motion
         ridden = Riding(contacts, self.start, *under, self.placed, self.turned, held).carried()

@@ -18,9 +18,10 @@ from bipot.control.accepted import Accepted
 from bipot.control.carrying import Attempt, carry_on
 from bipot.control.course import Course
 from bipot.control.dissipated import Dissipated
+from bipot.control.estimate import error_estimate
 from bipot.control.failing import given_up
 from bipot.control.landing import Landing, Locate, locate
-from bipot.control.pacing import TRIES, Pacer, begins_flow, error_estimate
+from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
 from bipot.errors import (

@@ -8,10 +8,12 @@ import numpy as np
 
 from bipot.certificate import EPS, Bounds
 from bipot.checks.examined import Examined
+from bipot.checks.refusals import MOST_STRAINED
 from bipot.errors import InvertedElement, NotConverged
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment, Iterate
 from bipot.schedule import SAME
+from bipot.tensors import equivalent_strain
 from bipot.typing import Floats
 
 SHORT = 0.01
@@ -28,17 +30,25 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
     """The predicted iterate; in a short increment where it is far off, that of the last velocity if nearer to balance.
 
     Near a landing the velocity changes direction from increment to increment, and extrapolating it may lead away from
-    the answer.
+    the answer. Where the prediction folds an element or strains it by more than an answer may, as at rest where
+    supports carry the body by more than one, the body goes along with its supports.
 
     Raises:
-        InvertedElement: the prediction folds an element.
+        InvertedElement: that folds an element, too.
     """
 
     def unbalanced(iterate: Iterate) -> float:
         return Examined(iterate, start.forces, 0.0, bounds).balance.equilibrium
 
     start = increment.start
-    going = increment.at(predicted(increment, pace))
+    try:
+        going = increment.at(predicted(increment, pace))
+    except InvertedElement:
+        return increment.at(_carried(increment))
+    if _strain(going) > MOST_STRAINED:
+        with suppress(InvertedElement):
+            carried = increment.at(_carried(increment))
+            return carried if _strain(carried) < MOST_STRAINED else going
     if not going.x.any() or increment.units.length > SHORT * increment.units.size:
         return going
     off = unbalanced(going)
@@ -48,6 +58,17 @@ def begin(increment: Increment, pace: Pace, bounds: Bounds) -> Iterate:
             if unbalanced(kept) < NEARER * off:
                 return kept
     return going
+
+
+def _strain(iterate: Iterate) -> float:
+    """The largest equivalent strain."""
+    return float(equivalent_strain(iterate.response.kinematics.strain).max())
+
+
+def _carried(increment: Increment) -> Floats:
+    """The displacement (n,) of a body that is carried by its supports, and tools by their paths alone."""
+    space, along = increment.system.body.space, increment.tools.along.ravel()
+    return space.gather(np.concatenate([along, np.zeros(space.translations)]))
 
 
 def predicted(increment: Increment, pace: Pace) -> Floats:

@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 import pytest
 
+from bipot.control.estimate import error_estimate
 from bipot.control.landing import Locate
-from bipot.control.pacing import CHEAPEST, QUICK, REFUSED, Pacer, error_estimate
+from bipot.control.pacing import CHEAPEST, QUICK, REFUSED, Pacer
 from bipot.control.reason import ReasonKind
 from bipot.errors import LimitPassed
 from bipot.fem.reduction import Geometry

@@ -1,5 +1,6 @@
 """What increments by accuracy cost beside equal ones: true error, search, a fast run, what is kept of a whole one."""
 
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -7,17 +8,17 @@ import numpy as np
 import pytest
 
 from bipot.fem.reduction import Geometry
-from bipot.laws.hardening import Linear
+from bipot.laws.hardening import Linear, Perfect
 from bipot.laws.von_mises import Elasticity, VonMises
 from bipot.marching import Schedule, march
 from bipot.meshes.sections import block
 from bipot.paths import Amplitude
 from bipot.scene.loads import Traction
 from bipot.scene.scene import Scene
-from bipot.scene.supports import Support, Symmetry
+from bipot.scene.supports import Prescribed, Support, Symmetry
 from bipot.tools.tool import FlatTool
 from studies.accuracy import paced
-from studies.accuracy.paced import FAST, FEWEST, Plan, Row, cheapest, key, run
+from studies.accuracy.paced import CONTROL, FAST, FEWEST, Plan, Row, cheapest, key, run
 from studies.accuracy.paced_scenes import SCENES, cylinder
 from studies.closed_forms import Cylinder
 from studies.fuzz.unfolded import unfolded
@@ -115,14 +116,12 @@ def test_a_tool_that_goes_away_out_of_reach_sets_no_increments(away):
 
 
 def error_of(scene, accuracy, increments):
-    """The largest error of the force at ends of increments over the largest force, beside so many equal increments."""
-    coarse, fine = (
-        [(a.state.tau, *a.tool_force(0)) for a in march(scene, schedule)]
-        for schedule in (Schedule(accuracy=accuracy), Schedule(increments))
-    )
-    taus, *forces = np.array([(0.0, 0.0, 0.0), *fine]).T
-    missed = [[np.interp(tau, taus, of) - own for of, own in zip(forces, step, strict=True)] for tau, *step in coarse]
-    return np.abs(missed).max() / np.abs(forces).max()
+    """The largest error of the force at ends of increments over the largest force, beside so many that end there."""
+    coarse = [(a.state.tau, a.tool_force(0)) for a in march(scene, Schedule(accuracy=accuracy))]
+    ends = tuple(tau for tau, _ in coarse[:-1])
+    fine = {a.state.tau: a.tool_force(0) for a in march(scene, Schedule(increments, landings=ends))}
+    missed = [fine[tau] - force for tau, force in coarse]
+    return np.abs(missed).max() / np.abs(list(fine.values())).max()
 
 
 def test_a_load_that_changes_while_a_tool_presses_sets_increments_too():
@@ -149,3 +148,41 @@ def test_half_a_body_takes_the_increments_of_the_whole():
     ends = [[a.state.tau for a in march(scene, Schedule(accuracy=1e-4))] for scene in (half, seen.scene)]
     assert len(ends[0]) > 10
     assert ends[0] == pytest.approx(ends[1], rel=1e-6)
+
+
+@pytest.mark.parametrize(("back", "strains"), [(False, 2.0), (False, 5.0), (True, 3.0), (True, 6.0)])
+def test_a_path_that_ends_soon_after_yielding_errs_by_what_was_asked(back, strains):
+    """Of a clamped block that is pressed, or let off and pulled after it was pressed by thirty yield strains."""
+    at_yield, most, begun = 300.0 / 2e5, 30.0 if back else strains, 0.5 if back else 0.0
+    turns = ((0.5, 1.0), (1.0, 1 - strains / most)) if back else ((1.0, 1.0),)
+    down = Prescribed("top", 1, -most * at_yield, Amplitude(((0.0, 0.0), *turns)))
+    held = (Support("base", 0), Support("base", 1), Support("top", 0))
+    material = VonMises(Elasticity(2e5, 0.3), Perfect(300.0))
+    scene = Scene(block(1.5, 1.0, 3, 2), Geometry.PLANE_STRAIN, material, (*held, down))
+
+    def force(accepted):
+        return accepted.solved.iterate.reactions(accepted.solved.r)[scene.mesh.boundary_nodes("top"), 1].sum()
+
+    steps = list(march(scene, Schedule(accuracy=1e-3), CONTROL))
+    own = [step for step in steps if step.start.tau >= begun]
+    ends = np.array([begun, *(step.state.tau for step in own)])
+    finer = np.concatenate([np.linspace(*pair, 6)[1:] for pair in pairwise(ends)])[:-1]
+    refined = march(scene, Schedule(1, landings=(*[begun] * back, *finer)), CONTROL, start=own[0].start)
+    taus, forces = np.transpose([(step.state.tau, force(step)) for step in refined])
+    missed = [force(step) - forces[np.argmin(np.abs(taus - step.state.tau))] for step in own]
+    assert np.abs(missed).max() < 3e-3 * max(abs(force(step)) for step in steps)
+
+
+@pytest.mark.parametrize("way", [3.0, -0.4])
+def test_a_body_that_supports_carry_along_has_the_increments_of_one_at_rest(way):
+    """It is pressed by a tenth of its height between ends that hold it, of which one rests, or both go along."""
+    material = VonMises(Elasticity(2e5, 0.3), Linear(300.0, 2000.0))
+
+    def ends(way):
+        driven = Prescribed("base", 1, way), Prescribed("top", 1, way - 0.1)
+        sides = Support("base", 0), Support("top", 0)
+        scene = Scene(block(1.5, 1.0, 3, 2), Geometry.PLANE_STRAIN, material, (*driven, *sides))
+        return [step.state.tau for step in march(scene, Schedule(accuracy=3e-4), CONTROL)]
+
+    assert ends(way) == pytest.approx(ends(0.0), rel=1e-6)
+    assert len(ends(0.0)) > 5

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import bipot as bp
+from bipot.control.estimate import error_estimate
 from bipot.control.lag import lag
-from bipot.control.pacing import error_estimate
 
 TOP, MU = (0.0, 0.0, 5.0), 0.1
 STEEL = bp.VonMises(bp.Elasticity(210_000.0, 0.3), bp.Perfect(300.0))

@@ -157,3 +157,20 @@ def test_more_strain_than_an_increment_can_tell_is_refused_by_element():
     refuse_motion(shorn(1.7 * MOST_STRAINED), np.zeros((0, 2)))
     with pytest.raises(Refused, match=r"element \d is strained by 1\.04 in one increment"):
         refuse_motion(shorn(1.8 * MOST_STRAINED), np.zeros((0, 2)))
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_body_that_supports_carry_by_more_than_an_element_is_solved_as_at_rest(turned):
+    """It is pressed between ends that go along, both in the direction in which it is pressed or both across it."""
+
+    def ends(way: float):
+        across, down = (0, 1) if turned else (1, 0)
+        driven = Prescribed("base", across, way), Prescribed("top", across, way - 0.1 * (not turned))
+        rest = Support("base", down), Prescribed("top", down, -0.1 * turned)
+        scene = Scene(block(1.5, 1.0, 3, 2), Geometry.PLANE_STRAIN, VonMises(SOFT, Linear(3.0, 30.0)), (*driven, *rest))
+        return next(march(scene, Schedule(4), Control(Newton(), ())))
+
+    still, carried = ends(0.0), ends(12.0)
+    assert carried.cuts == 0
+    assert carried.unique
+    np.testing.assert_allclose(carried.stress.matrix, still.stress.matrix, atol=3e-6 * 3.0)

@@ -11,7 +11,7 @@ from bipot.certificate import Bounds
 from bipot.checks.cancelled import cancelled
 from bipot.contact.overlap import overlap, unfelt
 from bipot.control.accepted import Accepted
-from bipot.control.pacing import error_estimate
+from bipot.control.estimate import error_estimate
 from bipot.errors import require, require_positive, require_type
 from bipot.fem.orientation import scaled_jacobians
 from bipot.system import System
@@ -86,7 +86,7 @@ FLOW_GAP = Column(
 
 ERROR_ESTIMATE = Column(
     "error_estimate",
-    "estimated error of the force due to the increment's length (bipot.control.pacing), fraction",
+    "estimated error of the force due to the increment's length (bipot.control.estimate), fraction",
     lambda _, a: error_estimate(a.start, a.solved),
 )
 OVERLAP = Column(

@@ -19,7 +19,7 @@ BEHIND = {
         "Increments and their certificate",
         "bipot",
         "increment iterate response certificate energy checks.determinacy "
-        "control.carrying control.pacing control.landing",
+        "control.carrying control.pacing control.estimate control.landing",
     ),
     "programs": (
         "Programs of an increment",

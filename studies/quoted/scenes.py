@@ -15,7 +15,7 @@ COARSE, LINEAR = "coarse", "q4p0"
 def _over_asked(results: Results, *kinds: str) -> list[float]:
     """True error over what was asked, in scenes whose names begin so; of the paper's element on its mesh where ""."""
     found = results.rows("paced")
-    own = [next((kind for kind in (COARSE, LINEAR) if row["scene"].startswith(kind)), "") for row in found]
+    own = [next((kind for kind in (COARSE, LINEAR) if str(row["scene"]).startswith(kind)), "") for row in found]
     return [
         float(row["true_error"]) / float(row["accuracy"]) for row, kind in zip(found, own, strict=True) if kind in kinds
     ]

@@ -1,0 +1,139 @@
+r"""An estimate of the error that an increment adds to the force.
+
+It is a fraction of the force,
+
+
+    e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T)
+        +  Y  +  l.
+
+* sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
+  flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
+  power is of order two in the increment, like the error of the flow carried on.
+* |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
+* T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
+  the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
+  event (a landing) that does not depend on the length of increments. After a kink, or where nothing flows, the two
+  velocities are unrelated: T is zero.
+* An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
+  to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
+  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. In the first one
+  |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts as far as sum_q w |sigma : de| is
+  dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is
+  added to Y, sigma_P of returns in PARTS parts.
+* l is by how much friction lags behind slip that turns (:mod:`bipot.control.lag`), zero in a plane. It is measured
+  against the work of strain and friction together.
+
+l is of order one, and the other terms are of order two where the solution is smooth. Errors of the motion stay in the
+shape of the body, and those of later increments add to them, which is GATHERED. It and the other factors are
+calibrated: with the increments that :mod:`bipot.control.pacing` makes of it the largest error of the curve is 0.3 to 3
+times the accuracy on the paper's mesh, and on one of linear elements up to 4 times at 1e-4; it is less on coarse
+meshes, where errors cancel (studies/accuracy/paced.py).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from bipot.advance import Advance
+from bipot.control.lag import lag_of
+from bipot.control.yielding import at_kink, is_past_yield, strain_of, yield_strain
+from bipot.increment import Solved
+from bipot.iterate import Increment
+from bipot.response import State
+from bipot.scene.symmetry import own_share
+from bipot.tensors import norm
+from bipot.typing import Floats, vdot
+
+GATHERED = 2.5
+"""What the errors that increments leave come to over that of one."""
+
+TURNED = 1.6e-3
+"""Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
+
+RESTS = 1e-6
+"""A body rests if all its nodes move by less than this fraction of the motion expected in the increment."""
+
+PARTS = 8
+"""Of an increment's strain in which a radial return shows how long that is for it."""
+
+
+def error_estimate(start: State, solved: Solved) -> float:
+    """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
+    increment, response = solved.iterate.increment, solved.response
+    kin, sigma = response.kinematics, response.returned.stress
+    euler = _returned(start, solved, 1)
+    taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
+    missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
+    square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
+    gathered = (missed / 2 / taken if taken > 0 else 0.0) + square / 12
+    lagging = 0.0 if _is_first(increment) else lag_of(start, solved).share(taken)
+    bends = bool(response.returned.plastic.any()) and _moves(solved)
+    if is_past_yield(increment):
+        bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
+        return GATHERED * (gathered + bent) + lagging
+    # Where flow was carried on, that is the better one of the two.
+    alone = np.asarray((response.state.stress == start.stress).all(axis=-1))
+    begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
+    begun = (begun / taken if taken > 0 else 0.0) + (_begins(start, solved) if bends else 0.0)
+    return GATHERED * gathered + begun + lagging
+
+
+def _returned(start: State, solved: Solved, parts: int) -> Floats:
+    """The stress (e, q, s) of radial returns from the start, of the strain in equal ``parts``."""
+    kin, update = solved.response.kinematics, solved.iterate.increment.system.body.scene.material.update
+    stress, peeq = kin.turned(start.stress), start.peeq
+    for _ in range(parts):
+        part = update(stress, kin.strain / parts, peeq)
+        stress, peeq = part.stress, peeq + part.dpeeq
+    return stress
+
+
+def _moves(solved: Solved) -> bool:
+    """Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains."""
+    return float(norm(solved.response.du).max()) > RESTS * solved.iterate.increment.units.length
+
+
+def _is_first(increment: Increment) -> bool:
+    """Whether it starts from rest or at a kink."""
+    return increment.start.length == 0 or at_kink(increment.system, increment.start.tau)
+
+
+def _begins(start: State, solved: Solved) -> float:
+    """|v - v_0|/|v| h/20 (module docstring)."""
+    increment = solved.iterate.increment
+    part = _dissipated(solved) if _is_first(increment) else 1.0
+    strain = strain_of(increment) / yield_strain(increment.system)
+    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(strain, 1.0) / 20
+
+
+def _turned(increment: Increment, start: State, solved: Solved) -> float:
+    """|v - v_0|^2 / |v|^2, one from rest; after a kink, where rates are others, that of directions."""
+    if start.length == 0:
+        return 1.0
+    scene = increment.system.body.scene
+    part = own_share(scene.planes, scene.mesh.nodes[:, None])
+
+    def square(velocity: Floats) -> float:
+        return vdot(part, np.vecdot(velocity, velocity))
+
+    # A body that supports carry moves no less for that.
+    before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
+    now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
+    then = start.velocity - before.way / start.length
+    if at_kink(increment.system, start.tau):
+        size = square(then)
+        then = then * math.sqrt(square(now) / size) if size > 0 else then
+    size = square(now)
+    return square(now - then) / size if size > 0 else 0.0
+
+
+def _dissipated(solved: Solved) -> float:
+    """The part of sum_q w |sigma : de| that new plastic flow takes up."""
+    kin, returned = solved.response.kinematics, solved.response.returned
+    taken, flowed = (
+        vdot(kin.volume, np.abs(np.vecdot(returned.stress, strain))) for strain in (kin.strain, returned.plastic_strain)
+    )
+    return min(flowed / taken, 1.0) if taken > 0 else 0.0

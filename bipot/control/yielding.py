@@ -1,0 +1,48 @@
+"""How far a body is strained from rest, or from a kink of its path, and whether it has long yielded there."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.iterate import Increment
+from bipot.schedule import SAME
+from bipot.system import System
+
+YIELDING = 12.0
+"""Of the strain at yield, from rest: where a body has long yielded."""
+
+TURNING = 24.0
+"""As YIELDING, after a kink: a body that turns round goes twice as far before it yields again."""
+
+ROUND_OFF = 1e-6
+"""Of these strains."""
+
+
+def is_past_yield(increment: Increment) -> bool:
+    """Whether it ends so far from rest or the last kink that the body has long yielded there."""
+    begun, kinks = increment.start.tau, increment.system.body.scene.kinks
+    kink = max((kink for kink in kinks if kink <= begun + SAME), default=0.0)
+    far = (TURNING if kink > 0 else YIELDING) * yield_strain(increment.system)
+    strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
+    # Where it is not known what strains the body, it is not known when that yields.
+    return strain == 0 or strain >= far * (1 - ROUND_OFF)
+
+
+def yield_strain(system: System) -> float:
+    """Yield stress at rest by Young's modulus."""
+    material = system.body.scene.material
+    return float(material.yield_stress(0.0)) / material.elasticity.young
+
+
+def strain_of(increment: Increment) -> float:
+    """How far tools and supports go from each other, or from a body that supports carry, over the body's extent."""
+    # Tools out of reach of the body strain nothing.
+    near, scene = increment.system.candidates.reached(increment.rows.gap), increment.system.body.scene
+    # Beyond a plane of symmetry, which keeps the body in its place, it is half of both.
+    ways = np.concatenate([increment.tools.along, increment.travel[near]])
+    return float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
+
+
+def at_kink(system: System, tau: float) -> bool:
+    """Whether the rate of a path or a load changes there."""
+    return any(abs(kink - tau) <= SAME for kink in system.body.scene.kinks)
