@@ -9,7 +9,7 @@ import numpy as np
 
 from bipot.tools.poses import pose_size, turned_on
 from bipot.tools.tool import Tool
-from bipot.typing import Floats, Ints
+from bipot.typing import Bools, Floats, Ints
 
 PARTS, TIMES = 16, 14
 """Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
@@ -68,26 +68,30 @@ class Way(NamedTuple):
         """Where they are then in the frame of the tool (m, …, d)."""
         return self.tool.own(self.x, self.pose)[_each(part)] + self.gone(part)
 
-    def in_air(self, gaps: Callable[[Floats], Floats], owner: Ints) -> Floats:
-        """Parts of the increment (m,) before their candidates touch, whose points at (m, …, d) have ``gaps`` (c, …).
+    def in_air(self, gaps: Callable[[Ints, Floats], Floats], owner: Ints) -> Floats:
+        """Parts of the increment (m,) before their candidates touch, of which some at (m, …, d) have ``gaps`` (c, …).
 
         Point by point the ``owner`` (m,) is its candidate. Those that do not touch at the end go the part by which
         that closes their gap.
         """
-        gap, left = (gaps(self.seen(np.full(len(self.x), part))) for part in (0.0, 1.0))
+        every = np.arange(len(self.x))
+        gap, left = (gaps(every, self.seen(np.full(len(self.x), part))) for part in (0.0, 1.0))
         out = np.clip(1 - np.divide(left, gap, out=np.ones_like(gap), where=gap > 0), 0.0, 1.0)
         lands = left < 0
         if lands.any():
-            out[lands] = self._before(gaps, owner, len(gap))[lands]
+            out[lands] = self._before(gaps, owner, lands)[lands]
         return out[owner]
 
-    def _before(self, gaps: Callable[[Floats], Floats], owner: Ints, count: int) -> Floats:
-        """That (c,) of candidates that touch at the end."""
-        early, step = np.zeros(count), 1.0
+    def _before(self, gaps: Callable[[Ints, Floats], Floats], owner: Ints, lands: Bools) -> Floats:
+        """That (c,) of candidates that are the ones which touch at the end."""
+        # Few of many land in an increment, and only those are looked for.
+        some = np.flatnonzero(lands[owner])
+        way = self._replace(x=self.x[some], carried=self.carried.only(some))
+        early, step = np.zeros(len(lands)), 1.0
         for _ in range(TIMES):
             step /= PARTS
             late = early[:, None] + step * np.arange(1, PARTS)
-            touches = gaps(self.seen(late[owner])) < 0
+            touches = gaps(some, way.seen(late[owner[some]])) < 0
             early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
         return early
 

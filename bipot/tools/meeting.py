@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -191,13 +192,14 @@ class Faces:
         for mine, tool, pose, advance in zip(self.owned, self.tools, going.placed, going.advance, strict=True):
             own = np.flatnonzero(mine & apart[owner] & (not tool.flat))
             way = Way(tool, going.x[own], going.carried.only(own), pose, advance)
-            out[own] = way.gone(way.in_air(lambda at, tool=tool, own=own: self._gaps(tool, own, at), owner[own]))
+            gaps = partial(self._gaps, tool, own)
+            out[own] = way.gone(way.in_air(gaps, owner[own]))
         return out
 
-    def _gaps(self, tool: Tool, own: Ints, places: Floats) -> Floats:
-        """Gaps (c, …) of candidates of which ``own`` parts (m,) are at ``places`` (m, …, d) of the ``tool``."""
+    def _gaps(self, tool: Tool, own: Ints, some: Ints, places: Floats) -> Floats:
+        """Gaps (c, …) of candidates of whose ``own`` parts ``some`` (m,) are at ``places`` (m, …, d) of the tool."""
         gap = np.zeros((len(self.parts.owner), *places.shape[1:-1]))
-        gap[own] = tool.face.gap(places, np.zeros(places.shape[-1]))
+        gap[own[some]] = tool.face.gap(places, np.zeros(places.shape[-1]))
         return self.parts.gathered(gap)
 
     def after(self, going: Going, before: Floats) -> Floats:
