@@ -1,5 +1,6 @@
 """The command ``bipot``: a summary of a run, and pictures of it. Only this module of the library prints.
 
+bipot --version
 bipot info RUN
 bipot picture RUN [--field mises | --traction TOOL] [--at VALUE] [--by COLUMN] [--out FILE]
 """
@@ -11,6 +12,7 @@ import io
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -165,6 +167,7 @@ def _lines(result: History) -> Iterator[str]:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="bipot", description="Look at runs of bipot.", allow_abbrev=False)
+    parser.add_argument("--version", action="version", version=f"bipot {version('bipot')}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     told = commands.add_parser("info", help="what a run holds", allow_abbrev=False)
     told.add_argument("run", type=Path, metavar="RUN", help=f"a folder that holds {FIELDS}, or that file")

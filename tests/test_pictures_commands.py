@@ -6,6 +6,7 @@ from pathlib import Path
 import h5py
 import pytest
 
+import bipot
 from bipot.command import main
 from bipot.results import open as open_results
 from studies import picture
@@ -18,6 +19,13 @@ def test_the_study_draws_as_the_command_does(recorded, tmp_path, capsys):
     assert picture.main([*asked, str(pictures[0])]) == main(["picture", *asked, str(pictures[1])]) == 0
     assert capsys.readouterr().out == f"{pictures[0]}\n{pictures[1]}\n"
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
+
+
+def test_the_command_says_its_version(capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["--version"])
+    assert ended.value.code == 0
+    assert capsys.readouterr().out == f"bipot {bipot.__version__}\n"
 
 
 def test_the_command_draws_and_says_where(recorded, tmp_path, capsys):
