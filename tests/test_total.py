@@ -215,7 +215,7 @@ def test_the_kept_ratios_are_as_the_page_says():
     for side in (10, 20):
         own = min(one.seconds for one in kept(OWN, element="q8", quadrature="gauss2", elements=side))
         other = min(one.seconds for one in kept(FOREIGN, element="CAX8R", elements=side))
-        assert 25 < other / own < 40
+        assert 25 < other / own < 60
 
 
 def test_a_process_that_is_measured_keeps_what_it_compiles(monkeypatch):

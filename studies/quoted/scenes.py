@@ -26,9 +26,9 @@ def _has_an_error_of_its_own(results: Results) -> bool:
     return max(results.column("paced", "true_error", accuracy=1e-4)) > 2e-4
 
 
-def _ratios(results: Results) -> list[float]:
+def _ratios(results: Results, accuracy: float) -> list[float]:
     """Passes over those of the cheapest equal increments, where there are any."""
-    ratios = results.column("paced", "ratio")
+    ratios = results.column("paced", "ratio", accuracy=accuracy)
     return [ratio for ratio in ratios if not math.isnan(ratio)]
 
 
@@ -38,8 +38,10 @@ QUOTED = Quoted(
         "over_asked_most": lambda results: digits(max(_over_asked(results, "", LINEAR)), 1),
         "over_asked_paper": lambda results: digits(max(_over_asked(results, "")), 1),
         "over_asked_coarse": lambda results: digits(min(_over_asked(results, COARSE)), 1),
-        "more_passes": lambda results: digits(100 * (max(_ratios(results)) - 1), 2),
-        "paced_mean": lambda results: digits(statistics.geometric_mean(_ratios(results)), 2),
+        "paced_mean_coarse": lambda results: digits(statistics.geometric_mean(_ratios(results, 1e-3)), 2),
+        "paced_most_coarse": lambda results: digits(max(_ratios(results, 1e-3)), 3),
+        "paced_mean_fine": lambda results: digits(statistics.geometric_mean(_ratios(results, 1e-4)), 3),
+        "paced_most_fine": lambda results: digits(max(_ratios(results, 1e-4)), 3),
     },
     claims={"the first point past first yield has an error of about that size": _has_an_error_of_its_own},
 )
