@@ -47,8 +47,8 @@ PLAN = BlockPlan(
     mus=(FRICTION,),
     own=(
         Series(SolidType.H8P0, sides=(1, 2, 3, 4, 5, 6), paces=(PACE, COARSE)),
-        Series(SolidType.H20, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4), paces=(PACE,)),
-        Series(SolidType.H20P1, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4, 5), paces=(PACE,)),
+        Series(SolidType.H20, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4), paces=(PACE, COARSE)),
+        Series(SolidType.H20P1, contact=Sampling.WEIGHTED, sides=(1, 2, 3, 4, 5), paces=(PACE, COARSE)),
     ),
     foreign=(
         Foreign("C3D8I", FACES, (2, 4, 6, 8), (0.02, 0.05), deck=BlockDeck),
