@@ -148,6 +148,17 @@ def test_a_large_yield_strain_does_not_make_one_increment_of_the_whole_path():
     assert error_of(scene, 3e-4, 64) < 3 * 3e-4
 
 
+def test_a_body_that_slides_without_straining_takes_long_increments():
+    """What is left of its motion beyond that of its supports is round-off, and no flow begins by that."""
+    press = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.05), ("top",), 0.3, path=((0, 0), (0.4, 1), (1, 1)))
+    along = Prescribed("base", 0, 0.075, Amplitude(((0.0, 0.0), (0.4, 0.0), (1.0, 1.0))))
+    material, held = VonMises(Elasticity(200_000.0, 0.3), Linear(300.0, 500.0)), (Support("base", 1), along)
+    scene = Scene(block(2.0, 1.0, 6, 3), Geometry.PLANE_STRAIN, material, held, (press,))
+    steps = list(march(scene, Schedule(accuracy=1e-3, landings=(0.45,)), CONTROL))
+    assert len(steps) < 40
+    assert steps[-1].state.length > 0.1
+
+
 def test_half_a_body_takes_the_increments_of_the_whole():
     """Between two platens the whole strains by what both go, and has nodes in its middle once."""
     platen = FlatTool((0.0, 10.0), (0.0, -1.0), (0.0, -2.0), ("top",), 0.1)

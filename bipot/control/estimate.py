@@ -70,7 +70,7 @@ def error_estimate(start: State, solved: Solved) -> float:
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
     gathered = (missed / 2 / taken if taken > 0 else 0.0) + square / 12
     lagging = 0.0 if _is_first(increment) else lag_of(start, solved).share(taken)
-    bends = bool(response.returned.plastic.any()) and _moves(solved)
+    bends = bool(response.returned.plastic.any()) and deforms(solved)
     if is_past_yield(increment):
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
         return GATHERED * (gathered + bent) + lagging
@@ -91,9 +91,10 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
     return stress
 
 
-def _moves(solved: Solved) -> bool:
-    """Motion by round-off has a random direction, as under a tool that slides over a body it no longer strains."""
-    return float(norm(solved.response.du).max()) > RESTS * solved.iterate.increment.units.length
+def deforms(solved: Solved) -> bool:
+    """Whether the body moves but as supports carry it, beyond round-off, as is all that one does that slides."""
+    increment = solved.iterate.increment
+    return float(norm(solved.response.du - increment.tools.way).max()) > RESTS * increment.units.length
 
 
 def _is_first(increment: Increment) -> bool:

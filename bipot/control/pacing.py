@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from bipot.control.estimate import deforms
 from bipot.control.yielding import TURNING, YIELDING, at_kink, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
@@ -51,7 +52,7 @@ passes than QUICK the next increment is not longer than the last."""
 
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
-    return solved.response.state is start and bool(solved.response.returned.plastic.any())
+    return solved.response.state is start and bool(solved.response.returned.plastic.any()) and deforms(solved)
 
 
 @dataclass(frozen=True)
