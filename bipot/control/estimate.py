@@ -16,7 +16,10 @@ It is a fraction of the force,
   velocities are unrelated: T is zero.
 * An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
   to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
-  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. In the first one
+  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. Where loads, or forces on
+  tools, change, h is no less than the body's strain in the increment (root of the mean square) over that at yield and
+  the plastic strain so far together, because then the force is given and the error one of the displacement. Where these
+  alone strain the body, it yields bit by bit to the end, and Y counts throughout. In the first increment
   |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts as far as sum_q w |sigma : de| is
   dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is
   added to Y, sigma_P of returns in PARTS parts.
@@ -105,8 +108,22 @@ def _begins(start: State, solved: Solved) -> float:
     """|v - v_0|/|v| h/20 (module docstring)."""
     increment = solved.iterate.increment
     part = _dissipated(solved) if _is_first(increment) else 1.0
-    strain = strain_of(increment) / yield_strain(increment.system)
-    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(strain, 1.0) / 20
+    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
+
+
+def _over_yield(start: State, solved: Solved) -> float:
+    """h (module docstring)."""
+    increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
+    known = strain_of(increment)
+    # Beside tools and supports that hardly move, loads may be what strains the body.
+    if not increment.new_load.any():
+        return known / at_yield
+    volume = solved.response.kinematics.volume
+    own, plastic = (
+        math.sqrt(vdot(volume, np.vecdot(strain, strain)) / float(volume.sum()))
+        for strain in (solved.response.kinematics.strain, start.plastic_strain)
+    )
+    return max(known / at_yield, own / (at_yield + plastic))
 
 
 def _turned(increment: Increment, start: State, solved: Solved) -> float:

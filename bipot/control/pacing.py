@@ -29,7 +29,7 @@ ONSET, BEGUN = 1.4, 0.4
 """Least first strain over sqrt(accuracy); the second increment over the first."""
 
 SHORTEST = 1e-9
-"""The least first length in pseudo-time, far above its round-off."""
+"""The least length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
 """Longest first length where a load changes, a tool turns or nothing follows a path, over that of constant rates."""
@@ -80,7 +80,7 @@ class Pacer:
         """The length after an increment of that ``length``, estimate and ``passes``; ``begun`` where its flow began."""
         allowed = AIMED * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
-        return min(length * max(min(allowed, growth), SHRINK), 1.0)
+        return min(max(length * max(min(allowed, growth), SHRINK), SHORTEST), 1.0)
 
     def _first(self, system: System, state: State, target: float) -> float:
         """The first length of a stretch of constant rates."""

@@ -24,8 +24,10 @@ def is_past_yield(increment: Increment) -> bool:
     kink = max((kink for kink in kinks if kink <= begun + SAME), default=0.0)
     far = (TURNING if kink > 0 else YIELDING) * yield_strain(increment.system)
     strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
-    # Where it is not known what strains the body, it is not known when that yields.
-    return strain == 0 or strain >= far * (1 - ROUND_OFF)
+    if strain == 0:
+        # Loads let a body yield bit by bit to the end; what a turn strains, and when that yields, is not known.
+        return not increment.new_load.any()
+    return strain >= far * (1 - ROUND_OFF)
 
 
 def yield_strain(system: System) -> float:
