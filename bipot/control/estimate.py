@@ -8,7 +8,8 @@ It is a fraction of the force,
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
-  power is of order two in the increment, like the error of the flow carried on.
+  power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
+  strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
 * |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
   the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
@@ -71,8 +72,9 @@ def error_estimate(start: State, solved: Solved) -> float:
     taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
-    gathered = (missed / 2 / taken if taken > 0 else 0.0) + square / 12
-    lagging = 0.0 if _is_first(increment) else lag_of(start, solved).share(taken)
+    behind = lag_of(start, solved)
+    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
+    lagging = 0.0 if _is_first(increment) else behind.share(taken)
     bends = bool(response.returned.plastic.any()) and _moves(solved)
     if is_past_yield(increment):
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
