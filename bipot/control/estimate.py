@@ -43,7 +43,7 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import lag_of
-from bipot.control.yielding import at_kink, is_past_yield, strain_of, yield_strain
+from bipot.control.yielding import at_kink, is_past_yield, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -75,7 +75,7 @@ def error_estimate(start: State, solved: Solved) -> float:
     behind = lag_of(start, solved)
     gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
-    bends = bool(response.returned.plastic.any()) and _moves(solved)
+    bends = bool(response.returned.plastic.any()) and _moves(solved) and is_strained(solved)
     if is_past_yield(increment):
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
         return GATHERED * (gathered + bent) + lagging

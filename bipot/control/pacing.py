@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bipot.control.yielding import TURNING, YIELDING, at_kink, strain_of, yield_strain
+from bipot.control.yielding import TURNING, YIELDING, at_kink, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -51,7 +51,8 @@ passes than QUICK the next increment is not longer than the last."""
 
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
-    return solved.response.state is start and bool(solved.response.returned.plastic.any())
+    flows = bool(solved.response.returned.plastic.any()) and is_strained(solved)
+    return flows and solved.response.state is start
 
 
 @dataclass(frozen=True)
