@@ -68,19 +68,21 @@ def error_estimate(start: State, solved: Solved) -> float:
     """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
     increment, response = solved.iterate.increment, solved.response
     kin, sigma = response.kinematics, response.returned.stress
-    euler = _returned(start, solved, 1)
+    flows = bool(response.returned.plastic.any())
+    # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
+    euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
     taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
     behind = lag_of(start, solved)
     gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
-    bends = bool(response.returned.plastic.any()) and _moves(solved) and is_strained(solved)
+    bends = flows and _moves(solved) and is_strained(solved)
     if is_past_yield(increment):
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
         return GATHERED * (gathered + bent) + lagging
     # Where flow was carried on, that is the better one of the two.
-    alone = np.asarray((response.state.stress == start.stress).all(axis=-1))
+    alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
     begun = (begun / taken if taken > 0 else 0.0) + (_begins(start, solved) if bends else 0.0)
     return GATHERED * gathered + begun + lagging
