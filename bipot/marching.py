@@ -19,7 +19,7 @@ from bipot.control.carrying import Attempt, carry_on
 from bipot.control.course import Course
 from bipot.control.dissipated import Dissipated
 from bipot.control.estimate import error_estimate
-from bipot.control.failing import given_up
+from bipot.control.failing import AHEAD, given_up
 from bipot.control.landing import Landing, Locate, locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
@@ -44,6 +44,9 @@ from bipot.schedule import ROUND_OFF, Schedule
 from bipot.system import System, system_of
 
 FAILURES = (NotConverged, ProgramError, InvertedElement)
+
+DIGITS = 2.0
+"""Spacings of pseudo-times in the shortest increment: twice that is halved."""
 
 
 @dataclass(frozen=True)
@@ -210,7 +213,8 @@ def _halved(run: Run, course: Course, target: float) -> Found:
     if run.pacer is not None:
         anew = run.pacer.length(run.system, state, course.proposed, target)
     size, uncut = (anew, anew) if math.isnan(course.size) else (course.size, course.uncut)
-    least = uncut / 2**run.control.cuts
+    # Half of an increment that has no more digits is none, or the whole of it again.
+    least = max(uncut / 2**run.control.cuts, DIGITS * math.ulp(state.tau))
     cuts, passes, reasons = 0, 0, list[Reason]()
     while True:
         # Landing on the target itself, not on a sum that round-off moves.
@@ -223,7 +227,8 @@ def _halved(run: Run, course: Course, target: float) -> Found:
             return Found(increment, attempt, attempt.solved, uncut, cuts, passes, tuple(reasons))
         # Counted from what was scheduled: from the last success they creep up to a wall without an end.
         if tau - state.tau < 2 * least * (1 - 1e-9):
-            raise given_up(increment, attempt, cuts, run.cache.pace)
+            ahead = tau if run.pacer is None else max(tau, min(target, state.tau + AHEAD))
+            raise given_up(increment, attempt, cuts, run.cache.pace, ahead)
         cuts += 1
         size = (tau - state.tau) / 2
         reasons.append(Reason(ReasonKind.CUT, "cut", measures={"tau": tau}))

@@ -125,9 +125,14 @@ def test_loads_alone_have_no_travel_to_begin_with():
 
 
 @pytest.mark.slow
-def test_a_limit_load_ends_the_march():
-    with pytest.raises(LimitPassed):
-        run(pulled(300.0), Schedule(accuracy=1e-3))
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4])
+def test_a_limit_load_ends_the_march(accuracy):
+    """However short the increments are that follow yielding."""
+    with pytest.raises(LimitPassed) as caught:
+        run(pulled(300.0), Schedule(accuracy=accuracy))
+    assert 0.99 < caught.value.fraction < 1
+    assert caught.value.tau - caught.value.state.tau == pytest.approx(1e-3)
+    assert f"of that at tau = {caught.value.tau:.6g}" in str(caught.value)
 
 
 def test_what_is_too_wrong_is_solved_again_and_shorter():
@@ -148,6 +153,7 @@ def test_the_length_follows_the_estimate():
     assert pacer.next(0.1, 0.0) == 0.2
     assert pacer.next(0.1, 0.0, QUICK + 1) == 0.1
     assert pacer.next(0.1, 1.0) == pytest.approx(0.02)
+    assert pacer.next(1e-9, 1.0) == 1e-9, "rates are not lost in the round-off of pseudo-time"
     assert pacer.next(0.9, 0.0) == 1.0
 
 

@@ -1,5 +1,7 @@
 """Tools that turn as they come down: points land where the tool is on its way, and slip from there."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -111,3 +113,42 @@ def test_the_fuzz_study_s_own_sums_have_where_it_lands(dimension, steps):
         now = np.array(list(vars(a.energies).values())) / asked.images
         np.testing.assert_allclose(found.energies, now - before, atol=1e-9 * np.abs(now).max())
         before = now
+
+
+@pytest.mark.parametrize("turns", [0.5, -0.5, 2.5, 8.5, -20.5])
+def test_a_cam_that_turns_round_and_round_lands_on_its_first_way_down(turns):
+    """It goes down as its middle turns from above the pivot to below, and reaches the face for a part of each turn."""
+    radius, off, pivot = 0.5, 0.4, np.array([0.5, 1.8])
+    cam = ShapedTool(
+        Circle((0.5, 1.8 + off), radius), (0.0, -0.3), ("top",), MU, turn=Turn(2 * np.pi * turns, (0.5, 1.8))
+    )
+    asked = replace(scene(2, 0.0, 0.0), tools=(cam,))
+    system = system_of(asked)
+    increment = Increment(system, system.rest(), 1.0)
+    motion = increment.tools.meeting(np.zeros_like(asked.mesh.nodes), increment.tools.path).motion
+    sign, landed = np.sign(turns), 0
+    for (gap, slip), node in zip(motion, system.candidates.node, strict=True):
+        x = asked.mesh.nodes[node]
+
+        def middle(angle):
+            down = 0.3 * angle / (2 * np.pi * turns)
+            return pivot + [0.0, -down] + off * np.array([-np.sin(angle), np.cos(angle)])
+
+        def place(angle, x=x):
+            """Where the node is, as a direction from the middle that turns with the cam."""
+            away = (x - middle(angle)) / np.linalg.norm(x - middle(angle))
+            Q = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+            return away @ Q
+
+        def apart(angle, x=x):
+            return float(np.linalg.norm(x - middle(sign * angle))) - radius
+
+        # Nodes beside the middle are reached before or after it is at its lowest.
+        nearest = np.arctan2(*(pivot - x)) * -sign + np.pi
+        assert (gap < 0) == (apart(abs(2 * np.pi * turns)) < 0)
+        if gap < 0:
+            lands = sign * brentq(apart, 0.0, nearest, xtol=1e-15)
+            exact = 2 * radius * np.arcsin(np.linalg.norm(place(lands) - place(2 * np.pi * turns)) / 2)
+            assert abs(slip) == pytest.approx(exact, rel=1e-9)
+            landed += 1
+    assert landed

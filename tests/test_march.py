@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from functools import cache
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from bipot import marching
 from bipot.certificate import Bounds
 from bipot.errors import IncrementFailed, NotConverged, SceneError
 from bipot.fem.elements import RULES
@@ -293,3 +295,23 @@ def test_tighter_bounds_are_met_or_refused():
     tight = Limits(replace(Bounds(), equilibrium=1e-12))
     for accepted in march(scene, Schedule(1, first=0.1), Control(DIRECT, limits=tight)):
         assert accepted.solved.certificate.equilibrium <= 1e-12
+
+
+@pytest.mark.parametrize("schedule", [Schedule(2), Schedule(accuracy=1e-3)])
+def test_an_increment_that_never_succeeds_ends_where_a_pseudo_time_has_no_more_digits_to_halve(schedule, monkeypatch):
+    """From 0.6 on, steps of 1e-7 halved fifty times would be of 1e-22: a sum that is rounded has none below 1e-16."""
+    scene = upsetting(mu=0.0, elements=1)
+    begun = next(march(scene, Schedule(1, landings=(0.6,)))).course
+    ends = list[float]()
+
+    def fails(increment, *_):
+        ends.append(increment.tau)
+        assert len(ends) < 120
+        raise NotConverged("never")
+
+    monkeypatch.setattr(marching, "solve_increment", fails)
+    with pytest.raises(IncrementFailed, match="never"):
+        next(march(scene, schedule, Control(DIRECT, (), cuts=50), replace(begun, size=1e-7, uncut=1e-7)))
+    tried = list(dict.fromkeys(ends))
+    assert len(tried) > 20
+    assert all(0.6 < later < earlier for earlier, later in pairwise(tried))

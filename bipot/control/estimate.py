@@ -8,7 +8,8 @@ It is a fraction of the force,
 
 * sigma_E is the stress of a radial return from the start for the same motion (backward Euler, of order one in the
   flow), sigma that of the flow carried on. The force is stationary in the direction of flow, so their difference in
-  power is of order two in the increment, like the error of the flow carried on.
+  power is of order two in the increment, like the error of the flow carried on. In space its measure is the work of
+  strain and friction together, as that of l is: where friction does the work, what is left of strain says nothing.
 * |de|^2/12 is the difference of the midpoint strain from the logarithmic one, 2 tanh(x/2) = x - x^3/12 + ...
 * T = min(|v - v_0|^2 / |v|^2, TURNED) / 10 with v, v_0 the nodal velocities of the whole body, of this increment and
   the last, beyond those at which supports carry it: the curvature of the motion. A change by more than TURNED is an
@@ -16,7 +17,10 @@ It is a fraction of the force,
   velocities are unrelated: T is zero.
 * An increment that ends less than YIELDING yield strains after rest, TURNING after a kink, ends where the body begins
   to yield, while the force still follows the strain of what has not yielded. There, instead of T, Y = |v - v_0|/|v|
-  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. In the first one
+  h/20, and not more than h/20, with h <= 1 the strain of the increment over that at yield. Where loads, or forces on
+  tools, change, h is no less than the body's strain in the increment (root of the mean square) over that at yield and
+  the plastic strain so far together, because then the force is given and the error one of the displacement. Where these
+  alone strain the body, it yields bit by bit to the end, and Y counts throughout. In the first increment
   |v - v_0|/|v| is one after rest, that of directions after a kink, and it counts as far as sum_q w |sigma : de| is
   dissipated. What yields there has no flow to carry on: |sum_q w (sigma_E - sigma_P) : de| / sum_q w |sigma : de| is
   added to Y, sigma_P of returns in PARTS parts.
@@ -39,12 +43,11 @@ import numpy as np
 
 from bipot.advance import Advance
 from bipot.control.lag import lag_of
-from bipot.control.yielding import at_kink, is_past_yield, strain_of, yield_strain
+from bipot.control.yielding import at_kink, is_past_yield, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
 from bipot.scene.symmetry import own_share
-from bipot.tensors import norm
 from bipot.typing import Floats, vdot
 
 GATHERED = 2.5
@@ -52,9 +55,6 @@ GATHERED = 2.5
 
 TURNED = 1.6e-3
 """Relative change of velocity, squared, up to which the motion counts as curved and not as an event."""
-
-RESTS = 1e-6
-"""A body rests if all its nodes move by less than this fraction of the motion expected in the increment."""
 
 PARTS = 8
 """Of an increment's strain in which a radial return shows how long that is for it."""
@@ -64,18 +64,21 @@ def error_estimate(start: State, solved: Solved) -> float:
     """The estimate (a fraction) of the increment ``solved`` from the accepted ``start``, before flow was carried on."""
     increment, response = solved.iterate.increment, solved.response
     kin, sigma = response.kinematics, response.returned.stress
-    euler = _returned(start, solved, 1)
+    flows = bool(response.returned.plastic.any())
+    # Where nothing flows both stresses are one, but for round-off, which may be all that an unloaded body has left.
+    euler = _returned(start, solved, 1) if flows or response.state is not start else sigma
     taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
-    gathered = (missed / 2 / taken if taken > 0 else 0.0) + square / 12
-    lagging = 0.0 if _is_first(increment) else lag_of(start, solved).share(taken)
-    bends = bool(response.returned.plastic.any()) and deforms(solved)
+    behind = lag_of(start, solved)
+    gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
+    lagging = 0.0 if _is_first(increment) else behind.share(taken)
+    bends = flows and is_strained(solved)
     if is_past_yield(increment):
         bent = min(_turned(increment, start, solved), TURNED) / 10 if bends and not _is_first(increment) else 0.0
         return GATHERED * (gathered + bent) + lagging
     # Where flow was carried on, that is the better one of the two.
-    alone = np.asarray((response.state.stress == start.stress).all(axis=-1))
+    alone = flows * np.asarray((response.state.stress == start.stress).all(axis=-1))
     begun = abs(vdot(kin.volume * alone, np.vecdot(_returned(start, solved, PARTS) - euler, kin.strain)))
     begun = (begun / taken if taken > 0 else 0.0) + (_begins(start, solved) if bends else 0.0)
     return GATHERED * gathered + begun + lagging
@@ -91,12 +94,6 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
     return stress
 
 
-def deforms(solved: Solved) -> bool:
-    """Whether the body moves but as supports carry it, beyond round-off, as is all that one does that slides."""
-    increment = solved.iterate.increment
-    return float(norm(solved.response.du - increment.tools.way).max()) > RESTS * increment.units.length
-
-
 def _is_first(increment: Increment) -> bool:
     """Whether it starts from rest or at a kink."""
     return increment.start.length == 0 or at_kink(increment.system, increment.start.tau)
@@ -106,8 +103,22 @@ def _begins(start: State, solved: Solved) -> float:
     """|v - v_0|/|v| h/20 (module docstring)."""
     increment = solved.iterate.increment
     part = _dissipated(solved) if _is_first(increment) else 1.0
-    strain = strain_of(increment) / yield_strain(increment.system)
-    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(strain, 1.0) / 20
+    return min(math.sqrt(_turned(increment, start, solved)), 1.0) * part * min(_over_yield(start, solved), 1.0) / 20
+
+
+def _over_yield(start: State, solved: Solved) -> float:
+    """h (module docstring)."""
+    increment, at_yield = solved.iterate.increment, yield_strain(solved.iterate.increment.system)
+    known = strain_of(increment)
+    # Beside tools and supports that hardly move, loads may be what strains the body.
+    if not increment.new_load.any():
+        return known / at_yield
+    volume = solved.response.kinematics.volume
+    own, plastic = (
+        math.sqrt(vdot(volume, np.vecdot(strain, strain)) / float(volume.sum()))
+        for strain in (solved.response.kinematics.strain, start.plastic_strain)
+    )
+    return max(known / at_yield, own / (at_yield + plastic))
 
 
 def _turned(increment: Increment, start: State, solved: Solved) -> float:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from bipot.checks.cornered import cornered
 from bipot.checks.diagnosis import diagnosis
 from bipot.control.carrying import Attempt
@@ -10,30 +12,27 @@ from bipot.forms.memory import Pace
 from bipot.iterate import Increment
 from bipot.limit_analysis import collapse
 
+AHEAD = 1e-3
+"""Part of the path within which a load that is not carried explains why a march paced by accuracy ends: its increments
+become too short for the load at their end to be told from the one carried."""
+
 NEXT = 4.0
 """A maximum of the load within so many lengths of the failed increment explains the failure."""
 
 
-def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> IncrementFailed:
-    """The error that says what failed after so many ``cuts``, with one sentence on what to change."""
+def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace, ahead: float) -> IncrementFailed:
+    """The error that says what failed after so many ``cuts``, with one sentence on what to change.
+
+    The load is followed as far ``ahead``, a pseudo-time not before the increment's end.
+    """
     system, state, tau = increment.system, increment.start, increment.tau
     failed = f"increment from tau = {state.tau:.6g} to {tau:.6g} failed ({attempt.failures[-1]}). "
     found = diagnosis(system, state, tau)
     if found:
         return IncrementFailed(failed + found, state)
-    given_way = collapse(increment)
-    if given_way is not None:
-        carried = f"The load passes the limit load: in its present shape the body carries {given_way.carried:.6g} of it"
-        space = system.body.space
-        advice = f"{failed}{carried}. Drive it by displacements, or load it less."
-        return LimitPassed(
-            advice,
-            state,
-            ray=space.spread(given_way.v),
-            translation=space.beside(given_way.v),
-            fraction=given_way.carried,
-            tau=tau,
-        )
+    passed = _limit_passed(increment, failed, ahead)
+    if passed is not None:
+        return passed
     told = isinstance(attempt.last, Refused | InvertedElement)
     corner = None if told else cornered(increment)
     if corner is not None:
@@ -55,3 +54,23 @@ def given_up(increment: Increment, attempt: Attempt, cuts: int, pace: Pace) -> I
     else:
         more = "Use more increments, or a mesh that is less distorted there."
     return IncrementFailed(failed + more, state)
+
+
+def _limit_passed(increment: Increment, failed: str, ahead: float) -> LimitPassed | None:
+    """The proof that the load at the increment's end is not carried, or else that one ``ahead``; None without one."""
+    space = increment.system.body.space
+    for tau in dict.fromkeys((increment.tau, ahead)):
+        given_way = collapse(replace(increment, tau=tau))
+        if given_way is None:
+            continue
+        whose = "it" if tau == increment.tau else f"that at tau = {tau:.6g}"
+        carried = f"in its present shape the body carries {given_way.carried:.6g} of {whose}"
+        return LimitPassed(
+            f"{failed}The load passes the limit load: {carried}. Drive it by displacements, or load it less.",
+            increment.start,
+            ray=space.spread(given_way.v),
+            translation=space.beside(given_way.v),
+            fraction=given_way.carried,
+            tau=tau,
+        )
+    return None

@@ -18,8 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bipot.control.estimate import deforms
-from bipot.control.yielding import TURNING, YIELDING, at_kink, strain_of, yield_strain
+from bipot.control.yielding import TURNING, YIELDING, at_kink, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -30,7 +29,7 @@ ONSET, BEGUN = 1.4, 0.4
 """Least first strain over sqrt(accuracy); the second increment over the first."""
 
 SHORTEST = 1e-9
-"""The least first length in pseudo-time, far above its round-off."""
+"""The least length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
 """Longest first length where a load changes, a tool turns or nothing follows a path, over that of constant rates."""
@@ -52,7 +51,8 @@ passes than QUICK the next increment is not longer than the last."""
 
 def begins_flow(start: State, solved: Solved) -> bool:
     """Whether there is flow in the increment ``solved`` from ``start`` although none was carried on into it."""
-    return solved.response.state is start and bool(solved.response.returned.plastic.any()) and deforms(solved)
+    flows = bool(solved.response.returned.plastic.any()) and is_strained(solved)
+    return flows and solved.response.state is start
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Pacer:
         """The length after an increment of that ``length``, estimate and ``passes``; ``begun`` where its flow began."""
         allowed = AIMED * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
-        return min(length * max(min(allowed, growth), SHRINK), 1.0)
+        return min(max(length * max(min(allowed, growth), SHRINK), SHORTEST), 1.0)
 
     def _first(self, system: System, state: State, target: float) -> float:
         """The first length of a stretch of constant rates."""

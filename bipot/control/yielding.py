@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.schedule import SAME
 from bipot.system import System
+from bipot.tensors import norm
 
 YIELDING = 12.0
 """Of the strain at yield, from rest: where a body has long yielded."""
@@ -15,7 +17,7 @@ TURNING = 24.0
 """As YIELDING, after a kink: a body that turns round goes twice as far before it yields again."""
 
 ROUND_OFF = 1e-6
-"""Of these strains."""
+"""Of these strains; of that at yield, a strain by which a body is not."""
 
 
 def is_past_yield(increment: Increment) -> bool:
@@ -24,8 +26,16 @@ def is_past_yield(increment: Increment) -> bool:
     kink = max((kink for kink in kinks if kink <= begun + SAME), default=0.0)
     far = (TURNING if kink > 0 else YIELDING) * yield_strain(increment.system)
     strain = strain_of(increment) * (increment.tau - kink) / (increment.tau - begun)
-    # Where it is not known what strains the body, it is not known when that yields.
-    return strain == 0 or strain >= far * (1 - ROUND_OFF)
+    if strain == 0:
+        # Loads let a body yield bit by bit to the end; what a turn strains, and when that yields, is not known.
+        return not increment.new_load.any()
+    return strain >= far * (1 - ROUND_OFF)
+
+
+def is_strained(solved: Solved) -> bool:
+    """Whether the body is strained by more than round-off: at yield a body that rests flows by that, here or there."""
+    strain = float(norm(solved.response.kinematics.strain).max())
+    return strain > ROUND_OFF * yield_strain(solved.iterate.increment.system)
 
 
 def yield_strain(system: System) -> float:

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from bipot.tools.poses import pose_size, turned_on
+from bipot.tensors import norm
+from bipot.tools.poses import angles_of, pose_size, turned_on
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
 
 PARTS, TIMES = 16, 14
-"""Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches."""
+"""Parts into which an increment, then one of these, and so on is divided to find where a candidate first touches.
+
+Of an increment in which something turns round more than once each turn is divided so at first, up to TURNS of them.
+"""
+
+TURNS = 64
 
 
 class Carried(NamedTuple):
@@ -87,13 +94,20 @@ class Way(NamedTuple):
         # Few of many land in an increment, and only those are looked for.
         some = np.flatnonzero(lands[owner])
         way = self._replace(x=self.x[some], carried=self.carried.only(some))
-        early, step = np.zeros(len(lands)), 1.0
+        early, step, parts = np.zeros(len(lands)), 1.0, PARTS * way.turns
         for _ in range(TIMES):
-            step /= PARTS
-            late = early[:, None] + step * np.arange(1, PARTS)
+            step /= parts
+            late = early[:, None] + step * np.arange(1, parts)
             touches = gaps(some, way.seen(late[owner[some]])) < 0
-            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), PARTS - 1)
+            early += step * np.where(touches.any(axis=1), np.argmax(touches, axis=1), parts - 1)
+            parts = PARTS
         return early
+
+    @property
+    def turns(self) -> int:
+        """How often the tool or a point turns round, rounded up, from one to TURNS."""
+        own = float(norm(angles_of(self.advance)))
+        return math.ceil(np.clip(max(own, float(np.abs(self.carried.angle).max(initial=0.0))) / math.tau, 1, TURNS))
 
 
 def _each(part: Floats) -> tuple[slice | None, ...]:
