@@ -142,7 +142,10 @@ class Run:
 
 
 class Found(NamedTuple):
-    """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts."""
+    """An increment and the attempt that solved it, after ``cuts``; passes and reasons are those of all attempts.
+
+    ``estimate`` is that of the error of ``solved`` (:mod:`bipot.control.estimate`), NaN where nobody asks for it.
+    """
 
     increment: Increment
     attempt: Attempt
@@ -152,6 +155,7 @@ class Found(NamedTuple):
     passes: int
     reasons: tuple[Reason, ...]
     landing: Landing | None = None
+    estimate: float = math.nan
 
 
 def _increments(run: Run, schedule: Schedule, course: Course) -> Iterator[Accepted]:
@@ -192,19 +196,24 @@ def _next(run: Run, course: Course, target: float) -> Accepted:
 
 def _accurate(run: Run, course: Course, target: float) -> Found:
     """The increment, solved again and shorter while its error is estimated too far above what was asked."""
-    found, pacer = _halved(run, course, target), run.pacer
+    found, pacer = _estimated(run, course, _halved(run, course, target)), run.pacer
     for _ in range(TRIES if pacer is not None else 0):
         assert pacer is not None
-        length, estimate = found.increment.tau - course.state.tau, error_estimate(course.state, found.solved)
-        if not pacer.refuses(estimate):
+        if not pacer.refuses(found.estimate):
             break
-        shorter = pacer.next(length, estimate)
-        said = f"shortened: error estimated at {estimate:.2g}"
-        refused = Reason(ReasonKind.ACCURACY, said, measures={"estimate": estimate, "tau": found.increment.tau})
+        shorter = pacer.next(found.increment.tau - course.state.tau, found.estimate)
+        measures = {"estimate": found.estimate, "tau": found.increment.tau}
+        refused = Reason(ReasonKind.ACCURACY, f"shortened: error estimated at {found.estimate:.2g}", measures=measures)
         again = _halved(run, replace(course, size=shorter, uncut=shorter), target)
         passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
         found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
+        found = _estimated(run, course, found)
     return found
+
+
+def _estimated(run: Run, course: Course, found: Found) -> Found:
+    """The increment with the estimate of its error, if its length is to follow that."""
+    return found if run.pacer is None else found._replace(estimate=error_estimate(course.state, found.solved))
 
 
 def _halved(run: Run, course: Course, target: float) -> Found:
@@ -246,16 +255,16 @@ def _located(run: Run, course: Course, found: Found) -> Found:
     said = f"cut to the landing of node {landing.node} at tau = {landing.tau:.6g}"
     landed = Reason(ReasonKind.LANDING, said, measures={"node": landing.node, "tau": landing.tau})
     reasons = (*found.reasons, *landing.attempt.failures, landed)
-    return found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
+    found = found._replace(attempt=landing.attempt, solved=landing.solved, reasons=reasons, landing=landing)
+    return _estimated(run, course, found)
 
 
 def _after(run: Run, course: Course, found: Found, target: float) -> Course:
     """The course after the increment found: at the ``target``, or on the way to it."""
     length, proposed = found.solved.iterate.increment.tau - course.state.tau, math.nan
     if run.pacer is not None:
-        estimate = error_estimate(course.state, found.solved)
         begun = begins_flow(course.state, found.solved)
-        proposed = run.pacer.next(length, estimate, found.attempt.passes, begun)
+        proposed = run.pacer.next(length, found.estimate, found.attempt.passes, begun)
     after = course.after(found.solved, proposed)
     tau, landed = after.state.tau, course.landed.copy()
     # An increment paced by accuracy that was not cut ends as one of the schedule does.

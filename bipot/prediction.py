@@ -12,7 +12,6 @@ from bipot.checks.refusals import MOST_STRAINED
 from bipot.errors import InvertedElement, NotConverged
 from bipot.forms.memory import Pace
 from bipot.iterate import Increment, Iterate
-from bipot.schedule import SAME
 from bipot.tensors import equivalent_strain
 from bipot.typing import Floats
 
@@ -81,7 +80,7 @@ def predicted(increment: Increment, pace: Pace) -> Floats:
     """
     start, rows = increment.start, increment.rows
     x = increment.system.body.space.gather(pace.predict(start, increment.tau))
-    if any(abs(kink - start.tau) <= SAME for kink in increment.system.body.scene.kinks):
+    if increment.system.is_kink(start.tau):
         return np.zeros_like(x)
     same = np.array_equal(rows.gap, start.gap) and not increment.new_load.any()
     if same and not rows.slip.any() and not increment.driven.any():

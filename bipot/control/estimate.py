@@ -2,7 +2,6 @@ r"""An estimate of the error that an increment adds to the force.
 
 It is a fraction of the force,
 
-
     e = GATHERED (|sum_q w (sigma_E - sigma) : de| / (2 sum_q w |sigma : de|)  +  sum_q w |de|^2 / (12 sum_q w)  +  T)
         +  Y  +  l.
 
@@ -42,8 +41,8 @@ from dataclasses import replace
 import numpy as np
 
 from bipot.advance import Advance
-from bipot.control.lag import lag_of
-from bipot.control.yielding import at_kink, is_past_yield, is_strained, strain_of, yield_strain
+from bipot.control.lag import lag
+from bipot.control.yielding import is_past_yield, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -70,7 +69,7 @@ def error_estimate(start: State, solved: Solved) -> float:
     taken = vdot(kin.volume, np.abs(np.vecdot(sigma, kin.strain)))
     missed = abs(vdot(kin.volume, np.vecdot(euler - sigma, kin.strain)))
     square = vdot(kin.volume, np.vecdot(kin.strain, kin.strain)) / float(kin.volume.sum())
-    behind = lag_of(start, solved)
+    behind = lag(start, solved)
     gathered = (missed / 2 / (taken + behind.friction) if taken > 0 else 0.0) + square / 12
     lagging = 0.0 if _is_first(increment) else behind.share(taken)
     bends = flows and is_strained(solved)
@@ -96,7 +95,7 @@ def _returned(start: State, solved: Solved, parts: int) -> Floats:
 
 def _is_first(increment: Increment) -> bool:
     """Whether it starts from rest or at a kink."""
-    return increment.start.length == 0 or at_kink(increment.system, increment.start.tau)
+    return increment.start.length == 0 or increment.system.is_kink(increment.start.tau)
 
 
 def _begins(start: State, solved: Solved) -> float:
@@ -135,7 +134,7 @@ def _turned(increment: Increment, start: State, solved: Solved) -> float:
     before = Advance(increment.system.candidates, replace(start, tau=start.tau - start.length), start.tau)
     now = (solved.response.du - increment.tools.way) / (increment.tau - start.tau)
     then = start.velocity - before.way / start.length
-    if at_kink(increment.system, start.tau):
+    if increment.system.is_kink(start.tau):
         size = square(then)
         then = then * math.sqrt(square(now) / size) if size > 0 else then
     size = square(now)

@@ -48,12 +48,7 @@ class Lag(NamedTuple):
         return (self.energy + self.friction * self.part) / work if work > 0 else 0.0
 
 
-def lag(start: State, solved: Solved) -> float:
-    """The energy L (module docstring) of the increment ``solved`` from the accepted ``start``; zero from rest."""
-    return lag_of(start, solved).energy
-
-
-def lag_of(start: State, solved: Solved) -> Lag:
+def lag(start: State, solved: Solved) -> Lag:
     """The lag of the increment ``solved`` from the accepted ``start``; none from rest."""
     iterate = solved.iterate
     increment = iterate.increment

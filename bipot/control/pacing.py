@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from bipot.control.yielding import TURNING, YIELDING, at_kink, is_strained, strain_of, yield_strain
+from bipot.control.yielding import TURNING, YIELDING, is_strained, strain_of, yield_strain
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
@@ -69,7 +69,7 @@ class Pacer:
     def length(self, system: System, state: State, proposed: float, target: float) -> float:
         """The length of the next increment towards ``target``: the rest is divided equally, except for a first one."""
         left = target - state.tau
-        if math.isnan(proposed) or at_kink(system, state.tau):
+        if math.isnan(proposed) or system.is_kink(state.tau):
             return min(self._first(system, state, target), left)
         return left / max(1, math.ceil(left / proposed - SAME))
 

@@ -51,8 +51,3 @@ def strain_of(increment: Increment) -> float:
     # Beyond a plane of symmetry, which keeps the body in its place, it is half of both.
     ways = np.concatenate([increment.tools.along, increment.travel[near]])
     return float((np.ptp(ways, axis=0) / np.ptp(scene.mesh.nodes, axis=0)).sum())
-
-
-def at_kink(system: System, tau: float) -> bool:
-    """Whether the rate of a path or a load changes there."""
-    return any(abs(kink - tau) <= SAME for kink in system.body.scene.kinks)
