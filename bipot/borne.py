@@ -16,10 +16,10 @@ pushes, as far as no other is in the way, the mean of both ways of two that sque
 Mirror images of tools beyond planes of symmetry are tools, too.
 
 A body that one tool alone takes along goes as that turns, too, about its centre, and the m_c above are without that.
-Where the tool is welded it is its turn by theta about its axis e, where friction holds the
-body what of it is about the mean normal N_c of the tool there, theta (e . N_c); or, of a flat tool, all as long as
-nothing else touches the body: on a curved one that holds it, it would roll. What supports hold is not turned but about
-the one direction in which they do.
+Where the tool is welded that is its turn by theta about its axis e. Where friction holds the body it is what of it is
+about the mean normal N_c of the tool there, theta (e . N_c), or, of a flat tool, all of it as long as nothing else
+touches the body: on a curved one that holds it, it would roll. What supports hold turns only about the one direction in
+which they do.
 
 What forces and moments make of a tool's way is not known before the increment is solved, and takes nothing along.
 """
@@ -46,8 +46,7 @@ HOLDS = 1e-6
 """Friction farther below its limit than this fraction of the largest contact force holds its point: no more than that
 does the certificate's law leave undecided."""
 
-
-ALIGNED = 1e-9
+PARALLEL = 1e-9
 """Directions that differ by less are one."""
 
 
@@ -113,7 +112,7 @@ class Riding:
         touched = self.place[weight > 0]
         across = [crossed(spin.axis, vectors) for vectors in (touched - touched[0], self.held)]
         spread, beside = (float(norm(vectors).max(initial=0.0)) for vectors in across)
-        fits = beside <= ALIGNED and spread > ALIGNED * self.candidates.scene.size
+        fits = beside <= PARALLEL and spread > PARALLEL * self.candidates.scene.size
         return (j, spin) if holds and fits and spin.angle != 0 else None
 
     def _twisted(self, spin: Spin, weight: Floats) -> Spin:
@@ -127,7 +126,7 @@ class Riding:
     @cached_property
     def _free(self) -> Floats:
         """N N' (d, d)."""
-        basis = null_space(np.vstack([np.zeros(self.motion.shape[1]), self.held]), rcond=ALIGNED)
+        basis = null_space(np.vstack([np.zeros(self.motion.shape[1]), self.held]), rcond=PARALLEL)
         return basis @ basis.T
 
     def _by_others(self, own: Floats, k: int) -> Floats:

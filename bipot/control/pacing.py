@@ -28,7 +28,7 @@ from bipot.system import System
 ONSET, BEGUN = 1.4, 0.4
 """Least first strain over sqrt(accuracy); the second increment over the first."""
 
-SHORTEST = 1e-9
+LEAST_LENGTH = 1e-9
 """The least length in pseudo-time, far above its round-off."""
 
 UNDRIVEN = 0.05
@@ -81,7 +81,7 @@ class Pacer:
         """The length after an increment of that ``length``, estimate and ``passes``; ``begun`` where its flow began."""
         allowed = AIMED * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
-        return min(max(length * max(min(allowed, growth), SHRINK), SHORTEST), 1.0)
+        return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 
     def _first(self, system: System, state: State, target: float) -> float:
         """The first length of a stretch of constant rates."""
@@ -91,9 +91,9 @@ class Pacer:
         stretch, unknown = target - state.tau, bool(whole.new_load.any() or whole.tools.turned[near].any())
         most = UNDRIVEN * stretch if strained == 0 or unknown else stretch
         if strained == 0:
-            return max(most, SHORTEST)
+            return max(most, LEAST_LENGTH)
         # Past first yield, but no farther than a following increment would go: the estimate sees little of a first one.
         least = ONSET * math.sqrt(self.aim)
         far = TURNING if state.length > 0 else YIELDING
         strain = min(max(least, far * yield_strain(system)), GROWTH * least)
-        return max(min(strain / strained * stretch, most), SHORTEST)
+        return max(min(strain / strained * stretch, most), LEAST_LENGTH)

@@ -1,0 +1,135 @@
+"""How a march goes on: its schedule, fallbacks, cuts, what fails for good, and what control refuses."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from bipot import marching
+from bipot.certificate import Bounds
+from bipot.errors import IncrementFailed, NotConverged, SceneError
+from bipot.forms import FormName
+from bipot.increment import Limits
+from bipot.marching import Control, Schedule, march
+from bipot.scene.scene import upsetting
+from tests.scenes import DIRECT, path
+
+
+def test_the_schedule_lands_exactly_and_starts_small_under_friction():
+    times = path(0.45, 10).times()
+    np.testing.assert_allclose(np.array(times[:5]) * 0.45, 0.001 * np.arange(1, 6))
+    assert times[-1] == 1.0
+    steps = np.diff(times)
+    np.testing.assert_allclose(steps[-10:], steps[-1])
+    assert np.all(steps[1:] >= steps[:-1] * (1 - 1e-12))
+    assert Schedule(4).times() == [0.25, 0.5, 0.75, 1.0]
+    landed = Schedule(10, landings=(0.44,)).times()
+    assert 0.44 in landed
+    assert len(landed) == 10
+
+
+def test_a_failing_form_falls_back_and_says_so():
+    """One pass is never enough for `tangent` here: every increment is then solved by the first fallback."""
+    scene = upsetting(mu=0.1, reduction=0.01, elements=2)
+    helpless = FailsAlways()
+    for accepted in march(scene, Schedule(2, first=0.1), Control(helpless)):
+        assert accepted.form is FormName.NEWTON
+        assert accepted.reason.startswith("tangent: nothing doing")
+
+
+class FailsAlways:
+    """A form that never converges."""
+
+    name = FormName.TANGENT
+    init = DIRECT.init
+
+    def step(self, iterate, r, state):
+        raise NotConverged("nothing doing")
+
+
+class FailsAbove:
+    """The tangent form, refusing increments longer than ``limit``."""
+
+    name = FormName.TANGENT
+    init = DIRECT.init
+
+    def __init__(self, limit):
+        self.limit = limit
+
+    def step(self, iterate, r, state):
+        if iterate.increment.units.length > self.limit:
+            raise NotConverged("too long")
+        return DIRECT.step(iterate, r, state)
+
+
+def test_cuts_are_recorded_and_the_schedule_is_still_met():
+    scene = upsetting(mu=0.0, reduction=0.1, elements=2)
+    accepted = list(march(scene, Schedule(2), Control(FailsAbove(0.1), fallbacks=())))
+    taus = [a.state.tau for a in accepted]
+    assert {0.5, 1.0} <= set(taus)
+    assert accepted[0].cuts == 2
+    assert accepted[0].reason == "tangent: too long; cut; tangent: too long; cut"
+    assert accepted[0].state.tau == 0.125
+
+
+def test_an_increment_that_fails_for_good_carries_the_state_and_advice():
+    scene = upsetting(mu=0.0, reduction=0.1, elements=2)
+    control = Control(FailsAlways(), fallbacks=(), cuts=2)
+    with pytest.raises(IncrementFailed, match=r"from tau = 0 to .* failed \(.*nothing doing.*\)\. Use more") as caught:
+        list(march(scene, Schedule(1), control))
+    assert caught.value.state.tau == 0.0
+
+
+def test_inversion_is_cut_with_the_reason():
+    """45 % in one increment inverts nothing: it is certified or cut with its reason recorded."""
+    scene = upsetting(mu=0.3, reduction=0.6, elements=2)
+    accepted = list(march(scene, Schedule(1, first=0.001), Control(DIRECT)))
+    assert accepted[-1].state.tau == 1.0
+    assert all(a.reason for a in accepted if a.cuts)
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Schedule(0), "increments = 0"),
+        (lambda: Schedule(5, first=-0.1), "first = -0.1"),
+        (lambda: Schedule(5, first=0.3), "start-up = 1.5"),
+        (lambda: Schedule(5, first=1.5), r"first = 1.5: must be zero, or in \[1e-09, 1\)"),
+        (lambda: Schedule(first=np.array([0.1, 0.2]), accuracy=1e-3), "first = array.*: must be a number"),
+        (lambda: Schedule(5, growth=1.0), "growth = 1.0"),
+        (lambda: Schedule(5, first=0.1, landings=(0.3,)), "landing = 0.3"),
+        (lambda: Schedule(5, settling=0), "settling = 0"),
+        (lambda: Control(cuts=-1), "cuts = -1"),
+    ],
+)
+def test_bad_control_is_refused(make, words):
+    with pytest.raises(SceneError, match=words):
+        make()
+
+
+def test_tighter_bounds_are_met_or_refused():
+    scene = upsetting(mu=0.1, reduction=0.01, elements=2)
+    tight = Limits(replace(Bounds(), equilibrium=1e-12))
+    for accepted in march(scene, Schedule(1, first=0.1), Control(DIRECT, limits=tight)):
+        assert accepted.solved.certificate.equilibrium <= 1e-12
+
+
+@pytest.mark.parametrize("schedule", [Schedule(2), Schedule(accuracy=1e-3)])
+def test_an_increment_that_never_succeeds_ends_where_a_pseudo_time_has_no_more_digits_to_halve(schedule, monkeypatch):
+    """From 0.6 on, steps of 1e-7 halved fifty times would be of 1e-22: a sum that is rounded has none below 1e-16."""
+    scene = upsetting(mu=0.0, elements=1)
+    begun = next(march(scene, Schedule(1, landings=(0.6,)))).course
+    ends = list[float]()
+
+    def fails(increment, *_):
+        ends.append(increment.tau)
+        assert len(ends) < 120
+        raise NotConverged("never")
+
+    monkeypatch.setattr(marching, "solve_increment", fails)
+    with pytest.raises(IncrementFailed, match="never"):
+        next(march(scene, schedule, Control(DIRECT, (), cuts=50), replace(begun, size=1e-7, uncut=1e-7)))
+    tried = list(dict.fromkeys(ends))
+    assert len(tried) > 20
+    assert all(0.6 < later < earlier for earlier, later in pairwise(tried))
