@@ -58,7 +58,7 @@ def ends(scene: Scene, accuracy: float = ACCURACY) -> list[float]:
     "scene", [pulled(), squeezed(driven=True), squeezed(driven=False)], ids=["alone", "force", "rest"]
 )
 def test_what_loads_displace_errs_by_what_was_asked(scene):
-    """Beside a march with each increment in three parts; as with equal increments, of which eighty err by as much."""
+    """Beside a march with each increment in three parts."""
     taus = [0.0, *ends(scene)]
     parts = [tau for pair in pairwise(taus) for tau in np.linspace(*pair, 4)[1:].tolist()]
     sides = [scene.mesh.boundary_nodes(name) for name in ("top", "right")]
