@@ -297,3 +297,24 @@ def test_a_flow_that_does_not_go_on_is_dropped_before_its_increment_is_solved(mo
     late = carry_on(increment, solve, accepted, second=True)
     assert early.passes < late.passes
     np.testing.assert_allclose(early.solved.r, late.solved.r, atol=1e-6 * np.abs(late.solved.r).max())
+
+
+def test_a_body_that_turns_round_is_solved_without_its_last_flow():
+    """Where a path turns its rates are others; elastic release by a fifth of it takes no failed attempt."""
+    scene = with_punch(upsetting(mu=0.1, reduction=0.3, elements=4), path=((0.0, 0.0), (0.5, 1.0), (1.0, 0.9)))
+    back = next(a for a in march(scene, Schedule(4), Control(Newton())) if a.state.tau > 0.5)
+    assert back.passes <= 8 and not back.reasons
+    assert not back.solved.response.returned.plastic.any()
+    assert np.all(back.tool_forces == 0)
+
+
+def test_flow_that_goes_on_past_a_corner_of_the_path_is_carried_on():
+    """At two thirds of the speed before: the flow is the last one by the ratio of travels, not of pseudo-times."""
+    scene = with_punch(SCENE, path=((0.0, 0.0), (0.5, 0.6), (1.0, 1.0)))
+    steps = marched(scene, Schedule(40))
+    corner = next(a for a in steps if abs(a.start.tau - 0.5) < 1e-9)
+    straight = marched(
+        SCENE, Listed(1, ends=tuple(float(np.interp(a.state.tau, (0, 0.5, 1), (0, 0.6, 1))) for a in steps))
+    )
+    assert corner.solved.response.state is not corner.start
+    np.testing.assert_allclose(forces(steps), forces(straight), rtol=1e-5)

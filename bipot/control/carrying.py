@@ -13,9 +13,9 @@ flow stopped drop what they carried, for good, and the increment is solved again
 the dissipation of what they carried is below NEGLIGIBLE of the increment's dissipation and nowhere negative. After more
 than RATIOS wrong ratios or REPEATS solutions no flow is carried: backward Euler.
 
-Where no solution is found, the increment is solved by backward Euler. That solution stands if less than TOO_LITTLE of
-the flow continues in it; otherwise the increment is solved from there with the flow, or has failed. So it does not
-depend on the luck of a solver which of the two is accepted.
+Where no solution is found, and at a kink of the path, the increment is solved by backward Euler. That solution stands
+if less than TOO_LITTLE of the flow continues in it; otherwise the increment is solved from there with the flow, or has
+failed. So it does not depend on the luck of a solver which of the two is accepted.
 
 These solutions need not be converged to the last digit: an iterate within ROUGH of one shows as well where the flow did
 not continue, one within EARLY if it is clear of every point, and the iteration continues from there. The accepted
@@ -184,19 +184,23 @@ def carry_on(increment: Increment, solve: Solve, refused: Objection, second: boo
     why: Reason | None = None
     near: Near | None = None
     carried = Carried.guess(increment) if second else None
+    # Rates are others after a kink, and a body that turns round goes on elastically: the last flow misleads there.
+    unknown = system.is_kink(state.tau)
     while carried is not None and carried.fraction.any() and why is None:
+        if unknown:
+            tried.append(_without(state, solve, refused, None))
+            near = euler = tried[-1].solved
+            carried = None if euler is None else carried.found_by(system, euler)
+            if carried is None:
+                return _joined(tried)
         begun = system.body.carried_on(state, carried.last.times(carried.fraction))
         last = len(tried) >= REPEATS
         tried.append(solve(begun, near, None if last else partial(_turned, system, carried)))
         solved = tried[-1].solved
         near = solved or tried[-1].left
+        unknown = near is None
         if near is None:
             if carried.found:
-                return _joined(tried)
-            tried.append(_without(state, solve, refused, None))
-            near = euler = tried[-1].solved
-            carried = None if euler is None else carried.found_by(system, euler)
-            if carried is None:
                 return _joined(tried)
             continue
         after = carried.after(Flowed.of(system, carried, near))
