@@ -2,16 +2,15 @@
 
     python -m benchmarks.space [--mu 0.1 0.3] [--sizes 8 12 16] [--reduction 0.3] [--fast] [--out DIR]
 
-Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched in increments of 1 % after
-the start-up in a process of its own, to 30 % unless asked. At mu = 0.3 meshes are fanned out, which have more elements:
-between planes one of 12 a side folds at 25 % (:mod:`studies.block`). ``passes_an_increment`` and ``pass_s`` are means
-once yield has spread (from 2 % of the height on), ``pass_over_kappa`` the latter over the unit of cost: assembly,
-factorisation in the same order of elimination, found before, and solve, the median of at least 20. ``fill`` are the
-entries of its factors, ``seconds`` the whole march, ``peak_MB`` the largest size of the process, units included;
-``time_growth`` and ``factorisation_growth`` are exponents over the unknowns, of ``pass_s`` and ``factorisation_s``
-against the size before.
-All times are processor seconds of one thread. Ends with what :data:`LIMITS` allow, and with exit code 1 where one is
-exceeded.
+Writes ``DIR/space.csv``, a row for each coefficient and number of elements a side, marched after the start-up in
+increments of 1 %, where sides land of 0.5 %, in a process of its own, to 30 % unless asked. There (mu = 0.3) meshes are
+fanned out, which have more elements: between planes one of 12 a side folds at 25 % (:mod:`studies.block`).
+``passes_an_increment`` and ``pass_s`` are means once yield has spread (from 2 % of the height on), ``pass_over_kappa``
+the latter over the unit of cost: assembly, factorisation in the same order of elimination, found before, and solve, the
+median of at least 20. ``fill`` are the entries of its factors, ``seconds`` the whole march, ``peak_MB`` the largest
+size of the process, units included; ``time_growth`` and ``factorisation_growth`` are exponents over the unknowns, of
+``pass_s`` and ``factorisation_s`` against the size before. All times are processor seconds of one thread. Ends with
+what :data:`LIMITS` allow, and with exit code 1 where one is exceeded.
 """
 
 from __future__ import annotations
@@ -38,11 +37,14 @@ from studies.files import require_writable
 from studies.options import coefficient, count
 from studies.pool import processes
 
-STEP, SPREAD = 0.01, 0.02
+STEP, LANDING, SPREAD = 0.01, 0.005, 0.02
+"""Of the height: increments, those in which sides land, and where yield has spread."""
+
 REDUCTION, SHORT = 0.3, 0.06
 LAYOUTS = {0.1: Layout.TENSOR, 0.3: Layout.FANNED}
 """Where sides land, fanned."""
 SIZES = (8, 12, 16)
+
 MB = 1e3
 """Of what :func:`benchmarks.memory.peak` gives."""
 
@@ -86,11 +88,21 @@ LIMITS = (
 )
 
 
+def count_of(mu: float, reduction: float) -> int:
+    """Increments after the start-up."""
+    return round(reduction / (LANDING if layout_of(mu) is Layout.FANNED else STEP))
+
+
+def layout_of(mu: float) -> Layout:
+    """Of the meshes at this coefficient."""
+    return LAYOUTS.get(mu, Layout.FANNED)
+
+
 def case(mu: float, elements: int, reduction: float, increments: int) -> block.Block:
     """The study's, by Newton's method."""
     asked = ["--mu", f"{mu:g}", "--elements", str(elements), "--form", FormName.NEWTON.value]
     asked += ["--reduction", f"{reduction:g}", "--increments", str(increments)]
-    asked += ["--layout", LAYOUTS.get(mu, Layout.FANNED).value]
+    asked += ["--layout", layout_of(mu).value]
     (found,) = block.cases(block.parser().parse_args(asked))
     return found
 
@@ -165,7 +177,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         before: Row | None = None
         for size in sorted(sizes):
             with processes(1) as alone:
-                row = alone.submit(measured, mu, size, reduction, round(reduction / STEP)).result()
+                row = alone.submit(measured, mu, size, reduction, count_of(mu, reduction)).result()
             row = row if before is None else grown(row, before)
             before = row
             rows.append(row)

@@ -24,6 +24,7 @@ from bipot.control.landing import Landing, Locate, locate
 from bipot.control.pacing import TRIES, Pacer, begins_flow
 from bipot.control.reason import Reason, ReasonKind
 from bipot.control.starting import course_of
+from bipot.control.yielding import is_past_yield
 from bipot.errors import (
     InvertedElement,
     NotConverged,
@@ -201,6 +202,7 @@ def _accurate(run: Run, course: Course, target: float) -> Found:
         assert pacer is not None
         if not pacer.refuses(found.estimate):
             break
+        before = found.estimate
         shorter = pacer.next(found.increment.tau - course.state.tau, found.estimate)
         measures = {"estimate": found.estimate, "tau": found.increment.tau}
         refused = Reason(ReasonKind.ACCURACY, f"shortened: error estimated at {found.estimate:.2g}", measures=measures)
@@ -208,6 +210,8 @@ def _accurate(run: Run, course: Course, target: float) -> Found:
         passes, reasons = found.passes + again.passes, (*found.reasons, refused, *again.reasons)
         found = again._replace(passes=passes, reasons=reasons, cuts=found.cuts + again.cuts)
         found = _estimated(run, course, found)
+        if is_past_yield(found.increment) and not pacer.is_cured(found.estimate, before):
+            break
     return found
 
 

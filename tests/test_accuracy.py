@@ -16,7 +16,7 @@ from bipot.fem.reduction import Geometry
 from bipot.laws.flow import Integration
 from bipot.laws.material import Elastic
 from bipot.laws.von_mises import Elasticity
-from bipot.marching import Control, march
+from bipot.marching import Control, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.results import Existing, Recorder, columns
@@ -147,9 +147,11 @@ def test_what_is_too_wrong_is_solved_again_and_shorter():
 
 
 def test_the_length_follows_the_estimate():
-    pacer = Pacer(1e-4)
-    assert pacer.next(0.1, 1e-4) == pytest.approx(0.105)
-    assert pacer.next(0.1, 4e-4) == pytest.approx(0.0525)
+    pacer = Pacer(1e-3)
+    assert pacer.next(0.1, 1e-3) == pytest.approx(0.105)
+    assert pacer.next(0.1, 4e-3) == pytest.approx(0.0525)
+    finer = Pacer(1e-4).next(0.1, 1e-4)
+    assert finer == pytest.approx(0.105 * 10**-0.05), "landings and first yield are of lower order"
     assert pacer.next(0.1, 0.0) == 0.2
     assert pacer.next(0.1, 0.0, QUICK + 1) == 0.1
     assert pacer.next(0.1, 1.0) == pytest.approx(0.02)
@@ -218,3 +220,23 @@ def test_the_study_takes_an_accuracy_or_increments():
     assert case.schedule() == Schedule(accuracy=1e-3)
     both = parser().parse_args(["--mu", "0.1", "--accuracy", "1e-3", "--increments", "5"])
     refused(lambda: cases(both), "--increments has no effect")
+
+
+def test_the_last_increments_are_longer_rather_than_one_more():
+    """Equal parts of the rest, up to a quarter longer than proposed."""
+    system = system_of(cylinder(0.1, elements=2))
+    state = replace(system.rest(), tau=0.4)
+    lengths = {ratio: Pacer(1e-3).length(system, state, 0.6 / ratio, 1.0) / 0.6 for ratio in (1.0, 1.2, 1.3, 2.2, 2.3)}
+    assert lengths == pytest.approx({1.0: 1, 1.2: 1, 1.3: 1 / 2, 2.2: 1 / 2, 2.3: 1 / 3})
+
+
+def test_a_body_that_is_strained_unevenly_begins_with_shorter_increments():
+    """A square with bands of shear beside a block; the estimate is made here of peeq and strain alone."""
+    even, uneven = (run(SCENES[name](), Schedule(accuracy=1e-3))[0] for name in ("block", "square"))
+    assert [reason.kind for reason in uneven.reasons] == [ReasonKind.ACCURACY]
+    assert not even.reasons
+    assert 0.35 * uneven.state.tau < 0.6 * 0.2 * even.state.tau, "both are one high"
+    kin = uneven.solved.response.kinematics
+    square = np.average(np.vecdot(kin.strain, kin.strain), weights=kin.volume)
+    variance = np.cov(uneven.state.peeq.ravel(), aweights=kin.volume.ravel(), bias=True)
+    assert error_estimate(uneven.start, uneven.solved) == pytest.approx(2.5 * (square / 12 + 0.4 * variance), rel=1e-6)

@@ -303,7 +303,8 @@ def test_a_body_that_turns_round_is_solved_without_its_last_flow():
     """Where a path turns its rates are others; elastic release by a fifth of it takes no failed attempt."""
     scene = with_punch(upsetting(mu=0.1, reduction=0.3, elements=4), path=((0.0, 0.0), (0.5, 1.0), (1.0, 0.9)))
     back = next(a for a in march(scene, Schedule(4), Control(Newton())) if a.state.tau > 0.5)
-    assert back.passes <= 8 and not back.reasons
+    assert back.passes <= 8
+    assert not back.reasons
     assert not back.solved.response.returned.plastic.any()
     assert np.all(back.tool_forces == 0)
 

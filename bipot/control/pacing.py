@@ -1,7 +1,9 @@
 """Increments by accuracy: the length of the next increment by the estimate of the error that the last one adds.
 
 With e of :mod:`bipot.control.estimate`, the next increment is AIMED sqrt(accuracy/e) times as long, within the
-stability of BDF2, and an increment with an error REFUSED times the accuracy is solved again, shorter.
+stability of BDF2, and for accuracies finer than 1e-3 shorter still by the factor (accuracy/1e-3)^FINER. The rest of the
+way is divided equally; an increment is then up to SLACK longer where that saves one. One with an error REFUSED times
+the accuracy is solved again, shorter, unless its estimate does not fall by that: an event's does not.
 
 At rest, the first increment has a strain of YIELDING yield strains, at a kink of TURNING, at least ONSET sqrt(accuracy)
 and at most GROWTH times that, judged by how far tools and supports go from each other, or from where they are, over the
@@ -22,10 +24,9 @@ from bipot.control.yielding import TURNING, YIELDING, is_strained, strain_of, yi
 from bipot.increment import Solved
 from bipot.iterate import Increment
 from bipot.response import State
-from bipot.schedule import SAME
 from bipot.system import System
 
-ONSET, BEGUN = 1.4, 0.4
+ONSET, BEGUN = 1.1, 0.8
 """Least first strain over sqrt(accuracy); the second increment over the first."""
 
 LEAST_LENGTH = 1e-9
@@ -41,8 +42,18 @@ the first strain over the least.
 BDF2 is stable below 1 + sqrt(2).
 """
 
-REFUSED, TRIES = 4.0, 3
+REFUSED, TRIES = 3.0, 3
 """An estimate above REFUSED times the accuracy shortens the increment, up to TRIES times."""
+
+FINER, USUAL = 0.05, 1e-3
+"""Errors of landings and of first yield are of lower order: the length goes with the accuracy from USUAL on by so much
+more than its root."""
+
+SLACK = 0.25
+"""Of an increment, by which the last ones are longer rather than one more."""
+
+CURED = 0.7
+"""Part of its estimate above which that of a shortened increment is of an event, which is as large in any length."""
 
 CHEAPEST, QUICK = 2e-3, 8
 """Coarser accuracies give the increments of CHEAPEST, because longer ones cost more passes than they save. After more
@@ -71,15 +82,20 @@ class Pacer:
         left = target - state.tau
         if math.isnan(proposed) or system.is_kink(state.tau):
             return min(self._first(system, state, target), left)
-        return left / max(1, math.ceil(left / proposed - SAME))
+        return left / max(1, math.ceil(left / proposed - SLACK))
 
     def refuses(self, estimate: float) -> bool:
         """Whether the increment is to be solved again, shorter."""
         return estimate > REFUSED * self.aim
 
+    def is_cured(self, estimate: float, before: float) -> bool:
+        """Whether shortening an increment with the estimate ``before`` was of use."""
+        return estimate <= CURED * before
+
     def next(self, length: float, estimate: float, passes: int = 0, begun: bool = False) -> float:
         """The length after an increment of that ``length``, estimate and ``passes``; ``begun`` where its flow began."""
-        allowed = AIMED * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
+        aimed = AIMED * (self.aim / USUAL) ** FINER
+        allowed = aimed * math.sqrt(self.aim / estimate) if estimate > 0 else math.inf
         growth = BEGUN if begun else GROWTH if passes <= QUICK else 1.0
         return min(max(length * max(min(allowed, growth), SHRINK), LEAST_LENGTH), 1.0)
 

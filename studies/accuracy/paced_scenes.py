@@ -46,6 +46,21 @@ def pressed_block(across: int = 6, up: int = 3, element: Element = Element.Q8) -
     return Scene(block(2.0, 1.0, across, up, element=element), Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
 
 
+def square(across: int = 6) -> Scene:
+    """A quarter in plane strain that is nearly smooth, in which bands of shear form at once."""
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.35), ("top", "right"), 0.05)
+    planes = (Symmetry("base", 1), Symmetry("left", 0))
+    return Scene(block(1.0, 1.0, across, across, element=Element.Q8), Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
+
+
+def slab() -> Scene:
+    """A quarter in plane strain that is wide and rough, by the default element: yielding spreads far beyond yield."""
+    tool = FlatTool((0.0, 1.0), (0.0, -1.0), (0.0, -0.15), ("top",), 0.5)
+    planes = (Symmetry("base", 1), Symmetry("left", 0))
+    mesh = block(4.0, 1.0, 12, 4, element=Element.Q4)
+    return Scene(mesh, Geometry.PLANE_STRAIN, STEEL, planes, (tool,))
+
+
 def _pressed(scene: Scene, path: Path) -> Scene:
     """The scene with its tool on this path."""
     return replace(scene, tools=(replace(scene.tools[0], path=path),))
@@ -62,6 +77,8 @@ SCENES: dict[str, Callable[[], Scene]] = {
     "q4p0 ring": lambda: pressed_ring(12, 8, Element.Q4),
     "q4p0 block": lambda: pressed_block(12, 6, Element.Q4),
     "q4p0 unloading": lambda: default(0.1, BACK),
+    "square": square,
+    "q4p0 slab": slab,
     "coarse mu = 0.1": lambda: cylinder(0.1, elements=5),
     "coarse mu = 0.3": lambda: cylinder(0.3, elements=5),
 }
