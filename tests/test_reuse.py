@@ -14,13 +14,14 @@ from bipot.conic.clarabel import Clarabel, clarabel, solve
 from bipot.conic.problem import Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import Cvxpy, solve_stated
+from bipot.control.attempting import attempt_increment
 from bipot.errors import ProgramError, SceneError
 from bipot.forms import Cache, Dissipation, Newton, Tangent
 from bipot.forms.answers import tangent_program
 from bipot.increment import Limits
 from bipot.iterate import Increment
 from bipot.laws.flow import Integration
-from bipot.marching import Control, Schedule, attempt_increment, march, system_of
+from bipot.marching import Control, Schedule, march, system_of
 from bipot.meshes.elements import Element
 from bipot.meshes.sections import block
 from bipot.programs import condensation
