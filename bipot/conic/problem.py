@@ -41,7 +41,7 @@ class Cone(Enum):
 
 
 @dataclass
-class Layout:
+class Variables:
     """The named blocks of a program's variables, in the order in which they are added."""
 
     blocks: dict[str, slice] = field(default_factory=dict)
@@ -54,7 +54,7 @@ class Layout:
         return start
 
 
-class Outcome(Enum):
+class Claim(Enum):
     """The solver's claim. ALMOST is recorded and re-checked, never silently taken for SOLVED."""
 
     SOLVED = "solved"
@@ -152,7 +152,7 @@ class ConicSolution:
     program: ConicProgram
     x: Floats
     dual: Mapping[str, Floats]
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
@@ -99,7 +99,7 @@ class ForceProgram:
         program = replace(self.conic, q=linear, rows=(bare, replace(cones, b=b.ravel())))
         try:
             answer, self.handle = self.solver.solve(program, self.settings.accuracy(), self.handle)
-            if answer.outcome is not Outcome.SOLVED:
+            if answer.outcome is not Claim.SOLVED:
                 answer, _ = self.solver.solve(program, self.settings.accuracy(100))
         except UnboundedProgram as unbounded:
             raise InfeasibleProgram(
@@ -107,7 +107,7 @@ class ForceProgram:
             ) from unbounded
         except ProgramError:
             answer, _ = self.solver.solve(program, self.settings.accuracy(100))
-        if answer.outcome is not Outcome.SOLVED:
+        if answer.outcome is not Claim.SOLVED:
             raise ProgramError(f"almost solved at {100 * self.settings.tol:.0e}, which is not accepted")
         return answer.x
 

@@ -18,7 +18,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Cone, ConicProgram, Outcome, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
@@ -75,7 +75,7 @@ def _largest_margin(
         answer, _ = Clarabel(seconds=seconds).solve(program, _ACCURACY)
     except ProgramError:
         return np.nan, np.zeros(b.size)
-    margin = float(answer.x[-1]) if answer.outcome is Outcome.SOLVED else np.nan
+    margin = float(answer.x[-1]) if answer.outcome is Claim.SOLVED else np.nan
     return margin, answer.dual["margin"].ravel()
 
 

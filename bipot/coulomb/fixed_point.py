@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from scipy import sparse
 
-from bipot.coulomb.acceleration import Acceleration, Anderson, Memory
+from bipot.coulomb.acceleration import Acceleration, Anderson, Past
 from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
@@ -22,7 +22,7 @@ class FixedPointState:
 
     r: FloatArray
     point: FloatArray
-    memory: Memory
+    memory: Past
     program: ForceProgram
     antisymmetric: sparse.csr_array
     stalled: str | None = None
@@ -47,7 +47,7 @@ class _FixedPoint:
 
     def _start(self, problem: ScaledProblem, r: FloatArray, top: FloatArray) -> FixedPointState:
         program = force_program(problem, top, self.settings)
-        return FixedPointState(r, r, Memory(), program, problem.antisymmetric_part())
+        return FixedPointState(r, r, Past(), program, problem.antisymmetric_part())
 
     def _pass(
         self,

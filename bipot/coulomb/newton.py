@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg, sparse
 
-from bipot.coulomb.functions import AlartCurnier, ContactFunction, Linearised
+from bipot.coulomb.functions import AlartCurnier, ContactFunction, Expansion
 from bipot.coulomb.linear import factorised, jacobian, newton_direction
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require, require_count, require_type
@@ -64,12 +64,12 @@ def merit(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: F
     return float(np.linalg.norm(function.value(problem.by_contact(r), problem.by_contact(u), problem.mu)))
 
 
-def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Linearised:
+def linearise(problem: ScaledProblem, function: ContactFunction, r: FloatArray, u: FloatArray) -> Expansion:
     """F and its derivatives by contact."""
     return function.linearise(problem.by_contact(r), problem.by_contact(u), problem.mu)
 
 
-def levenberg_direction(problem: ScaledProblem, rows: Linearised, weight: float) -> FloatArray:
+def levenberg_direction(problem: ScaledProblem, rows: Expansion, weight: float) -> FloatArray:
     """Solve (Jᵀ J + λ I) δr = -Jᵀ F as the least squares of [J; √λ I], λ = ``weight``: defined for singular
     W."""
     J, F = jacobian(problem, rows), rows.value.ravel()

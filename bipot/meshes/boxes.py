@@ -14,7 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bipot.meshes.cells import Parts
+from bipot.meshes.cells import MeshParts
 from bipot.meshes.elements import Element
 from bipot.typing import Floats, Ints
 
@@ -26,7 +26,7 @@ TRIANGLES = np.array([(0, 1, 2), (0, 2, 3)])
 """Of its faces."""
 
 
-def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> Parts:
+def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[str], element: Element) -> MeshParts:
     """H8 or T4 in three layers around an inner box.
 
     ``near`` are the ends (n + 1,) of the inner elements along each axis, ``far`` those on the far faces, where the box
@@ -45,7 +45,8 @@ def fanned_box(near: Sequence[Floats], far: Sequence[Floats], names: Sequence[st
         through = [inner, *(layer for along, layer in enumerate(layers) if along != axis)]
         boundaries[close] = np.vstack([_faces(number.take(0, axis), element) for number in through])
         boundaries[distant] = _faces(outer.take(-1, axis), element)
-    return Parts(np.vstack([_places(near, index.reshape(3, -1)), _places(far, index[:, on_far])]), cells, boundaries)
+    nodes = np.vstack([_places(near, index.reshape(3, -1)), _places(far, index[:, on_far])])
+    return MeshParts(nodes, cells, boundaries)
 
 
 def _places(axes: Sequence[Floats], index: Ints) -> Floats:

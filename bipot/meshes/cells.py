@@ -72,7 +72,7 @@ class Fine:
         return ends
 
 
-class Parts(NamedTuple):
+class MeshParts(NamedTuple):
     """Nodes (a, d), elements (e, k) and facets (f, n) by the boundary's name: the parts of a mesh."""
 
     nodes: Floats
@@ -121,7 +121,7 @@ def along(start: float, end: float, count: int, grading: float | Fine) -> Floats
     return graded(start, end, count, grading)
 
 
-def converted(parts: Parts, element: Element) -> Parts:
+def converted(parts: MeshParts, element: Element) -> MeshParts:
     """The same shape in other elements: mid-sides (of straight edges) and centres are added or dropped.
 
     Raises:
@@ -139,13 +139,13 @@ def converted(parts: Parts, element: Element) -> Parts:
         nodes, cells = np.vstack([nodes, CENTRE @ nodes[cells]]), np.column_stack([cells, centre])
     facets = Facets.of(cells, element)
     ends = {name: some[:, source.ends] for name, some in parts.boundaries.items()}
-    return used(Parts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
+    return used(MeshParts(nodes, cells, {name: facets.run(facets.find(some), some) for name, some in ends.items()}))
 
 
-def used(parts: Parts) -> Parts:
+def used(parts: MeshParts) -> MeshParts:
     """The parts without nodes of no cell."""
     kept, elements = np.unique(parts.elements, return_inverse=True)
     number = np.full(len(parts.nodes), -1, dtype=np.intp)
     number[kept] = np.arange(len(kept))
     boundaries = {name: number[facets] for name, facets in parts.boundaries.items()}
-    return Parts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)
+    return MeshParts(parts.nodes[kept], elements.reshape(parts.elements.shape), boundaries)

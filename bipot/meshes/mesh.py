@@ -22,7 +22,7 @@ from bipot.errors import (
     require_magnitude,
     require_type,
 )
-from bipot.meshes.cells import Parts, converted
+from bipot.meshes.cells import MeshParts, converted
 from bipot.meshes.elements import Element, elements_of
 from bipot.meshes.facets import Facets, require_facets, require_one_part
 from bipot.meshes.files import of_meshio, of_skfem, to_meshio
@@ -142,8 +142,8 @@ class Mesh:
         return self.nodes.shape[1]
 
     @property
-    def _parts(self) -> Parts:
-        return Parts(self.nodes, self.elements, self.boundaries)
+    def _parts(self) -> MeshParts:
+        return MeshParts(self.nodes, self.elements, self.boundaries)
 
     @cached_property
     def _facets(self) -> Facets:

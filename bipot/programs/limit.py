@@ -20,7 +20,7 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import norm as row_lengths
 from scipy.sparse.linalg import splu
 
-from bipot.conic.problem import Cone, ConicProgram, Layout, Rows
+from bipot.conic.problem import Cone, ConicProgram, Rows, Variables
 from bipot.conic.solver import Accuracy, ConicSolver
 from bipot.errors import InfeasibleProgram, ProgramError
 from bipot.programs.data import Block, ContactRows, Term
@@ -186,23 +186,23 @@ class LimitProgram:
 
     def conic(self) -> ConicProgram:
         """Variables (v, t): least sum_q w sqrt(2/3) sigma_Y t_q, t_q >= |dev B v|, and the constraints."""
-        m, layout = self.model, Layout()
+        m, variables = self.model, Variables()
         points, width = m.stress.shape
-        layout.add(Block.DISPLACEMENT, len(self.force))
-        norms = layout.add(Block.PLASTIC_NORM, points)
+        variables.add(Block.DISPLACEMENT, len(self.force))
+        norms = variables.add(Block.PLASTIC_NORM, points)
         gain = np.append(self.force, np.zeros(points))
         free = np.zeros(len(self.rows.frictional))
-        volume = widened(self._volumes, layout.size)
+        volume = widened(self._volumes, variables.size)
         return ConicProgram(
-            P=sp.csc_matrix((layout.size, layout.size)),
+            P=sp.csc_matrix((variables.size, variables.size)),
             q=np.concatenate([np.zeros(len(self.force)), ROOT * m.weight * m.threshold]),
             rows=(
                 Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
                 Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
-                norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), layout.size, norms),
-                *ContactTerms(still(self.rows), free, free).cone_rows(layout.size, layout.size),
+                norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), variables.size, norms),
+                *ContactTerms(still(self.rows), free, free).cone_rows(variables.size, variables.size),
             ),
-            blocks=layout.blocks,
+            blocks=variables.blocks,
         )
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from bipot.conic.problem import Cone, ConicProgram, Layout, Outcome, Rows, Timing
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
 from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
 from bipot.laws.projections import project_disc
@@ -34,7 +34,7 @@ class Minimum(NamedTuple):
     """Minimiser x (n,), the optimiser's claim, its iterations and seconds."""
 
     x: Floats
-    outcome: Outcome
+    outcome: Claim
     iterations: int
     timing: Timing
 
@@ -157,29 +157,29 @@ class PenaltyProgram:
         With du - v = B y + w the cost is 1/2 dU' K dU - f' dU + sum_c [k/2 |du - v|^2 - t_0 . (du - v) + s |v_t|].
         """
         terms, contact = self.contact, self.contact.rows
-        (count, width), layout = contact.slip.shape, Layout()
-        layout.add(Block.DISPLACEMENT, len(self.f))
-        gaps = layout.add(Block.FICTITIOUS_GAP, contact.count)
-        slips = layout.add(Block.FICTITIOUS_SLIP, contact.slip.size)
-        bounds = layout.add(Block.SLIP_BOUND, count)
+        (count, width), variables = contact.slip.shape, Variables()
+        variables.add(Block.DISPLACEMENT, len(self.f))
+        gaps = variables.add(Block.FICTITIOUS_GAP, contact.count)
+        slips = variables.add(Block.FICTITIOUS_SLIP, contact.slip.size)
+        bounds = variables.add(Block.SLIP_BOUND, count)
         B = sp.vstack([contact.G_n, contact.G_t], format="csr")
         B = sp.hstack([B, -sp.eye_array(bounds - gaps), sp.csr_array((bounds - gaps, count))], format="csr")
         w = np.concatenate([contact.gap - terms.start_gap, contact.slip.ravel()])
         k = np.concatenate([terms.k_n, np.repeat(terms.k_t, width)])
         t_0 = np.concatenate([terms.t_0[:, 0], terms.t_0[contact.frictional, 1:].ravel()])
-        P = sp.csc_matrix(padded(self.K, layout.size) + B.T @ (sp.diags_array(k) @ B))
+        P = sp.csc_matrix(padded(self.K, variables.size) + B.T @ (sp.diags_array(k) @ B))
         q = B.T @ (k * w - t_0)
         q[:gaps] -= self.f
         q[bounds:] = terms.threshold
-        closed = _unit_rows(np.arange(gaps, slips), layout.size)
+        closed = _unit_rows(np.arange(gaps, slips), variables.size)
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
-        cones = _unit_rows(order.ravel(), layout.size)
+        cones = _unit_rows(order.ravel(), variables.size)
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
             Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, closed, room),
             Rows(Term.FRICTION, Cone.SECOND_ORDER, cones, np.zeros(order.size), width + 1),
         )
-        return ConicProgram(P, q, rows, layout.blocks)
+        return ConicProgram(P, q, rows, variables.blocks)
 
     def statement(self) -> Stated:
         """The same program as (29) states it; the dual of its constraint is t_n.

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.errors import ProgramError
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.programs.condensation import factorise
@@ -92,7 +92,7 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
             _searches(program, best)
     if not best.error <= LOST:
         raise ProgramError(f"penalised Newton left a residual of {best.error:.1e}: use a smaller penalty or increment")
-    outcome = Outcome.SOLVED if best.error <= SOLVED else Outcome.ALMOST
+    outcome = Claim.SOLVED if best.error <= SOLVED else Claim.ALMOST
     return Minimum(best.x, outcome, best.iterations, Timing(solve=time.perf_counter() - began))
 
 

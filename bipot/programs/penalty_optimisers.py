@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg as la
 
-from bipot.conic.problem import Outcome, Timing
+from bipot.conic.problem import Claim, Timing
 from bipot.conic.solver import Accuracy
 from bipot.conic.through_cvxpy import solve_stated
 from bipot.errors import ProgramError
@@ -104,7 +104,7 @@ def _optimise(program: PenaltyProgram, start: Floats, method: str, **options: fl
     error = float(np.abs(program.gradient(x)).max()) / program.largest(x)
     if not error <= LOST:
         raise ProgramError(f"the optimiser left a residual of {error:.1e} ({answer.message})")
-    outcome = Outcome.SOLVED if error <= SOLVED else Outcome.ALMOST
+    outcome = Claim.SOLVED if error <= SOLVED else Claim.ALMOST
     return Minimum(x, outcome, int(answer.nit), Timing(built - began, time.perf_counter() - built))
 
 
@@ -128,9 +128,9 @@ def fictitious(program: PenaltyProgram, accuracies: tuple[Accuracy, ...]) -> Min
             continue
         iterations, timing = iterations + count, timing + spent
         answers.append(np.asarray(stated.blocks[Block.DISPLACEMENT].value))
-        if outcome is Outcome.SOLVED:
+        if outcome is Claim.SOLVED:
             return Minimum(condensed.recover(answers[-1]), outcome, iterations, timing)
     if not answers:
         raise failure
     best = min(answers, key=lambda u: float(np.abs(small.gradient(u)).max()))
-    return Minimum(condensed.recover(best), Outcome.ALMOST, iterations, timing)
+    return Minimum(condensed.recover(best), Claim.ALMOST, iterations, timing)

@@ -15,7 +15,7 @@ from bipot.laws.coulomb import Status
 from bipot.response import State
 from bipot.results.nodal import Averaging
 from bipot.system import System
-from bipot.traction import Traction
+from bipot.traction import ContactTraction
 from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
@@ -25,7 +25,7 @@ SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
 
 
 @dataclass(frozen=True)
-class Step:
+class StoredStep:
     """The stored data of one step: course of the march, forces and gaps of all candidates, their tractions and status.
 
     ``forces`` (c, d) are vectors on the body, ``volume`` (e, q) is that of the integration points, ``poses`` (k, p)
@@ -35,33 +35,33 @@ class Step:
     course: Course
     forces: Floats
     gap: Floats
-    tractions: Traction
+    tractions: ContactTraction
     volume: Floats
     poses: Floats
 
     @staticmethod
-    def at_start(system: System, course: Course) -> Step:
+    def at_start(system: System, course: Course) -> StoredStep:
         """Step 0: without a known slip, tractions of a start that carries forces are unknown (NaN, UNDECIDED)."""
         scene, state = system.body.scene, course.state
         rests = not state.forces.any()
         unknown = np.full(len(state.gap), 0.0 if rests else np.nan)
         status = np.full(len(state.gap), Status.OPEN if rests else Status.UNDECIDED, dtype=np.int8)
         placed = gradients(state.nodes, scene.mesh.elements, system.body.space.reference, scene.geometry)
-        tractions = Traction(unknown, unknown, status, 0.0, 0.0)
+        tractions = ContactTraction(unknown, unknown, status, 0.0, 0.0)
         poses = scene.placed(state.tau, state.translation)
         frames = system.candidates.frames_at(state.nodes, poses)
         forces = system.candidates.vectors(state.forces, frames)
-        return Step(course, forces, state.gap, tractions, placed.volume, poses)
+        return StoredStep(course, forces, state.gap, tractions, placed.volume, poses)
 
     @staticmethod
-    def after(accepted: Accepted) -> Step:
+    def after(accepted: Accepted) -> StoredStep:
         """The step of an accepted increment, its tractions on the configuration of equilibrium."""
         solved = accepted.solved
         increment = solved.iterate.increment
         forces = increment.system.candidates.vectors(solved.iterate.rubbed(solved.r), solved.iterate.frames)
         gap, state = solved.iterate.motion[:, 0], accepted.state
         poses = increment.system.body.scene.placed(state.tau, state.translation)
-        return Step(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
+        return StoredStep(accepted.course, forces, gap, accepted.traction, solved.response.kinematics.volume, poses)
 
     @property
     def state(self) -> State:
@@ -69,7 +69,7 @@ class Step:
         return self.course.state
 
 
-def point_fields(system: System, step: Step, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
+def point_fields(system: System, step: StoredStep, averaging: Averaging, values: Floats) -> dict[str, NDArray[Any]]:
     """Nodal fields: vectors (a, 3), tensors (a, 6), scalars (a,); NaN (status: -1) where a node is no candidate.
 
     Where two tools share a node, the fields are those of the one that pushes harder, except for the force, which is the
@@ -96,7 +96,7 @@ def point_fields(system: System, step: Step, averaging: Averaging, values: Float
     }
 
 
-def cell_fields(step: Step, values: Floats) -> dict[str, NDArray[Any]]:
+def cell_fields(step: StoredStep, values: Floats) -> dict[str, NDArray[Any]]:
     """Averages of the ``values`` (:func:`together`) over the elements: tensors (e, 6) in VTK's order, scalars."""
     weight = step.volume / step.volume.sum(axis=1, keepdims=True)
     return _apart(einsum("eq,eqs->es", weight, values), np.float64)
@@ -122,7 +122,7 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
     }
 
 
-def step_fields(step: Step) -> dict[str, ArrayLike]:
+def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
     """The data of one step in ``/bipot/steps``: all that a resumed march needs, except times and nodes."""
     course, state = step.course, step.state
     flow = state.flow

@@ -28,7 +28,7 @@ from bipot.laws.coulomb import CARRIES, Status
 from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.drawn import Lines
-from bipot.results.fields import NO_CANDIDATE, Step, cell_fields, padded, point_fields, step_fields, together
+from bipot.results.fields import NO_CANDIDATE, StoredStep, cell_fields, padded, point_fields, step_fields, together
 from bipot.results.names import FIELDS, GROUPS, described
 from bipot.results.nodal import Averaging
 from bipot.system import System
@@ -130,7 +130,7 @@ class RunFile:
                 self._text = rows
         return cut
 
-    def append(self, step: Step, line: str) -> None:
+    def append(self, step: StoredStep, line: str) -> None:
         """Append one step and its ``line`` of the history's text, which wait for :meth:`commit`.
 
         Raises:
@@ -169,7 +169,7 @@ class RunFile:
         self._file.failed = True
         self._waiting = {}
 
-    def _append(self, step: Step, line: str) -> None:
+    def _append(self, step: StoredStep, line: str) -> None:
         number, system = self._made, self._system
         self._add("VTKHDF/Points", padded(step.state.nodes))
         for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():

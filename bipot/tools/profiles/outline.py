@@ -13,7 +13,7 @@ import numpy as np
 
 from bipot.errors import require
 from bipot.tensors import norm
-from bipot.tools.profiles.pieces import Pieces, Rounds, Straights, leftwards
+from bipot.tools.profiles.pieces import ProfilePieces, Rounds, Straights, leftwards
 from bipot.typing import Bools, Floats, Ints
 
 STRAIGHT = 1e-12
@@ -29,7 +29,7 @@ PARALLEL = 1e-9
 """Sides whose directions differ by less (radians) are parallel."""
 
 
-def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], closed: bool) -> Pieces:
+def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], closed: bool) -> ProfilePieces:
     """Straights and rounds of the line through ``points``, with fillets of the ``radii`` at its inner ones.
 
     Raises:
@@ -62,7 +62,7 @@ def _turns(sides: Floats, closed: bool) -> Floats:
     return np.arctan2(_cross(before, after), np.vecdot(before, after))
 
 
-def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> Pieces:
+def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> ProfilePieces:
     """The pieces of a line without straight corners; ``names`` (m,) are the numbers of the inner ones as given."""
     sides = _sides(corners, closed)
     length, trim = norm(sides), radius * np.tan(np.abs(theta) / 2)
@@ -87,7 +87,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     starts = corners[: len(sides)] + taken[0][:, None] * along
     straights = Straights(starts, along, leftwards(along), left, low, high, begins)
     span, extent = norm(np.ptp(corners, axis=0)), max(norm(corners).max(), radius.max(initial=0.0))
-    return Pieces(rounds, straights, float(ends[-1]) if closed else np.inf, float(span), float(extent))
+    return ProfilePieces(rounds, straights, float(ends[-1]) if closed else np.inf, float(span), float(extent))
 
 
 def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, names: Ints) -> None:

@@ -75,7 +75,7 @@ class Straights(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Pieces:
+class ProfilePieces:
     """A line of m ``rounds`` and l ``straights``, numbered in this order, of the ``length`` (inf where it is open).
 
     ``span`` is the distance between its farthest corners or so, ``extent`` the magnitude of its places and lengths.

@@ -18,7 +18,7 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_num
 from bipot.tensors import norm
 from bipot.tools.circle import AROUND, DEEP, GRAZED, OPEN, PAST, SHALLOW
 from bipot.tools.profiles.outline import pieces_of
-from bipot.tools.profiles.pieces import Pieces
+from bipot.tools.profiles.pieces import ProfilePieces
 from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import Distance, Surface, Tips, place
 from bipot.typing import Bools, Floats, Vector
@@ -52,7 +52,7 @@ class Profile:
     points: tuple[tuple[float, float], ...]
     fillets: float | tuple[float, ...] = 0.0
     closed: bool = False
-    pieces: Pieces = field(init=False, repr=False, compare=False)
+    pieces: ProfilePieces = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         require_type(self.closed, bool, "profile.closed")
