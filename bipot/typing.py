@@ -31,6 +31,11 @@ einsum: Einsum = np.einsum
 """:func:`numpy.einsum` itself, with one type in the place of twelve: a type checker tries them all at every call."""
 
 
+def times(matrices: Floats, vectors: Floats) -> Floats:
+    """Matrices (…, i, j) on vectors (…, j)."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
 def vdot(a: Floats, b: Floats) -> float:
     """The sum of a b over all entries of two arrays of one size.
 

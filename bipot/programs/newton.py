@@ -26,10 +26,10 @@ import scipy.sparse as sp
 from bipot.errors import ProgramError
 from bipot.programs.data import ContactRows
 from bipot.programs.factors import DEFAULT, Factor, LinearSolver
-from bipot.programs.frames import Frames, times
+from bipot.programs.frames import Frames
 from bipot.programs.ordering import Pattern
 from bipot.programs.pieces import L, Law
-from bipot.typing import Floats, Ints, einsum
+from bipot.typing import Floats, Ints, einsum, times
 
 ITERATIONS = 12
 """Most steps of one minimisation."""
