@@ -22,6 +22,7 @@ import numpy as np
 from bipot.meshes.mesh import Mesh
 from bipot.scene.symmetry import Mirror
 from bipot.tensors import norm
+from bipot.tools.plane import angle_between, leftwards
 from bipot.tools.surfaces import Surface, Tips
 from bipot.tools.tool import Tool
 from bipot.typing import Bools, Floats, Ints
@@ -116,7 +117,7 @@ class _Place(NamedTuple):
         """Of segments (f, 2, d)."""
         along, out = ends[:, 1] - ends[:, 0], tips.centre - ends[:, :1]
         length = norm(along)[:, None]
-        outward = np.stack([along[:, 1], -along[:, 0]], axis=-1)[:, None]
+        outward = -leftwards(along)[:, None]
         allowed = DEPTH * np.minimum(length, tips.thickness)
         return _Place(np.vecdot(out, along[:, None]) / length**2, np.vecdot(out, outward) / length, allowed)
 
@@ -128,7 +129,7 @@ def _behind(ends: Floats, tips: Tips, surface: Surface) -> Bools:
     way = nearest - tips.centre
     far = norm(way)
     one, other = ends[:, :1] - tips.centre, ends[:, 1:] - tips.centre
-    turned = np.arctan2(one[..., 0] * other[..., 1] - one[..., 1] * other[..., 0], np.vecdot(one, other)).sum(axis=0)
+    turned = angle_between(one, other).sum(axis=0)
     # Whether a centre is in the body does not depend on the segment; its depth is that behind the nearest one.
     near, inner = far == far.min(axis=0), (turned > np.pi) & (surface.distance(tips.centre).gap <= 0)
     out = inner & near & (tips.radius + far > place.allowed)

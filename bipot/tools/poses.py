@@ -21,6 +21,7 @@ from bipot.errors import LARGEST_LENGTH, require, require_magnitude, require_num
 from bipot.paths import RAMP, Amplitude, require_components, vector
 from bipot.tensors import norm
 from bipot.tools.driving import Moment
+from bipot.tools.plane import leftwards
 from bipot.typing import Floats
 
 LARGEST_ANGLE, SMALLEST_ANGLE = 1e6, 1e-60
@@ -115,22 +116,13 @@ class Turn:
         return crossed(self.about, arm)
 
 
-def across(vectors: Floats) -> Floats:
-    """Vectors (…, d) turned by a right angle anticlockwise.
-
-    >>> across(np.array([2.0, 1.0])).tolist()
-    [-1.0, 2.0]
-    """
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
 def crossed(spin: Floats, vectors: Floats) -> Floats:
     """spin x v (…, d) of vectors v (…, d), the ``spin`` of one number in a plane (…, 1), of three in space (…, 3).
 
     >>> crossed(np.array([3.0]), np.array([2.0, 1.0])).tolist()
     [-3.0, 6.0]
     """
-    return spin * across(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
+    return spin * leftwards(vectors) if vectors.shape[-1] == 2 else np.cross(spin, vectors)
 
 
 def turned_on(axis: Floats, angle: Floats, arm: Floats) -> Floats:

@@ -13,7 +13,8 @@ import numpy as np
 
 from bipot.errors import require
 from bipot.tensors import norm
-from bipot.tools.profiles.pieces import ProfilePieces, Rounds, Straights, leftwards
+from bipot.tools.plane import angle_between, cross, leftwards
+from bipot.tools.profiles.pieces import ProfilePieces, Rounds, Straights
 from bipot.typing import Bools, Floats, Ints
 
 STRAIGHT = 1e-12
@@ -59,7 +60,7 @@ def _sides(corners: Floats, closed: bool) -> Floats:
 def _turns(sides: Floats, closed: bool) -> Floats:
     """Angles (m,) to the left from side to side at the inner corners."""
     before, after = (np.roll(sides, 1, axis=0), sides) if closed else (sides[:-1], sides[1:])
-    return np.arctan2(_cross(before, after), np.vecdot(before, after))
+    return angle_between(before, after)
 
 
 def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> ProfilePieces:
@@ -106,8 +107,8 @@ def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, 
     before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
     # In the oblique frame of a corner's two sides the triangle is u, v >= 0, u + v <= trim.
     to = corners - inner[:, None]
-    area = _cross(before, after)[:, None]
-    u, v = _cross(-to, after[:, None]) / area, _cross(before[:, None], to) / area
+    area = cross(before, after)[:, None]
+    u, v = cross(-to, after[:, None]) / area, cross(before[:, None], to) / area
     slack = FITS * np.abs(corners).max()
     inside = (u > -slack) & (v > -slack) & (u + v < trim[:, None] - slack) & (trim > 0)[:, None]
     # The corner itself, and the ends of its sides, are no others.
@@ -142,18 +143,13 @@ Side = tuple[Floats, Floats, Floats, Floats]
 def _meet(one: Side, other: Side) -> Bools:
     """Whether sides meet (k,), end to end or on one line too."""
     (p, d, low, high), (q, e, low_e, high_e) = one, other
-    size, area, to = norm(d) * norm(e), _cross(d, e), q - p
+    size, area, to = norm(d) * norm(e), cross(d, e), q - p
     slanted = np.abs(area) > PARALLEL * size
     safe = np.where(slanted, area, 1.0)
-    a, b = _cross(to, e) / safe, _cross(to, d) / safe
+    a, b = cross(to, e) / safe, cross(to, d) / safe
     across = slanted & (a >= low - FITS) & (a <= high + FITS) & (b >= low_e - FITS) & (b <= high_e + FITS)
     # On one line: the other's ends as multiples of the one.
-    same = ~slanted & (np.abs(_cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
+    same = ~slanted & (np.abs(cross(to, d)) <= PARALLEL * norm(d) * np.maximum(norm(d), norm(e)))
     ahead = np.where(same, np.vecdot(e, d), 1.0)
     ends = np.stack([np.vecdot(to, d) + k * ahead for k in (low_e, high_e)]) / np.vecdot(d, d)
     return across | (same & (ends.max(axis=0) >= low - FITS) & (ends.min(axis=0) <= high + FITS))
-
-
-def _cross(a: Floats, b: Floats) -> Floats:
-    """a_x b_y - a_y b_x."""
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -21,6 +21,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.circle import ROUND
+from bipot.tools.plane import angle_between, leftwards
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints, einsum
 
@@ -56,7 +57,7 @@ class Rounds(NamedTuple):
     def angle(self, piece: Ints, out: Floats) -> Floats:
         """Angle (…) from the beginning of rounds to the directions ``out`` (…, d) from their centres."""
         begin, turn = leftwards(self.first)[piece] * self.turn[piece][..., None], self.turn[piece]
-        return -turn * _turned(begin, out)
+        return -turn * angle_between(begin, out)
 
 
 class Straights(NamedTuple):
@@ -134,7 +135,7 @@ class ProfilePieces:
         far = norm(start) + norm(end)
         # The difference of two distances, without the round-off of either; the angle between them likewise.
         farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
-        around = np.stack([farther, -self.rounds.radius[round_] * _turned(start, end, by)], axis=-1)
+        around = np.stack([farther, -self.rounds.radius[round_] * angle_between(start, end, by)], axis=-1)
         return np.where((piece < m)[..., None], turn[..., None] * around, out)
 
     def beyond(self, x: Floats) -> Bools:
@@ -160,7 +161,7 @@ class ProfilePieces:
     def _between(self, k: int) -> Floats:
         """Points (p, d) between the ends of a round by its number."""
         first, turn = self.rounds.first[k], float(self.rounds.turn[k])
-        swept = abs(float(_turned(first, self.rounds.last[k])))
+        swept = abs(float(angle_between(first, self.rounds.last[k])))
         count = int(np.ceil(swept / (2 * np.pi) * ROUND))
         angle = -turn * swept * np.arange(1, count)[:, None] / count
         begin = turn * leftwards(first)
@@ -220,21 +221,6 @@ class ProfilePieces:
         """Directions (m, d) from the centres to the middle of the rounds."""
         between = self.rounds.first - self.rounds.last
         return between / norm(between)[:, None]
-
-
-def leftwards(along: Floats) -> Floats:
-    """Unit vectors (…, d) turned to the left: from a tangent the normal.
-
-    >>> leftwards(np.array([-1.0, 0.0])).tolist()
-    [-0.0, -1.0]
-    """
-    return along[..., ::-1] * (-1.0, 1.0)
-
-
-def _turned(start: Floats, end: Floats, by: Floats | None = None) -> Floats:
-    """Angle (…) to the left from vectors ``start`` to ``end`` (…, d), which is ``by`` (…, d) farther where given."""
-    other = end if by is None else by
-    return np.arctan2(start[..., 0] * other[..., 1] - start[..., 1] * other[..., 0], np.vecdot(start, end))
 
 
 def _safe(part: Floats) -> Floats:

@@ -1,0 +1,30 @@
+"""Vectors in a plane, anticlockwise: turned by a right angle, their cross product, the angle between two."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bipot.typing import Floats
+
+
+def leftwards(vectors: Floats) -> Floats:
+    """Vectors (…, 2) turned by a right angle to the left: from a tangent the normal.
+
+    >>> leftwards(np.array([2.0, 1.0])).tolist()
+    [-1.0, 2.0]
+    """
+    return vectors[..., ::-1] * (-1.0, 1.0)
+
+
+def cross(a: Floats, b: Floats) -> Floats:
+    """a_x b_y - a_y b_x (…)."""
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def angle_between(start: Floats, end: Floats, by: Floats | None = None) -> Floats:
+    """Angle (…) to the left from vectors ``start`` to ``end`` (…, 2), which is ``by`` (…, 2) farther where given.
+
+    >>> float(angle_between(np.array([1.0, 0.0]), np.array([0.0, 2.0]))) == np.pi / 2
+    True
+    """
+    return np.arctan2(cross(start, end if by is None else by), np.vecdot(start, end))
