@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bipot.basics.machine import require_memory
-from bipot.errors import require, require_count, require_positive
+from bipot.errors import LARGEST_LENGTH, require, require_count, require_magnitude, require_positive
 from bipot.meshes.elements import Element
 from bipot.meshes.facets import Facets, edges_of
 from bipot.typing import Floats, Ints, make_floats
@@ -20,6 +20,8 @@ CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 SMALLEST = 1e-8
 """Least size of an element of a graded mesh over the side."""
 
+SLENDEREST = 1e6
+"""Largest ratio of the sides of a body: beyond it the places along the shorter are lost in round-off of the longer."""
 
 HALVINGS = 60
 """Halvings of the bracket of a growth factor, to round-off."""
@@ -83,6 +85,22 @@ class MeshParts(NamedTuple):
     def element(self) -> Element:
         """The kind of its elements."""
         return Element.of(self.elements.shape[1], self.nodes.shape[1])
+
+
+def require_sides(**sides: float) -> None:
+    """Refuse the lengths of the sides of a body, by name, where they make none.
+
+    Raises:
+        SceneError: one that is not finite and > 0, requires other units, or is more than SLENDEREST times another.
+    """
+    require_positive(**sides)
+    # In NumPy's other precisions the largest length is infinite.
+    lengths = {field: float(length) for field, length in sides.items()}
+    for field, length in lengths.items():
+        require_magnitude(length, field, LARGEST_LENGTH)
+    short, long = min(lengths, key=lengths.__getitem__), max(lengths, key=lengths.__getitem__)
+    allowed = f"at most {SLENDEREST:g} times {short} = {lengths[short]:g}"
+    require(lengths[long] <= SLENDEREST * lengths[short], long, lengths[long], allowed)
 
 
 def require_room(boxes: int, element: Element, field: str, value: int) -> None:
