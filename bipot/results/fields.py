@@ -20,9 +20,6 @@ from bipot.typing import Floats, einsum
 
 NO_CANDIDATE = -1
 
-SHEAR = np.array([1.0, 1.0, 1.0, np.sqrt(2.0)])
-"""Factors of a Mandel vector in the plane over the components of the tensor."""
-
 
 @dataclass(frozen=True)
 class StoredStep:
