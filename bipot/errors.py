@@ -8,6 +8,7 @@ increment that cannot be accepted carries the last accepted state (:class:`Incre
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from enum import Enum
 from numbers import Integral, Real
 from pathlib import Path
@@ -28,6 +29,10 @@ LONGEST = 300
 
 class BipotError(Exception):
     """Base of every error this package raises on purpose."""
+
+
+Refusal = Callable[[str], BipotError]
+"""Makes the error of a message."""
 
 
 class SceneError(BipotError, ValueError):
