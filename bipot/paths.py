@@ -6,13 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
-from typing import Any
 
 import numpy as np
 
 from bipot.errors import require, require_magnitude, require_number
 from bipot.schedule import ROUND_OFF, SAME
-from bipot.typing import Floats
+from bipot.typing import Floats, listed
 
 Multiple = float | tuple[float, ...]
 """One multiple of the whole, or one for each component."""
@@ -95,8 +94,7 @@ def require_components(value: Sequence[float], dimension: int, field: str) -> No
 
 def _numbers(value: object, counts: tuple[int, ...], field: str, allowed: str) -> tuple[float, ...]:
     """``value`` as so many finite numbers."""
-    several = isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
-    given: list[Any] = list(value) if several else []  # type: ignore[call-overload]
+    given = list(value) if listed(value) else []
     require(len(given) in counts and all(map(_finite, given)), field, value, allowed)
     return tuple(map(float, given))
 

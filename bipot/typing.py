@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, TypeVar
+from collections.abc import Sequence
+from typing import Any, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +44,11 @@ def vdot(a: Floats, b: Floats) -> float:
     5.0
     """
     return float(np.vdot(a, b))
+
+
+def listed(value: object) -> TypeGuard[Sequence[Any]]:
+    """Whether ``value`` is a tuple, a list or an array with items in it: one without an axis has none."""
+    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def as_array(values: object, field: str) -> NDArray[Any]:

@@ -7,10 +7,8 @@ unnoticed, and gaps are distances to one line without ends.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -21,7 +19,7 @@ from bipot.tools.profiles.outline import pieces_of
 from bipot.tools.profiles.pieces import ProfilePieces
 from bipot.tools.reflection import reflected
 from bipot.tools.surfaces import Distance, Surface, Tips, place
-from bipot.typing import Bools, Floats, Vector
+from bipot.typing import Bools, Floats, Vector, listed
 
 PLACES, HALVINGS = 7, 30
 """Starting points on each piece for the search of the tool's thickest place, and halvings of the bracket around it."""
@@ -56,7 +54,7 @@ class Profile:
 
     def __post_init__(self) -> None:
         require_type(self.closed, bool, "profile.closed")
-        require(_listed(self.points), "profile.points", self.points, "pairs of numbers")
+        require(listed(self.points), "profile.points", self.points, "pairs of numbers")
         points = tuple(place(point, f"profile.points[{k}]") for k, point in enumerate(self.points))
         least = 3 if self.closed else 2
         require(len(points) >= least, "profile.points", points, f"at least {least}")
@@ -190,7 +188,7 @@ class Profile:
 
     def _checked_fillets(self) -> float | tuple[float, ...]:
         """One radius, or as many as there are inner points."""
-        if not _listed(self.fillets):
+        if not listed(self.fillets):
             return _radius(self.fillets, "profile.fillets")
         count = len(self.points) - 2 * (not self.closed)
         require(len(self.fillets) == count, "profile.fillets", self.fillets, f"a radius, or {count}: of inner points")
@@ -201,11 +199,6 @@ class Profile:
         """Of the inner points."""
         count = len(self.points) - 2 * (not self.closed)
         return self.fillets if isinstance(self.fillets, tuple) else (self.fillets,) * count
-
-
-def _listed(value: object) -> TypeGuard[Sequence[Any]]:
-    """Whether there are items in it: an array without an axis has none."""
-    return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
 def _radius(value: object, field: str) -> float:
