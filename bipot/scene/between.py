@@ -40,6 +40,13 @@ STEPS, HALVINGS = 8, 40
 """Steps of an increment, in each of which a part enters at most once; halvings of one to find when it is too deep."""
 
 
+def uncut(mesh: Mesh, planes: Sequence[Mirror]) -> Ints:
+    """Edges or faces (f, n) of the modelled part's surface that are in none of the planes."""
+    facets = mesh.outline
+    cut = [plane.holds(mesh.nodes[facets]).all(axis=1) for plane in planes]
+    return facets[~np.any(cut, axis=0)] if cut else facets
+
+
 @dataclass(frozen=True)
 class Surroundings:
     """The whole body's surface: pairs of neighbours ``lines`` (f, 2), anticlockwise, and ``planes`` that mirror it.
@@ -54,9 +61,7 @@ class Surroundings:
     @staticmethod
     def of(mesh: Mesh, planes: Sequence[Mirror], ring: bool) -> Surroundings:
         """The surface of the modelled part that is not in a plane."""
-        edges = mesh.outline
-        cut = [plane.holds(mesh.nodes[edges]).all(axis=1) for plane in planes]
-        edges = edges[~np.any(cut, axis=0)] if cut else edges
+        edges = uncut(mesh, planes)
         return Surroundings(np.vstack([edges[:, k : k + 2] for k in range(edges.shape[1] - 1)]), planes, ring)
 
     def ends(self, nodes: Floats) -> Floats:
@@ -75,7 +80,7 @@ class Surroundings:
         if not len(tips.radius):
             return None
         ends = tool.own(self.ends(nodes), pose)
-        return self.nodes(self._deep(ends, tips, tool.face))
+        return first_of(self.lines, self._deep(ends, tips, tool.face))
 
     def between(self, tool: Tool, start: Floats, end: Floats, poses: Floats) -> tuple[int, int] | None:
         """Two neighbours on the surface between which a part of the tool comes in, or None.
@@ -86,7 +91,7 @@ class Surroundings:
         if not len(tips.radius):
             return None
         before, after = tool.own(self.ends(start), poses[0]), tool.own(self.ends(end), poses[1])
-        return self.nodes(self._deep(after, tips, tool.face) | _passed(before, after, tips, tool.face))
+        return first_of(self.lines, self._deep(after, tips, tool.face) | _passed(before, after, tips, tool.face))
 
     def _deep(self, ends: Floats, tips: Tips, surface: Surface) -> Bools:
         """Which segments (f', 2, d) have a tip too deep behind them, or are too deep in the tool."""
@@ -95,12 +100,13 @@ class Surroundings:
         out[here] |= _sunk(ends[here], tips, surface)
         return out
 
-    def nodes(self, found: Bools) -> tuple[int, int] | None:
-        """The ends of the first segment (f',) that was found."""
-        if not found.any():
-            return None
-        first = self.lines[np.argmax(found) % len(self.lines)]
-        return int(first[0]), int(first[1])
+
+def first_of(outlines: Ints, found: Bools) -> tuple[int, int] | None:
+    """Two nodes far apart on the first of the ``outlines`` (f, m) that was ``found`` (f',) on it or on an image."""
+    if not found.any():
+        return None
+    first = outlines[np.argmax(found) % len(outlines)]
+    return int(first[0]), int(first[len(first) // 2])
 
 
 class _Place(NamedTuple):
