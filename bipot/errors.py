@@ -88,15 +88,15 @@ class Refused(NotConverged):
 
 
 class IncrementFailed(BipotError):
-    """The march stopped: ``state`` is the last accepted state, ``history`` the recorded history.
+    """The march stopped: ``state`` is the last accepted state, ``history`` that of a recorder.
 
     The message ends with one sentence on what to change.
     """
 
-    def __init__(self, message: str, state: Any = None, history: Any = None) -> None:
+    def __init__(self, message: str, state: Any = None) -> None:
         super().__init__(message)
         self.state = state
-        self.history = history
+        self.history: Any = None
 
 
 class LimitPassed(IncrementFailed, UnboundedProgram):
