@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from bipot import coulomb
 from bipot.conic.problem import Claim, ConicSolution, Timing
 from bipot.coulomb.acceleration import Past
-from bipot.coulomb.conic import force_program, polish
+from bipot.coulomb.conic import force_program, polished_force
 from bipot.coulomb.functions import AlartCurnier, ConeMap, NaturalMap, TrescaMap
 from bipot.coulomb.scaling import scale
 from bipot.errors import InfeasibleProgram, ProgramError, SceneError
@@ -86,7 +86,7 @@ def test_interior_point_answers_stall_and_the_polish_does_not():
             r = program.solve(scaled.q, np.zeros(2))
         except ProgramError:
             continue
-        better = polish(scaled, ConeMap(), r, scaled.q, 4)
+        better = polished_force(scaled, ConeMap(), r, scaled.q, 4)
         errors.append((tol, np.linalg.norm(r + scaled.q)))
         polished.append(np.linalg.norm(better + scaled.q))
     assert len(errors) >= 3

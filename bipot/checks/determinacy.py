@@ -28,7 +28,7 @@ from scipy.linalg import null_space
 from bipot.basics.definite import definite
 from bipot.checks.examined import Examined
 from bipot.checks.opening import openable
-from bipot.conic.clarabel import solve
+from bipot.conic.clarabel import solve_once
 from bipot.conic.problem import Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.contact.closeness import carries, touches
@@ -217,7 +217,7 @@ def settled(iterate: Iterate, r: Floats, N: Floats, noise: float) -> Floats:
         blocks={Block.DISPLACEMENT: slice(0, N.shape[1])},
     )
     # By a cone program: in degenerate cases scipy's nnls ends far from the least distance and says nothing.
-    return x + N @ (unit * solve(program, TIGHT).x)
+    return x + N @ (unit * solve_once(program, TIGHT).x)
 
 
 def _rigid(iterate: Iterate) -> Floats:

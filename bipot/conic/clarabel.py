@@ -153,7 +153,7 @@ def transfer(
     return Transferred.of(program, accuracy, solver)
 
 
-def solve(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
+def solve_once(program: ConicProgram, accuracy: Accuracy) -> ConicSolution:
     """Solve a single program; errors as of :meth:`Clarabel.solve`."""
     return Clarabel().solve(program, accuracy)[0]
 

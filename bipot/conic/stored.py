@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read
+from bipot.conic.file import Arrays, FileError, by_columns, by_rows, read_vectors
 from bipot.conic.problem import KIND, Claim, Cone, ConicProgram, ConicSolution, Rows, Timing
 
 FIELDS = {
@@ -37,7 +37,7 @@ def load(path: str | Path) -> tuple[ConicProgram, ConicSolution | None]:
         FileError: the file was not written by :meth:`ConicProgram.save`, or the recomputed optimum and residuals of its
             answer are not the stored ones.
     """
-    found = read(path, KIND, FIELDS, ANSWER, LENGTHS)
+    found = read_vectors(path, KIND, FIELDS, ANSWER, LENGTHS)
     try:
         program = _program(found)
         if "x" not in found:

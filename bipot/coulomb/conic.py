@@ -112,7 +112,9 @@ class ForceProgram:
         return answer.x
 
 
-def polish(problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int) -> FloatArray:
+def polished_force(
+    problem: ScaledProblem, law: ContactFunction, r: FloatArray, load: FloatArray, steps: int
+) -> FloatArray:
     """Newton passes on F(r, W r + load) = 0 from an interior-point answer; the iterate of smallest |F| is kept.
 
     Plain Newton comes first, which works for a regular W of any condition; then proximal Newton, with a first weight of

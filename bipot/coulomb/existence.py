@@ -21,7 +21,7 @@ from bipot.conic.clarabel import Clarabel
 from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
 from bipot.conic.solver import Accuracy
 from bipot.coulomb.definite import ROUGHLY
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
 from bipot.tensors import FloatArray
 
@@ -59,7 +59,7 @@ def _largest_margin(
     """Max t, t <= 1: A x + b >= t (cone None, rows n), or A x + b - t n in the dual cones with mu = ``cone``; and its
     multipliers. What is not solved is nan.
     """
-    n, on_t = columns(A), np.ones(b.size)
+    n, on_t = column_count(A), np.ones(b.size)
     if cone is not None:
         weight = np.repeat(cone, dim)
         weight[::dim], on_t = 1.0, np.tile([1.0] + [0.0] * (dim - 1), cone.size)

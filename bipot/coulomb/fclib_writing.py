@@ -12,7 +12,7 @@ from scipy import sparse
 
 from bipot.basics.replacing import replace
 from bipot.coulomb.fclib import LARGEST_INDEX, SOLUTION, FclibError, ProblemGroup, Storage, solution_lengths
-from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, columns, require_problem
+from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import require_path, require_type
 from bipot.tensors import FloatArray
 from bipot.typing import as_numbers
@@ -26,7 +26,7 @@ def _write_matrix(parent: h5py.ProblemGroup, name: str, matrix: sparse.csr_array
     integers = {
         "nzmax": matrix.nnz,
         "m": matrix.indptr.size - 1,
-        "n": columns(matrix),
+        "n": column_count(matrix),
         "nz": int(Storage.ROWS),
     }
     most = max(integers.values())

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.coulomb.acceleration import Acceleration, Anderson, Past
-from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polish
+from bipot.coulomb.conic import ConicSettings, ForceProgram, force_program, polished_force
 from bipot.coulomb.functions import ConeMap, ContactFunction, TrescaMap
 from bipot.coulomb.scaling import ScaledProblem
 from bipot.errors import require_type
@@ -62,7 +62,7 @@ class _FixedPoint:
         carried = state.antisymmetric @ state.point
         r = state.program.solve(problem.q + carried + shift, radius, state.point)
         # the polish takes the whole W: at the fixed point nothing is left to carry
-        r = polish(problem, law, r, problem.q + shift, self.settings.polish)
+        r = polished_force(problem, law, r, problem.q + shift, self.settings.polish)
         memory, point = self.acceleration.advance(state.memory, state.point, r)
         return replace(state, r=r, point=point, memory=memory)
 

@@ -39,7 +39,7 @@ def _matrix(value: object, field: str) -> sparse.csr_array:
     return matrix
 
 
-def columns(matrix: sparse.csr_array) -> int:
+def column_count(matrix: sparse.csr_array) -> int:
     """Number of columns, as an int for type checkers that do not know sparse shapes."""
     return int(np.array(matrix.shape)[1])
 
@@ -219,7 +219,7 @@ class GlobalCoulombProblem:
 
     def __post_init__(self) -> None:
         mass, rows = _matrix(self.M, "M"), _matrix(self.H, "H")
-        dofs, contact_rows = rows.indptr.size - 1, columns(rows)
+        dofs, contact_rows = rows.indptr.size - 1, column_count(rows)
         _require_contacts(contact_rows, self.dim)
         require(mass.shape == (dofs, dofs), "M.shape", mass.shape, f"({dofs}, {dofs}), the rows of H")
         object.__setattr__(self, "M", mass)

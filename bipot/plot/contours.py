@@ -13,7 +13,7 @@ from bipot.fem.reduction import Geometry
 from bipot.meshes.elements import Element
 from bipot.plot.lines import axes_of, boundary
 from bipot.results import History
-from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit
+from bipot.results.names import AXES, FIELDS, Field, Place, Quantity, Rank, split, unit_of
 from bipot.results.snapshot import Snapshot
 from bipot.typing import Floats, Ints
 
@@ -97,12 +97,12 @@ def label(result: History, field: str) -> str:
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
     name = f"|{field}|" if known.rank is Rank.VECTOR and not part else field
-    return f"{name} ({unit(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
+    return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
 
 
 def axis_labels(result: History) -> tuple[str, ...]:
     """Names of the coordinates, with the unit of length."""
-    return tuple(f"{axis} ({unit(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
+    return tuple(f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
 
 
 def require_plane(result: History) -> None:

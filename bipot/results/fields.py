@@ -82,9 +82,9 @@ def point_fields(system: System, step: StoredStep, averaging: Averaging, values:
         return out
 
     return {
-        "displacement": padded(state.nodes - mesh.nodes),
-        "velocity": padded(state.velocity),
-        "contact_force": padded(candidates.met.nodal(step.forces)),
+        "displacement": in_space(state.nodes - mesh.nodes),
+        "velocity": in_space(state.velocity),
+        "contact_force": in_space(candidates.met.nodal(step.forces)),
         "contact_pressure": scatter(step.tractions.recovered_pressure, np.nan),
         "contact_shear": scatter(step.tractions.recovered_shear, np.nan),
         "gap": scatter(step.gap, np.nan),
@@ -152,7 +152,7 @@ def step_fields(step: StoredStep) -> dict[str, ArrayLike]:
     }
 
 
-def padded(vectors: Floats) -> Floats:
+def in_space(vectors: Floats) -> Floats:
     """Vectors (a, d) with zeros up to three components."""
     # Several times faster than np.pad, which a step would call often.
     out = np.zeros((len(vectors), 3))

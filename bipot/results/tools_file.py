@@ -15,7 +15,7 @@ import numpy as np
 from bipot.basics.replacing import replace
 from bipot.errors import ResultsError
 from bipot.results.drawn import Line
-from bipot.results.fields import padded
+from bipot.results.fields import in_space
 from bipot.results.vtkhdf import VERSIONS, store
 from bipot.typing import Floats
 
@@ -47,7 +47,7 @@ def _content(times: Floats, steps: Sequence[Sequence[Line]]) -> memoryview:
         store(vtk, "Connectivity", np.arange(points))
         store(vtk, "Offsets", np.cumsum([0, *lengths]))
         store(vtk, "Types", np.full(len(lines), POLY_LINE, dtype=np.uint8))
-        store(vtk, "Points", padded(np.concatenate([line.points for step in steps for line in step])))
+        store(vtk, "Points", in_space(np.concatenate([line.points for step in steps for line in step])))
         store(vtk, "CellData/tool", [line.tool for line in lines])
         store(vtk, "Steps/Values", times)
         store(vtk, "Steps/NumberOfParts", np.ones(count, dtype=int))

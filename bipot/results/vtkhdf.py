@@ -28,7 +28,7 @@ from bipot.laws.coulomb import CARRIES, Status
 from bipot.meshes.mesh import Mesh
 from bipot.results.description import Parameters, describe, versions
 from bipot.results.drawn import Lines
-from bipot.results.fields import NO_CANDIDATE, StoredStep, cell_fields, padded, point_fields, step_fields, together
+from bipot.results.fields import NO_CANDIDATE, StoredStep, cell_fields, in_space, point_fields, step_fields, together
 from bipot.results.names import FIELDS, GROUPS, described
 from bipot.results.nodal import Averaging
 from bipot.system import System
@@ -171,7 +171,7 @@ class RunFile:
 
     def _append(self, step: StoredStep, line: str) -> None:
         number, system = self._made, self._system
-        self._add("VTKHDF/Points", padded(step.state.nodes))
+        self._add("VTKHDF/Points", in_space(step.state.nodes))
         for name, value in {"Values": step.state.tau, "NumberOfParts": 1, "PartOffsets": 0}.items():
             self._add(f"VTKHDF/Steps/{name}", [value])
         self._add("VTKHDF/Steps/PointOffsets", [number * self._rows["Points"]])
