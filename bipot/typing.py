@@ -51,6 +51,15 @@ def listed(value: object) -> TypeGuard[Sequence[Any]]:
     return isinstance(value, tuple | list) or (isinstance(value, np.ndarray) and value.ndim > 0)
 
 
+def max_abs(values: NDArray[Any]) -> float:
+    """The largest magnitude of all entries of an array; 0 where there is none.
+
+    >>> max_abs(np.array([[1.0, -3.0]])), max_abs(np.empty(0))
+    (3.0, 0.0)
+    """
+    return float(np.abs(values).max(initial=0.0))
+
+
 def as_array(values: object, field: str) -> NDArray[Any]:
     """``values`` as an array; raises SceneError where they are no rows of one length.
 

@@ -12,7 +12,7 @@ from bipot.errors import require, require_count, require_number, require_type
 from bipot.forms.memory import Paced
 from bipot.increment import Solved, advance
 from bipot.response import State
-from bipot.typing import Bools, as_array, read_only
+from bipot.typing import Bools, as_array, max_abs, read_only
 
 SHORTEST = 1e-20
 """Length in pseudo-time far below round-off, so that rates are finite."""
@@ -98,7 +98,7 @@ class Course:
 
 def largest_force(state: State) -> float:
     """The largest component of its contact forces."""
-    return float(np.abs(state.forces).max(initial=0.0))
+    return max_abs(state.forces)
 
 
 def _require_finite(value: object, field: str) -> None:

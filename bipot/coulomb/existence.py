@@ -24,6 +24,7 @@ from bipot.coulomb.definite import ROUGHLY
 from bipot.coulomb.problem import CoulombProblem, GlobalCoulombProblem, column_count, require_problem
 from bipot.errors import ProgramError
 from bipot.tensors import FloatArray
+from bipot.typing import max_abs
 
 # A certificate must hold this well in scaled numbers to count; what is nearer to 0 is "unknown".
 _CERTAIN = 1e-7
@@ -89,7 +90,7 @@ def _operator(problem: CoulombProblem | GlobalCoulombProblem) -> tuple[sparse.cs
         unit = np.repeat(problem.contact_unit, problem.dim)
         A, b = sparse.csr_array(problem.W @ sparse.diags_array(1.0 / unit)), problem.q
     A, b = sparse.csr_array(sparse.diags_array(1.0 / unit) @ A), b / unit
-    size = float(np.abs(A.data).max(initial=0.0)) or 1.0
+    size = max_abs(A.data) or 1.0
     return sparse.csr_array(A / size), b / (float(np.linalg.norm(b)) or 1.0), unit
 
 
@@ -134,4 +135,4 @@ def _is_farkas(A: sparse.csr_array, b: FloatArray, y: FloatArray) -> bool:
     """
     y = np.maximum(y, 0.0)
     work = float(b @ y)
-    return work < 0 and float(np.abs(A.T @ y).max(initial=0.0)) <= _BALANCED * -work
+    return work < 0 and max_abs(A.T @ y) <= _BALANCED * -work

@@ -27,6 +27,7 @@ from bipot.errors import require, require_count, require_number, require_type
 from bipot.laws.coulomb import Status
 from bipot.laws.projections import project_cone
 from bipot.tensors import FloatArray
+from bipot.typing import max_abs
 
 MOST_CONTACTS = 6
 _CHOICES = ((Status.OPEN, 0), (Status.STICK, 0), (Status.SLIP, 1), (Status.SLIP, -1))
@@ -187,7 +188,7 @@ def every_mode(problem: CoulombProblem, tol: float = 1e-10, apart: float = 1e-6)
 def _starts(problem: CoulombProblem, count: int) -> list[FloatArray]:
     """No force, full stick, and ``count`` random forces in the cone, of the size that stops u = q."""
     stick = np.linalg.lstsq(problem.W.toarray(), -problem.q, rcond=1e-10)[0]
-    size = float(np.abs(stick).max(initial=0.0)) or problem.force_scale
+    size = max_abs(stick) or problem.force_scale
     rng = np.random.default_rng(0)
     random = [rng.normal(size=(problem.contacts, problem.dim)) * size for _ in range(count)]
     guesses = [problem.by_contact(stick), *random]

@@ -19,7 +19,7 @@ from bipot.basics.definite import definite
 from bipot.coulomb.definite import asymmetry, by_diagonal, by_units, semidefinite
 from bipot.errors import ProgramError, require, require_count
 from bipot.tensors import FloatArray
-from bipot.typing import as_numbers
+from bipot.typing import as_numbers, max_abs
 
 LARGEST = 1e100
 
@@ -46,7 +46,7 @@ def column_count(matrix: sparse.csr_array) -> int:
 
 def require_sizes(numbers: FloatArray, field: str) -> None:
     """Numbers whose squares are numbers too."""
-    largest = float(np.abs(numbers).max(initial=0.0))
+    largest = max_abs(numbers)
     require(largest <= LARGEST, field, f"numbers up to {largest:.3g}", f"at most {LARGEST:g}: choose other units")
 
 

@@ -24,7 +24,7 @@ from bipot.laws.projections import project_disc
 from bipot.programs.condensation import Condensed, condense, factorise
 from bipot.programs.conic import TangentProgram, padded
 from bipot.programs.data import Block, ContactRows, Term, Units
-from bipot.typing import Floats, Ints
+from bipot.typing import Floats, Ints, max_abs
 
 LOST = 1e-3
 """Residual over the largest force above which a minimisation is given up."""
@@ -74,9 +74,9 @@ class PenaltyTerms:
 
     def mismatch(self, x: Floats, r: Floats) -> float:
         """Distance of forces r (c, d) from the law at x with the coupled threshold s = mu t_n, over the largest."""
-        largest = float(np.abs(r).max(initial=0.0))
+        largest = max_abs(r)
         coupled = self.law(x, self.rows.threshold(r))
-        return float(np.abs(r - coupled).max()) / largest if largest > 0 else 0.0
+        return max_abs(r - coupled) / largest if largest > 0 else 0.0
 
     def law(self, x: Floats, threshold: Floats) -> Floats:
         """r (c, d) of (26)-(29) for the motion of x and a threshold (f,)."""
@@ -129,7 +129,7 @@ class PenaltyProgram:
     def largest(self, x: Floats) -> float:
         """The largest force, the scale of residuals."""
         r = self.contact.forces(x)
-        return max(float(np.abs(r).max(initial=0.0)), float(np.abs(self.f).max()), np.finfo(float).tiny)
+        return max(max_abs(r), max_abs(self.f), np.finfo(float).tiny)
 
     def hessian(self, x: Floats) -> sp.csc_matrix:
         """K + G_n' D_n G_n + G_t' D_t G_t with the generalised Hessians D of the envelopes."""

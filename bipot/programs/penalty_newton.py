@@ -28,7 +28,7 @@ from bipot.programs.frames import Frames
 from bipot.programs.newton import Model, minimised
 from bipot.programs.penalty import LOST, Minimum, PenaltyProgram, PenaltyTerms
 from bipot.programs.pieces import Mapped
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 STEPS = 40
 SEARCHES = 100
@@ -123,7 +123,7 @@ def _first_forces(program: PenaltyProgram, x: Floats) -> Floats:
     carried[f, 1:] = project_disc(terms.t_0[f, 1:], terms.threshold)
     balance = program.K @ x - program.f
     choices = (terms.forces(x), carried)
-    return min(choices, key=lambda r: float(np.abs(balance - terms.rows.forces(r)).max()))
+    return min(choices, key=lambda r: max_abs(balance - terms.rows.forces(r)))
 
 
 def _scales(program: PenaltyProgram) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from bipot.tools.driving import Force
 from bipot.tools.friction import Friction
 from bipot.tools.poses import Turn, pose_size, rotation
 from bipot.tools.surfaces import ACROSS, Plane, Surface, direction
-from bipot.typing import Floats
+from bipot.typing import Floats, max_abs
 
 STRAIGHT_ON: Path = ((0.0, 0.0), (1.0, 1.0))
 
@@ -105,7 +105,7 @@ class Tool:
 
     def goes_across(self, way: Floats) -> bool:
         """Whether the path has no component along a unit vector (d,), up to round-off."""
-        return float(np.abs(self.stretches @ way).max()) <= ACROSS * float(np.abs(self.stretches).max())
+        return max_abs(self.stretches @ way) <= ACROSS * max_abs(self.stretches)
 
     @property
     def welded(self) -> bool:
