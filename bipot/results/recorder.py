@@ -29,7 +29,8 @@ from bipot.results.history import FIELDS, TOOLS, History, run_file
 from bipot.results.history import open as open_results
 from bipot.results.lock import Lock
 from bipot.results.sameness import as_json, require_json, same_mesh, same_scene, same_state
-from bipot.results.vtkhdf import FORMAT, RunFile
+from bipot.results.static import FORMAT
+from bipot.results.vtkhdf import RunFile
 from bipot.scene.scene import Scene
 from bipot.system import system_of
 
