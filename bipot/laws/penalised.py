@@ -20,13 +20,12 @@ penalties may as well be nodal forces and forces per length.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bipot.errors import require
+from bipot.errors import require_positive
 from bipot.laws.projections import DiscSlope, project_disc
 from bipot.tensors import FloatArray
 
@@ -53,8 +52,7 @@ def default_penalty(young: float, edge: float, area: float) -> float:
     >>> default_penalty(210e3, 0.5, 0.1)
     42000.0
     """
-    for field, value in (("young", young), ("edge", edge), ("area", area)):
-        require(math.isfinite(value) and value > 0, field, value, "finite and > 0")
+    require_positive(young=young, edge=edge, area=area)
     return young * area / edge
 
 
