@@ -16,6 +16,7 @@ import numpy as np
 
 from bipot.meshes.cells import MeshParts
 from bipot.meshes.elements import Element
+from bipot.meshes.layout import cells_between
 from bipot.typing import Floats, Ints
 
 CUBE = Element.H8.shape.corners
@@ -64,6 +65,5 @@ def _cells(number: Ints, element: Element) -> Ints:
 
 def _faces(number: Ints, element: Element) -> Ints:
     """Quadrilaterals, or their halves, between nodes whose ``number`` (n + 1, m + 1) runs along the axes."""
-    around = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
-    faces = np.stack(around, axis=-1).reshape(-1, 4)
+    faces = cells_between(number, Element.Q4)
     return faces if element is Element.H8 else faces[:, TRIANGLES].reshape(-1, 3)
