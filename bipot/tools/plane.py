@@ -1,9 +1,10 @@
-"""Vectors in a plane, anticlockwise: turned by a right angle, their cross product, the angle between two."""
+"""Vectors in a plane: turned by a right angle, their cross product, the angle and the lengths between two."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from bipot.tensors import norm
 from bipot.typing import Floats
 
 
@@ -19,6 +20,17 @@ def leftwards(vectors: Floats) -> Floats:
 def cross(a: Floats, b: Floats) -> Floats:
     """a_x b_y - a_y b_x (…)."""
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def farther(start: Floats, by: Floats) -> Floats:
+    """|start + by| - |start| (…) of vectors (…, d), without the round-off of either length.
+
+    >>> float(farther(np.array([3.0, 4.0]), np.array([3.0, 4.0])))
+    5.0
+    """
+    end = start + by
+    far = norm(start) + norm(end)
+    return np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
 
 
 def angle_between(start: Floats, end: Floats, by: Floats | None = None) -> Floats:

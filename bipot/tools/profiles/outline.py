@@ -41,7 +41,7 @@ def pieces_of(points: Sequence[tuple[float, float]], radii: Sequence[float], clo
     sides = _sides(corners, closed)
     repeated = np.flatnonzero(norm(sides) <= FITS * np.abs(corners).max())[:1].tolist()
     require(not repeated, "profile.points", points, f"different: number {repeated} and the next are one")
-    theta = _turns(sides, closed)
+    theta = angle_between(*_beside(sides, closed))
     turning = np.flatnonzero(np.abs(theta) > STRAIGHT)
     back = turning[np.abs(theta[turning]) > np.pi - BACK].tolist()
     require(not back, "profile.points", points, f"a line that does not go back on itself, as at inner corners {back}")
@@ -57,10 +57,9 @@ def _sides(corners: Floats, closed: bool) -> Floats:
     return np.diff(corners, axis=0, append=corners[:1]) if closed else np.diff(corners, axis=0)
 
 
-def _turns(sides: Floats, closed: bool) -> Floats:
-    """Angles (m,) to the left from side to side at the inner corners."""
-    before, after = (np.roll(sides, 1, axis=0), sides) if closed else (sides[:-1], sides[1:])
-    return angle_between(before, after)
+def _beside(sides: Floats, closed: bool) -> tuple[Floats, Floats]:
+    """The sides (m, d) before and after the inner corners."""
+    return (np.roll(sides, 1, axis=0), sides) if closed else (sides[:-1], sides[1:])
 
 
 def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: Ints) -> ProfilePieces:
@@ -75,7 +74,7 @@ def _cut(corners: Floats, radius: Floats, theta: Floats, closed: bool, names: In
     left = np.maximum(left, 0.0)
     inner = corners if closed else corners[1:-1]
     _require_clear(corners, inner, trim, along, closed, names)
-    before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
+    before, after = _beside(along, closed)
     centre = inner - trim[:, None] * before - (turn * radius)[:, None] * leftwards(before)
     # Where it is closed the line begins with the round of its first corner.
     swept = radius * np.abs(theta)
@@ -104,7 +103,7 @@ def _require_fits(left: Floats, length: Floats, radius: Floats, closed: bool, na
 
 def _require_clear(corners: Floats, inner: Floats, trim: Floats, along: Floats, closed: bool, names: Ints) -> None:
     """Require that no corner is in the triangle that a fillet cuts off another."""
-    before, after = (np.roll(along, 1, axis=0), along) if closed else (along[:-1], along[1:])
+    before, after = _beside(along, closed)
     # In the oblique frame of a corner's two sides the triangle is u, v >= 0, u + v <= trim.
     to = corners - inner[:, None]
     area = cross(before, after)[:, None]

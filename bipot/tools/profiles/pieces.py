@@ -21,7 +21,7 @@ import numpy as np
 
 from bipot.tensors import norm
 from bipot.tools.circle import ROUND
-from bipot.tools.plane import angle_between, leftwards
+from bipot.tools.plane import angle_between, farther, leftwards
 from bipot.tools.surfaces import frames
 from bipot.typing import Bools, Floats, Ints, einsum
 
@@ -74,6 +74,11 @@ class Straights(NamedTuple):
     high: Floats
     arc: Floats
 
+    @property
+    def ends(self) -> Floats:
+        """Ends (l, 2, d); the open ones of a line are taken to be at its first and last point."""
+        return np.stack([self.start, self.start + self.length[:, None] * self.along], axis=1)
+
 
 @dataclass(frozen=True)
 class ProfilePieces:
@@ -95,8 +100,7 @@ class ProfilePieces:
     def foot(self, x: Floats) -> Foot:
         """The nearest place of points x (…, d)."""
         piece, gap = self._nearest(x)
-        m = len(self.rounds.radius)
-        round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
+        m, round_, straight = self._numbers(piece)
         along = np.vecdot(x - self.straights.start[straight], self.straights.along[straight])
         arc, normal = self.straights.arc[straight] + along, self.straights.normal[straight]
         if not m:
@@ -110,6 +114,11 @@ class ProfilePieces:
         normal = np.where(is_round[..., None], turn[..., None] * outward, normal)
         foot = Foot(piece, gap, normal, np.where(is_round, turn / safe, 0.0), np.where(is_round, around, arc))
         return self._at_corners(x, foot)
+
+    def _numbers(self, piece: Ints) -> tuple[int, Ints, Ints]:
+        """How many rounds there are, and the numbers of pieces (…) among rounds and among straights, any for others."""
+        m = len(self.rounds.radius)
+        return m, np.minimum(piece, m - 1), np.maximum(piece - m, 0)
 
     def _at_corners(self, x: Floats, foot: Foot) -> Foot:
         """``foot``, with the middle normal where points x (…, d) are at a sharp corner: on no side of it for sure."""
@@ -125,33 +134,28 @@ class ProfilePieces:
 
     def grown(self, piece: Ints, x: Floats, by: Floats) -> Floats:
         """Growth of gap and arc (…, 2) of points x (…, d) nearest to a ``piece`` (…) that move ``by`` (…, d)."""
-        m = len(self.rounds.radius)
-        round_, straight = np.minimum(piece, m - 1), np.maximum(piece - m, 0)
+        m, round_, straight = self._numbers(piece)
         out = einsum("...ij,...j->...i", frames(self.straights.normal[straight]), by)
         if not m:
             return out
         start, turn = x - self.rounds.centre[round_], self.rounds.turn[round_]
-        end = start + by
-        far = norm(start) + norm(end)
-        # The difference of two distances, without the round-off of either; the angle between them likewise.
-        farther = np.vecdot(start + end, by) / np.where(far > 0, far, 1.0)
-        around = np.stack([farther, -self.rounds.radius[round_] * angle_between(start, end, by)], axis=-1)
+        # Like the difference of the distances the angle is without the round-off of either.
+        around = -self.rounds.radius[round_] * angle_between(start, start + by, by)
+        around = np.stack([farther(start, by), around], axis=-1)
         return np.where((piece < m)[..., None], turn[..., None] * around, out)
 
     def beyond(self, x: Floats) -> Bools:
         """Whether the nearest place of points x (…, d) is past an open end (…)."""
         piece, _ = self._nearest(x)
-        straight = np.maximum(piece - len(self.rounds.radius), 0)
+        m, _, straight = self._numbers(piece)
         s = self.straights
         along = np.vecdot(x - s.start[straight], s.along[straight])
         past = np.maximum(-along, along - s.length[straight]) > self._near(x)
-        return past & (piece >= len(self.rounds.radius))
+        return past & (piece >= m)
 
     def drawn(self) -> Floats:
         """Points (p, d) along the line: ends of straights, and between them :data:`ROUND` to a whole circle."""
-        s = self.straights
-        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
-        parts = list(zip(s.arc.tolist(), ends, strict=True))
+        parts = list(zip(self.straights.arc.tolist(), self.straights.ends, strict=True))
         arcs, sharp = self.rounds.arc.tolist(), self.rounds.radius == 0
         parts += [(arc, self._between(k)) for k, arc in enumerate(arcs) if not sharp[k]]
         line = np.concatenate([own for _, own in sorted(parts, key=lambda part: part[0])])

@@ -150,10 +150,9 @@ class Profile:
 
     def _sides(self, span: float) -> Floats:
         """Ends (l, 2, d) of the straights; of those with an open end that is taken to be the ``span`` away."""
-        s = self.pieces.straights
-        ends = np.stack([s.start, s.start + s.length[:, None] * s.along], axis=1)
+        ends, along = self.pieces.straights.ends, self.pieces.straights.along
         if not self.closed:
-            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * s.along[0], ends[-1, 0] + span * s.along[-1]
+            ends[0, 0], ends[-1, 1] = ends[0, 1] - span * along[0], ends[-1, 0] + span * along[-1]
         return ends
 
     @cached_property
