@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from bipot.conic.file import Arrays, compressed, write
-from bipot.typing import Floats, max_abs
+from bipot.typing import Floats, Ints, max_abs
 
 KIND = "bipot conic program 1"
 """The declared kind of a file of :meth:`ConicProgram.save`."""
@@ -216,3 +216,13 @@ def _excess(rows: Rows, value: Floats) -> float:
         return max_abs(value)
     inside = value[:, 0] - np.linalg.norm(value[:, 1:], axis=1)
     return float(np.maximum(-inside, 0).max())
+
+
+def picking(variables: Ints, count: int) -> sp.csr_matrix:
+    """The rows (m, count) that pick ``variables`` (m,) from so many.
+
+    >>> picking(np.array([2]), 3).toarray().tolist()
+    [[0.0, 0.0, 1.0]]
+    """
+    m = len(variables)
+    return sp.csr_matrix((np.ones(m), variables, np.arange(m + 1)), shape=(m, count))

@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from bipot.conic.clarabel import Clarabel
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, picking
 from bipot.conic.solver import Accuracy, ConicSolver, Handle
 from bipot.coulomb.functions import ContactFunction
 from bipot.coulomb.newton import Newton, merit
@@ -58,11 +58,6 @@ class ConicSettings:
     def accuracy(self, loosened: float = 1.0) -> Accuracy:
         """The accuracy asked of the interior points."""
         return Accuracy(min(self.tol * loosened, _LOOSEST), _ITERATIONS)
-
-
-def _normal_rows(problem: ScaledProblem) -> sparse.csr_matrix:
-    dofs = np.arange(0, problem.size, problem.dim)
-    return sparse.csr_matrix((np.ones(dofs.size), (np.arange(dofs.size), dofs)), shape=(dofs.size, problem.size))
 
 
 def _cone_rows(problem: ScaledProblem, top: FloatArray) -> sparse.csr_matrix:
@@ -151,7 +146,7 @@ def force_program(problem: ScaledProblem, top: FloatArray, settings: ConicSettin
     bare = np.flatnonzero(top == 0)
     # the zeros of diag(0, 1 … 1) are not stored, harmlessly: those rows hold the radius alone
     rows = (
-        Rows("normal", Cone.NONNEGATIVE, _normal_rows(problem)[bare], np.zeros(bare.size)),
+        Rows("normal", Cone.NONNEGATIVE, picking(problem.dim * bare, problem.size), np.zeros(bare.size)),
         Rows("cone", Cone.SECOND_ORDER, _cone_rows(problem, top), np.zeros(problem.size), problem.dim),
     )
     conic = ConicProgram(P, problem.q, rows, {"r": slice(0, problem.size)})

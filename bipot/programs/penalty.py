@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
-from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables
+from bipot.conic.problem import Claim, Cone, ConicProgram, Rows, Timing, Variables, picking
 from bipot.conic.through_cvxpy import Stated
 from bipot.laws.penalised import Envelope, normal_potential, normal_traction, tangential_potential
 from bipot.laws.projections import project_disc
@@ -171,9 +171,9 @@ class PenaltyProgram:
         q = B.T @ (k * w - t_0)
         q[:gaps] -= self.f
         q[bounds:] = terms.threshold
-        closed = _unit_rows(np.arange(gaps, slips), variables.size)
+        closed = picking(np.arange(gaps, slips), variables.size)
         order = np.column_stack([bounds + np.arange(count), slips + np.arange(count * width).reshape(count, width)])
-        cones = _unit_rows(order.ravel(), variables.size)
+        cones = picking(order.ravel(), variables.size)
         room = np.maximum(terms.start_gap, 0.0)
         rows = (
             Rows(Term.FICTITIOUS, Cone.NONNEGATIVE, closed, room),
@@ -222,12 +222,6 @@ def _square_root(K: sp.csc_matrix | Floats) -> Floats:
     """L with L' L = K. By eigenvalues: in homogeneous perfect flow K is singular, and Cholesky would refuse it."""
     values, vectors = np.linalg.eigh(K if isinstance(K, np.ndarray) else K.toarray())
     return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
-
-
-def _unit_rows(variables: Ints, size: int) -> sp.csr_matrix:
-    """The rows (m, size) that pick ``variables`` (m,)."""
-    count = len(variables)
-    return sp.csr_matrix((np.ones(count), variables, np.arange(count + 1)), shape=(count, size))
 
 
 def _weighted(G: sp.csr_matrix, D: Floats) -> sp.csr_matrix:
