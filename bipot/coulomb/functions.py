@@ -38,13 +38,18 @@ class ContactFunction(Protocol):
         ...
 
 
+def _onto_disc(y: FloatArray, limit: FloatArray) -> FloatArray:
+    """(y_n)+ and P_B(limit)(y_t), (c, d)."""
+    return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)])
+
+
 def _disc_projection(y: FloatArray, limit: FloatArray) -> tuple[FloatArray, FloatArray, DiscSlope]:
-    """(y_n)+ and P_B(limit)(y_t), (c, d), its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
+    """:func:`_onto_disc`, its derivative (c, d, d) for fixed limit (c,), and that of P_B alone."""
     slope = DiscSlope.at(y[:, 1:], limit)
     P = np.zeros((*y.shape, y.shape[1]))
     P[:, 0, 0] = y[:, 0] > 0
     P[:, 1:, 1:] = slope.by_point
-    return np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], limit)]), P, slope
+    return _onto_disc(y, limit), P, slope
 
 
 @dataclass(frozen=True)
@@ -64,8 +69,7 @@ class AlartCurnier:
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d)."""
         y = r - self.step * u
-        n = np.maximum(y[:, 0], 0.0)
-        return r - np.column_stack([n, project_disc(y[:, 1:], mu * n)])
+        return r - _onto_disc(y, mu * np.maximum(y[:, 0], 0.0))
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives; on a kink the open branch wins over the closed, stick over slip."""
@@ -122,8 +126,7 @@ class TrescaMap:
 
     def value(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> FloatArray:
         """F (c, d); mu is not used."""
-        y = r - u
-        return r - np.column_stack([np.maximum(y[:, 0], 0.0), project_disc(y[:, 1:], self.threshold)])
+        return r - _onto_disc(r - u, self.threshold)
 
     def linearise(self, r: FloatArray, u: FloatArray, mu: FloatArray) -> Expansion:
         """F and its derivatives."""
