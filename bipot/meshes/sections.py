@@ -78,7 +78,7 @@ def ring(
 
     ``layout`` says how elements meet in the corner of top and side (:class:`~bipot.meshes.layout.Layout`).
     """
-    require_positive(inner=inner, height=height)
+    require_positive(inner=inner)
     require_number(outer, "outer")
     require(inner < outer < np.inf, "outer", outer, f"finite and > inner = {inner}")
     require_sides(**{"outer - inner": outer - inner, "height": height})

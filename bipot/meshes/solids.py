@@ -126,7 +126,7 @@ def ring_3d(
     >>> mesh.elements.shape, sorted(mesh.boundaries)
     ((36, 8), ['base', 'bore', 'front', 'left', 'side', 'top'])
     """
-    require_positive(inner=inner, outer=outer, height=height)
+    require_positive(inner=inner, outer=outer)
     require(inner < outer, "inner", inner, f"< outer = {outer}")
     require_sides(**{"outer - inner": outer - inner, "height": height})
     counts = _counts(n_around=n_around, n_r=n_r, n_z=n_z)
