@@ -72,7 +72,7 @@ def contour(
     frame(axes, result, nodes)
     axes.set_title(moment(result, snapshot))
     if colorbar:
-        axes.figure.colorbar(drawn, ax=axes, label=label(result, field), shrink=SHRUNK)
+        axes.figure.colorbar(drawn, ax=axes, label=_label(result, field), shrink=SHRUNK)
     return drawn
 
 
@@ -92,7 +92,7 @@ def moment(result: History, snapshot: Snapshot) -> str:
     return f"step {snapshot.step}, tau = {snapshot.tau:.4g}"
 
 
-def label(result: History, field: str) -> str:
+def _label(result: History, field: str) -> str:
     """A field with its unit."""
     base, part = split(Place.NODES, field, result.geometry)
     known = FIELDS[Place.NODES][base]
@@ -100,7 +100,7 @@ def label(result: History, field: str) -> str:
     return f"{name} ({unit_of(known.quantity, result.units)})" if known.quantity is not Quantity.RATIO else name
 
 
-def axis_labels(result: History) -> tuple[str, ...]:
+def _axis_labels(result: History) -> tuple[str, ...]:
     """Names of the coordinates, with the unit of length."""
     return tuple(f"{axis} ({unit_of(Quantity.LENGTH, result.units)})" for axis in AXES[result.geometry])
 
@@ -164,5 +164,5 @@ def frame(axes: Axes, result: History, nodes: Floats) -> None:
     low, high = nodes.min(axis=0), nodes.max(axis=0)
     margin = MARGIN * float((high - low).max())
     axes.set(xlim=(low[0] - margin, high[0] + margin), ylim=(low[1] - margin, high[1] + margin), aspect="equal")
-    across, up = axis_labels(result)
+    across, up = _axis_labels(result)
     axes.set(xlabel=across, ylabel=up)

@@ -73,7 +73,7 @@ class Mechanism:
             return Mechanism(v, np.inf, np.inf, np.inf)
         change = np.abs(model.volumetric @ v).max() * model.weight.sum() * model.threshold.max()
         flow = np.linalg.norm((model.deviatoric @ v).reshape(model.stress.shape), axis=1)
-        motion = still(rows).motion(v)
+        motion = _still(rows).motion(v)
         slip = np.where(rows.tied, 1.0, rows.mu) * np.linalg.norm(motion[:, 1:], axis=1)
         short = np.where(rows.tied, np.abs(motion[:, 0]) + slip, np.maximum(slip - motion[:, 0], 0.0))
         return Mechanism(
@@ -200,7 +200,7 @@ class LimitProgram:
                 Rows(Term.GAIN, Cone.ZERO, sp.csr_matrix(gain), -np.ones(1)),
                 Rows(Term.VOLUME, Cone.ZERO, volume, np.zeros(len(volume.indptr) - 1)),
                 norm_rows(Term.YIELD, m.deviatoric, np.zeros((points, width)), variables.size, norms),
-                *ContactTerms(still(self.rows), free, free).cone_rows(variables.size, variables.size),
+                *ContactTerms(_still(self.rows), free, free).cone_rows(variables.size, variables.size),
             ),
             blocks=variables.blocks,
         )
@@ -218,6 +218,6 @@ def isochoric(volumes: sp.csr_matrix) -> Floats | None:
     return Q[:, int((size > DEPENDENT * size[0]).sum()) :]
 
 
-def still(rows: ContactRows) -> ContactRows:
+def _still(rows: ContactRows) -> ContactRows:
     """The rows of a rate: closed contacts with resting tools."""
     return replace(rows, gap=np.zeros_like(rows.gap), slip=np.zeros_like(rows.slip))

@@ -47,7 +47,7 @@ SHIFT = 1e-13
 """Shift of a singular Hessian's diagonal, over its largest entry."""
 
 
-def regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:
+def _regularised(terms: PenaltyTerms, motion: Floats, r: Floats, rho: tuple[float, float]) -> Mapped:
     """The penalised law linearised at motion (gap at the end, slip) and forces (c, d), with rho for normal, tangent."""
     (rho_n, rho_t), f, (count, d) = rho, terms.rows.frictional, r.shape
     by_motion, by_force, none = np.zeros((count, d, d)), np.tile(np.eye(d), (count, 1, 1)), np.ones(r.shape, dtype=bool)
@@ -80,7 +80,7 @@ def newton(program: PenaltyProgram, start: Floats, frames: Frames | None = None)
     with np.errstate(over="ignore", invalid="ignore"):
         found = minimised(
             model,
-            lambda motion, r: regularised(terms, motion, r, rho),
+            lambda motion, r: _regularised(terms, motion, r, rho),
             start,
             _first_forces(program, start),
             frames,

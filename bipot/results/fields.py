@@ -110,8 +110,8 @@ def _apart(values: Floats, kind: type) -> dict[str, NDArray[Any]]:
     size = (values.shape[1] - 3) // 2
     mises, pressure, peeq = values[:, 2 * size :].T.astype(kind)
     return {
-        "stress": symmetric(values[:, :size]).astype(kind),
-        "plastic_strain": symmetric(values[:, size : 2 * size]).astype(kind),
+        "stress": _symmetric(values[:, :size]).astype(kind),
+        "plastic_strain": _symmetric(values[:, size : 2 * size]).astype(kind),
         # Extrapolation may make non-negative fields negative.
         "mises": np.maximum(mises, 0),
         "pressure": pressure,
@@ -160,10 +160,10 @@ def in_space(vectors: Floats) -> Floats:
     return out
 
 
-def symmetric(mandel: Floats) -> Floats:
+def _symmetric(mandel: Floats) -> Floats:
     """VTK's symmetric tensor (e, 6), xx yy zz xy yz xz, from Mandel vectors (e, s), of a plane or of space.
 
-    >>> symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
+    >>> _symmetric(np.array([[1.0, 2.0, 3.0, np.sqrt(2.0)]])).round(12)
     array([[1., 2., 3., 1., 0., 0.]])
     """
     out = np.zeros((len(mandel), 6))

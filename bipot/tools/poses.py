@@ -86,7 +86,7 @@ class Turn:
 
     def own(self, x: Floats, pose: Floats) -> Floats:
         """Points x (…, d) in the tool's frame; the effect of the turn is added, because the centre may be far away."""
-        return x - pose[: len(self.centre)] + self.arm(x, pose) @ turned_by(angles_of(pose))
+        return x - pose[: len(self.centre)] + self.arm(x, pose) @ _turned_by(angles_of(pose))
 
     def going(self, x: Floats, by: Floats, pose: Floats, advance: Floats, part: float | Floats = 1.0) -> Floats:
         """The motion in the tool's frame of points x (…, d) that move ``by`` (…, d) as it moves by ``advance`` (p,).
@@ -101,7 +101,7 @@ class Turn:
 
     def swept(self, x: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of the tool's points at x (…, d) in the ``pose``."""
-        return self.arm(x, pose) @ turned_by(angles_of(advance)).T
+        return self.arm(x, pose) @ _turned_by(angles_of(advance)).T
 
     def carried(self, middle: Floats, pose: Floats, advance: Floats) -> Floats:
         """The displacement (…, d) by the turn alone of tool points whose path from ``pose`` has the ``middle`` (…, d).
@@ -155,10 +155,10 @@ def rotation(angles: Floats) -> Floats:
     if len(angles) == 1:
         (angle,) = angles
         return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    return np.eye(3) + turned_by(angles)
+    return np.eye(3) + _turned_by(angles)
 
 
-def turned_by(angles: Floats) -> Floats:
+def _turned_by(angles: Floats) -> Floats:
     """Q - 1 (d, d) of :func:`rotation`, to its own round-off."""
     angle = float(norm(angles)) if len(angles) == 3 else float(angles[0])
     half = np.sin(angle / 2)
